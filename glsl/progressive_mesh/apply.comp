@@ -3,14 +3,14 @@
 #include "common/extensions.glsl"
 // Sections 3 to 5 on the device: one step between two levels, in one instance's slice of the index buffer. A range of
 // splits runs at once, in any order. A new vertex has a larger index than all live vertices, so if several splits write
-// one corner, the last split has the largest index (atomicMax). Going down, the first split is undone last, and the
-// vertex that it replaced is the smallest (atomicMin). Maximum and minimum do not depend on the order, so no split
-// waits for another. A permutation takes two steps: all faces are read before any slot is written.
+// one corner, the last split's vertex has the largest index (atomicMax). Going down, the first split is undone last,
+// and the vertex that it replaced has the smallest index (atomicMin). Maximum and minimum do not depend on the order,
+// so no split waits for another. A permutation takes two steps: all faces are read before any slot is written.
 
 layout(local_size_x = 64) in;
 
-// Three words for each corner of a split: word of the slice, new vertex, replaced vertex. Then two words for each moved
-// face: the slot filled going up, and the slot from which the face comes.
+// Three words for each corner that a split changes: its index in the slice, the new vertex, the replaced vertex. Two
+// words for each face that a permutation moves: its slot after going up, and its slot before.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // The faces that the first step of a permutation saves for the second.
@@ -21,7 +21,7 @@ layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 layout(push_constant, scalar) uniform Applying {
     // 0: splits; 1: save a permutation's faces; 2: write the saved faces to their slots.
     uint kind;
-    // 1 for the inverse: collapses, and permutations backwards.
+    // 1: the inverse step (collapses, or the inverse permutation).
     uint down;
     // First word of the step in `program`, and its number of corners or faces.
     uint first;

@@ -5,7 +5,7 @@
 layout(binding = 4) uniform texture2D depth;  // of the finished picture
 layout(location = 0) flat in uvec4 face;
 layout(location = 1) in vec3 corner;
-layout(location = 0) out uvec4 words;  // as in faces.vert; bit 16 of the last is set at the face's edge
+layout(location = 0) out uvec4 words;  // as in faces.vert; bit 16 of the last word is set at the face's edge
 
 void main() {
     // Discards faces behind nearer surfaces. With reversed Z, the factor 0.999 is a margin of a thousandth of the

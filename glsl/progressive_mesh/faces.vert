@@ -16,7 +16,8 @@ layout(push_constant, scalar) uniform FaceView {
     uint levels;
 } view;
 
-layout(location = 0) flat out uvec4 face;  // instance, face, level at which it appears, level as 0 .. 255 << 8 | misses
+// Instance; face; first level with the face; (that level scaled to 0 .. 255) << 8 | misses.
+layout(location = 0) flat out uvec4 face;
 layout(location = 1) out vec3 corner;
 
 // The first level at which a vertex is live.

@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// The number of vertices of each face that miss in a FIFO cache of 16 entries, starting empty (cache.rs
-// counts the same). One invocation per draw, because each face depends on the faces before it.
+// Counts each face's vertices that miss in a FIFO cache of 16 entries, which is empty at the first face (as in
+// cache.rs). One invocation per draw, because each face depends on the faces before it.
 layout(local_size_x = 1) in;
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
 #include "progressive_mesh/indices.glsl"

@@ -1,6 +1,7 @@
 #include "progressive_mesh/indices.glsl"
 
-// Only one invocation may write an index. Another may write the other half of its word at the same time.
+// Only one invocation may write an index. Another invocation may write the other half of the same word at the same
+// time.
 void set_index(uint n, uint vertex) {
     if (INDICES_PER_WORD == 1) {
         indices.words[n] = vertex;

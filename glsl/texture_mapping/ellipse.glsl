@@ -22,7 +22,7 @@ ToDisc to_disc(vec3 v, float det) {
     return ToDisc(-v.y / v.z, vec2(sqrt(v.z / det), inversesqrt(v.z)));
 }
 
-// (4) as printed: one axis is `along`, a row or column of J. The other is perpendicular and as long as `other`.
+// Formula (4) as printed: one axis is `along`, a row or column of J. The other is perpendicular and as long as `other`.
 mat2 printed(vec2 along, vec2 other, float scale) {
     float length_of = length(along);
     vec2 turn = length_of > 0.0 ? along / length_of : vec2(1.0, 0.0);

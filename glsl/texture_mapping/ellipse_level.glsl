@@ -12,7 +12,7 @@ struct Ellipse {
     float det;
 };
 
-// In texels of level 0, without the reconstruction term.
+// The ellipse of a footprint in texels of level 0, without the reconstruction term K.
 Ellipse ellipse_of(vec4 jacobian, float jacobian_det, float most_ratio) {
     vec3 v = spread(jacobian * RADIUS);
     float det = jacobian_det * (RADIUS * RADIUS);
@@ -34,11 +34,11 @@ uint ellipse_level(Ellipse finest, float most_reach, uint coarsest) {
     return uint(clamp(wanted, 0.0, float(coarsest)));
 }
 
-// In texels of a level.
+// The ellipse in texels of a level, with the reconstruction term K.
 Ellipse at_level(Ellipse finest, uint level) {
     float scale = power_of_half(level) * power_of_half(level);
     vec3 v = finest.v * scale;
-    // All terms are positive: det(V + k I).
+    // det(V + k I), expanded into positive terms so that nothing cancels.
     float det = finest.det * (scale * scale) + K * (v.x + v.z) + K * K;
     v += vec3(K, 0.0, K);
     if (ALL_POSITIVE == 0) det = v.x * v.z - v.y * v.y;
@@ -46,9 +46,9 @@ Ellipse at_level(Ellipse finest, uint level) {
 }
 
 // An ellipse that contains the centre of every texel that may have a weight above 0, including texels that the edge
-// cuts (`kept`). It contains the sum of `of` and a disc with a radius of half a texel.
+// cuts (`kept`). It contains the Minkowski sum of the ellipse `of` and a disc with a radius of half a texel.
 Ellipse outer(Ellipse of) {
-    // The margin keeps texels that are just inside.
+    // The margin keeps texels on the edge that rounding would put outside.
     if (EDGE == 0) return Ellipse(of.v * 1.0001, of.det * 1.0002);
     float t = 2.0 * sqrt(eigenvalues(of.v, of.det).y);
     float a = 1.0 + 1.0 / t;

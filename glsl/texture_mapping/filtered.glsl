@@ -1,6 +1,6 @@
 // Shared by all filters: the texture and the targets.
 #include "common/exact.glsl"
-layout(binding = 0) uniform sampler2D texture_of;  // tiles the plane; its sides are powers of two
+layout(binding = 0) uniform sampler2D texture_of;  // repeats over the plane; its sides are powers of two
 layout(constant_id = 0) const uint COARSEST = 0;  // the level of one texel
 
 layout(location = 0) out vec4 colour;  // alpha: texels fetched
@@ -18,7 +18,7 @@ struct Filtered {
     uint visited;
 };
 
-// Texels tile: columns and rows of a level wrap.
+// The texture repeats: columns and rows of a level wrap.
 vec3 texel(ivec2 at, uint level) {
     return texelFetch(texture_of, at & ((1 << int(COARSEST - level)) - 1), int(level)).rgb;
 }

@@ -25,9 +25,10 @@ vec3 widened(vec3 v, inout float det, float most_ratio) {
 }
 
 // The longest useful footprint at a sphere's limb. There the sphere curves away within a pixel, but the plane of a
-// facet does not, so the facet's footprint is unbounded. At the limb a pixel of width p sees the sphere of radius R
-// over sqrt(2 p R), where the surface has fallen by p. The bound is the average over the pixel, sqrt(p R). `limb` is
-// p / R. The result is in texels of a longitude-latitude texture with `rows` rows; 0: no bound.
+// facet does not, so the facet's footprint is unbounded. A sphere of radius R falls by the width p of a pixel over an
+// arc of sqrt(2 p R) at the limb. The bound is the footprint in the middle of that pixel, where the surface has fallen
+// by p / 2: sqrt(p R). `limb` is p / R. The result is in texels of a longitude-latitude texture with `rows` rows; 0: no
+// bound.
 float most_major_texels(float limb, float rows) { return sqrt(limb) * rows * 0.31830989; }
 
 // Shortens J's major axis, measured on the sphere, to at most `most` texels. `across`: the cosine of the latitude.

@@ -10,7 +10,7 @@ layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;
 layout(binding = 2, scalar) readonly buffer Counts { uint fragments; uint depth_tests; uint sums; } counts;
 layout(binding = 3, scalar) readonly buffer Fragments { uvec2 of[]; } fragments;
 layout(binding = 4, scalar) writeonly buffer Colours { uint of[]; } colours;
-layout(binding = 7) uniform texture2D texture_of;  // tiles the plane; its sides are powers of two
+layout(binding = 7) uniform texture2D texture_of;  // repeats over the plane; its sides are powers of two
 
 vec3 texel(ivec2 at, uint level) {
     return 255.0 * texelFetch(texture_of, at & ((1 << int(object.coarsest - level)) - 1), int(level)).rgb;

@@ -5,8 +5,8 @@
 #include "texture_mapping/plane.glsl"
 #include "texture_mapping/filtered.glsl"
 
-// pbrt-v4's MIPMap::EWA (Pharr, Jakob and Humphreys, "Physically based rendering", 4th edition, section 10.4.5), with
-// a tiling texture.
+// pbrt-v4's MIPMap::EWA (Pharr, Jakob and Humphreys, "Physically based rendering", 4th edition, section 10.4.5), with a
+// repeating texture.
 const float MOST_RATIO = 8.0;
 const float TABLE_ENTRIES = 128.0;
 const int MOST_TURNS = 64;

@@ -3,7 +3,7 @@ layout(push_constant, scalar) uniform PlanePush {
     vec3 u_row;  // u = (u_row . (x, y, 1)) / (w_row . (x, y, 1)), in texels of level 0
     vec3 v_row;
     vec3 w_row;
-    // Derivatives times the squared denominator: u_x and v_x are constant + slope y, u_y and v_y constant + slope x.
+    // Derivatives times the squared denominator, as (constant, slope): u_x and v_x are linear in y, u_y and v_y in x.
     vec2 u_x;
     vec2 u_y;
     vec2 v_x;

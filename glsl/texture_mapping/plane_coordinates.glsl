@@ -1,4 +1,4 @@
-// A pixel of the plane by each form of the coordinates (`Coordinates` of method.rs). Needs plane.glsl.
+// Computes a pixel of the plane with each variant of `Coordinates` (method.rs). Needs plane.glsl.
 #include "texture_mapping/coordinates_row.glsl"
 
 layout(constant_id = 3) const uint COORDINATES = 0;  // the index of the variant of `Coordinates`

@@ -6,9 +6,8 @@
 #include "texture_mapping/filtered.glsl"
 #include "texture_mapping/footprint.glsl"
 
-// Trilinear samples along a line: trilinear, anisotropic, Feline, Mavridis and Papaioannou
-// (src/paper/texture_mapping/baselines.rs).
-layout(constant_id = 1) const uint RULE = 0;
+// Filters that take trilinear samples along a line (src/paper/texture_mapping/baselines.rs).
+layout(constant_id = 1) const uint RULE = 0;  // 0: trilinear; 1: anisotropic; 2: Feline; 3: Mavridis and Papaioannou
 layout(constant_id = 2) const uint MOST = 1;  // samples, probes or taps
 
 const uint SAMPLES_A_TAP = 16;

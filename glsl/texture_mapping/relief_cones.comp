@@ -16,7 +16,7 @@ float texel(vec2 at) { return heights.texels[place(ivec2(floor(at + 0.5)))]; }
 // The point, relative to `own`, at which a ray leaves the solid again. The ray starts on the top plane above `own` and
 // passes through (offset, height).
 vec3 leaves(ivec2 own, vec2 offset, float height) {
-    // MARCH of these steps lead from that point to the floor.
+    // MARCH steps lead from (offset, height) to the floor.
     precise vec3 along = vec3(offset, height - relief.depth) * (height / (relief.depth - height) / float(MARCH));
     for (uint n = 0; n <= MARCH; n++) {
         precise vec3 at = vec3(offset, height) + float(n) * along;

@@ -12,7 +12,7 @@ const uint MOST_TEXELS = 1024;  // per row of texels
 layout(push_constant, scalar) uniform Parallax {
     uint side;         // texels
     float depth;       // texels
-    float cotangent;   // of the elevation: a ray's way along x per unit of descent
+    float cotangent;   // cot(elevation): a ray's distance along x per unit of descent
     uint columns;      // pixels along a side of the picture
     float pixel;       // texels along a side of a pixel
 } view;

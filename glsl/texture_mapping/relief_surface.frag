@@ -69,10 +69,11 @@ vec3 lit(vec3 albedo, vec2 at) {
 #endif
 }
 
-// For the current pixel: the view direction in the plane, and its perpendicular. Lengths along it are in steps.
+// For the current pixel: the view direction in the plane (lengths along it are in steps), and its perpendicular
+// (lengths in texels).
 vec2 along, across;
 float step_texels;
-float steps_down;  // along the plane, per texel of descent
+float steps_down;  // steps along the plane per texel of descent
 
 #define COLOUR vec3
 struct Texel {
@@ -101,8 +102,9 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
         float side = float(relief.side);
         return lit(textureGrad(plain, to_texture(at), dx / side, dy / side).rgb, at);
     }
-    // A step is at most a pixel and at most a texel wide: a wall is as wide as a step, and its edge must not jump by
-    // more than a pixel. Steps are powers of two, so that neighbouring pixels sample the same positions.
+    // A step is at most a pixel and at most a texel long. A vertical wall is drawn one step wide, so with longer steps
+    // its edge would jump by more than a pixel. Steps are powers of two, so that neighbouring pixels sample the same
+    // positions.
     step_texels = exp2(clamp(floor(log2(2.0 * reach.x)), -5.0, 0.0));
     steps_down = level_length / -ray.z / step_texels;
     Sum sum = Sum(vec3(0.0), 0.0, 0.0);

@@ -5,8 +5,8 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// At most 16 streamed levels: 16 texels x 16 bits are the 256 points that Vulkan guarantees, and 768 of the 1024
-// components. (Only 2^20 x 2^20 texels in tiles of 16 have 17 streamed levels.)
+// A block has at most 16 texels with 16 bits each. These 256 points are as many as Vulkan guarantees, and take 768 of
+// the 1024 guaranteed components. (Only 2^20 x 2^20 texels in tiles of 16 have 17 streamed levels.)
 #define SIDE (1 << BLOCK_LOG2)
 layout(points) in;
 layout(points, max_vertices = SIDE * SIDE * 16) out;

@@ -13,7 +13,8 @@ layout(points, invocations = INVOCATIONS) in;
 layout(points, max_vertices = SIDE * SIDE / INVOCATIONS) out;
 
 layout(constant_id = 6) const uint MEMO = 1;           // emit only if the triple differs from the last one
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // grid of (i, j). 0: level 0's, as printed; 1: own level's
+// The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
+layout(constant_id = 7) const uint NATIVE_KEYING = 0;
 
 layout(binding = 0) uniform utexture2D requests;
 

@@ -12,7 +12,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// After any variant of stage 2: marks, in its mask, the neighbouring tiles that pixels' filters read.
+// Runs after any variant of stage 2, and marks in the tile mask the neighbouring tiles that the pixels' filters also
+// read.
 #if LAYOUT == 0
 #include "virtual_texture/dedup_tile_mask.glsl"
 #elif LAYOUT == 1

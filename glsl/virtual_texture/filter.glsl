@@ -10,7 +10,7 @@ layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 
 struct Wish {
     Coordinate at;
     uvec2 ij;     // row and column in level 0's grid
-    uint q;       // stage 1's q for streamed levels; for resident levels from the unclamped e
+    uint q;       // streamed levels: stage 1's q; resident levels: from the unclamped e
     float f;      // weight of level q + 1
     float count;  // number of samples (nA)
     vec2 major;   // the footprint's longer side, in texels of level 0
@@ -190,7 +190,7 @@ vec4 filtered(Wish wish, uvec3 seed) {
     uvec4 start = hash(uvec4(seed, 0));
     Resident tile = find_resident(wish.q, wish.ij);
     vec4 colour = shown_by(tile, wish, start);
-    // A separate branch, because software drivers keep a loop's variables in memory, even if it never repeats.
+    // A separate branch, because software drivers keep a loop's variables in memory, even if the loop never repeats.
     if (FADE_IN == 1) {
         // A tile that fades in leaves the rest of the weight to the tile shown before: the next coarser resident one.
         float weight = tile.fade;

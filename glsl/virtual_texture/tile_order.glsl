@@ -1,6 +1,7 @@
 // Linear index of a tile in the tile mask: level by level, row by row, as in Pyramid::tile_index. With level-0 tile
 // addresses each level has level 0's grid (M0). Needs pyramid.glsl.
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;  // grid of (i, j). 0: level 0's, as printed; 1: own level's
+// The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
+layout(constant_id = 7) const uint NATIVE_KEYING = 0;
 
 uint mark_index(uvec3 qij) {
     uint cells = tile_grid().x * tile_grid().y;

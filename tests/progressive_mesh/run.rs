@@ -1,4 +1,5 @@
-//! The buffer at every level: bit-equal for every walk there, with the faces of a mesh built from scratch.
+//! The buffer at a level has the same bits after every walk to this level, and has the faces of a mesh built from
+//! scratch.
 
 use super::made::{Made, Random, arrange, collapse, quad, torus};
 use ortelius::model::Model;

@@ -33,7 +33,7 @@ const CASES: [(&str, &str, u32, u32); 7] = [
     ("ruler", "antimeridian", 1, 5),
 ];
 
-/// The ellipse with axes of at most `ratio`, in tiles of `tile_size`.
+/// The ellipse with an axis ratio of at most `ratio`, in tiles of `tile_size`.
 fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
     Ellipse::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
@@ -57,7 +57,8 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> Pixel {
     Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
 }
 
-/// The number of pixels whose level is not the reference's for the device's derivatives, and of all covered pixels.
+/// The number of pixels whose level differs from that of the reference (from the device's derivatives), and the number
+/// of covered pixels.
 fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
@@ -75,12 +76,13 @@ fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
     counts
 }
 
-/// Texels from the centre to the furthest texels, for a Jacobian and a level. The last argument is the sign of the
-/// rounding error: -1 gives the least, 1 the greatest distance.
+/// Distances in texels from the centre to the furthest texels, for a Jacobian and a level. The last argument is the
+/// sign of the rounding error: -1 gives the least, 1 the greatest distance.
 type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 
 /// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to it. If
-/// rounding decides, the device's choice counts. Also the numbers of pixels that reach, and of undecided pixels.
+/// rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles, and
+/// of undecided pixels.
 fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (BTreeSet<TileId>, [usize; 2]) {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);

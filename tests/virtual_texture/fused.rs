@@ -90,7 +90,7 @@ impl Beside {
             return 0;
         }
         let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
-        assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
+        assert_eq!(entries.len(), triples.len(), "{what}: duplicate entry");
         let seen = match address {
             TileAddress::Level0 => reference::distinct_triples(&requests, &pyramid),
             TileAddress::OwnLevel => {

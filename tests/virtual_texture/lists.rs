@@ -70,7 +70,7 @@ pub(crate) fn assert_lists(
     assert_eq!(found, expected, "{what}");
     // Compares the list itself, not only its tiles: each entry occurs once.
     let entries: BTreeSet<[u32; 3]> = triples.iter().copied().collect();
-    assert_eq!(entries.len(), triples.len(), "{what}: an entry twice");
+    assert_eq!(entries.len(), triples.len(), "{what}: duplicate entry");
     match address {
         TileAddress::Level0 => assert_eq!(entries, reference::distinct_triples(requests, pyramid), "{what}"),
         TileAddress::OwnLevel => {

@@ -59,7 +59,8 @@ impl Random {
         }
     }
 
-    /// A camera from just above a ball of radius `scale` metres to far away. It looks at the ball, over it or past it.
+    /// A camera that is just above a ball of radius `scale` metres, far away, or between. It looks at the ball, over it
+    /// or past it.
     fn about_a_ball(&mut self, scale: f64) -> Pose {
         let (up, altitude) = (self.direction(), scale * 10f64.powf(self.between(-3.0, 1.0)));
         let eye = up * (scale + altitude);

@@ -61,7 +61,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
                 let list = |address| {
                     let list = HostList::new(pass, &pyramid, format, address).unwrap().list(copy.words());
                     let entries: BTreeSet<[u32; 3]> = list.iter().copied().collect();
-                    assert_eq!(entries.len(), list.len(), "{name}, {format:?}, {pass:?}: an entry twice");
+                    assert_eq!(entries.len(), list.len(), "{name}, {format:?}, {pass:?}: duplicate entry");
                     entries
                 };
                 assert_eq!(

@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 /// [`stage1::radius_px`] of the largest picture here, rounded up.
 pub const RADIUS_PX: f64 = 1.0 / 128.0;
 
-/// [`stage1::tolerance`] on the Earth and its ruler, where an offset stays below 2^-7 (scene::mesh).
+/// [`stage1::tolerance`] on the Earth and its ruler, where an offset stays below 2^-7 (`model::mesh`).
 pub fn tolerance(sample: &Sample) -> Tolerance {
     stage1::tolerance(sample, 2f64.powi(-7), RADIUS_PX)
 }

@@ -4,9 +4,9 @@
 //! From pixels to object units: a pinhole camera has a focal length of `f = height / (2 tan(fov / 2))` pixels.
 //! It shows a length `e` at distance `d`, perpendicular to the axis in the middle of the picture, as `f e / d`
 //! pixels. So `p` pixels are `p d / f` metres at the nearest point of the instance's bounding sphere. Dividing
-//! by the instance's scale gives object units. Away from the middle the same length appears longer, by at most
-//! 1 / cos^2 of its angle from the axis: 2.4 in the corner at 60 degrees and 16:9. The bound holds in the
-//! middle and may be exceeded by that factor in the corners.
+//! by the instance's scale gives object units. Away from the middle the same length appears longer, by a factor of at
+//! most 1 / cos^2 of its angle from the axis. In the corner this is 2.4 for a vertical field of view of 60 degrees at
+//! 16:9. The bound holds in the middle and may be exceeded by that factor in the corners.
 
 use super::choices::UpAxis;
 use super::config::ProgressiveSurface;

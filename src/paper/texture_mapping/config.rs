@@ -58,7 +58,7 @@ fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), Fault> {
 pub const LANGUAGE: Language =
     Language { tables: &[Table::of::<ReliefKeys>(&["surface", "*", "relief"])], check: |_| Ok(()) };
 
-/// Texels a side of a generated relief and of its colours. Noise is smooth: a smaller map is enough and is built
+/// Texels a side of a generated relief and of its colours. Noise is smooth, so a smaller map is enough, and is built
 /// sooner.
 pub fn side_of(kind: Kind) -> usize {
     if kind == Kind::Rock { 128 } else { 256 }

@@ -50,8 +50,8 @@ pub struct Footprint {
     pub minor_texels: f32,
     /// A longer ellipse is widened to this axis ratio.
     pub most_ratio: f32,
-    /// Most texels of the level from the centre to a side of the ellipse's bounding box, without k; a
-    /// larger box raises the level.
+    /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level and without k;
+    /// a larger box raises the level.
     pub most_reach: f32,
 }
 

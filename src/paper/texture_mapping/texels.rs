@@ -1,4 +1,4 @@
-//! A grey, tiling texture with all its levels: bytes of linear light.
+//! A grey texture that repeats, with all its levels, as bytes of linear light.
 
 /// Levels from the finest to a single texel, in row order.
 #[derive(Clone, Debug, PartialEq, Eq)]

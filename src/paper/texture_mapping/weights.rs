@@ -1,10 +1,10 @@
 //! The weight of a texel (steps B and C). r is its distance from the footprint's centre, 1 at the ellipse's edge.
 //!
 //! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis
-//! prints no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`Kernel`]). Step C
-//! weights a texel that the ellipse's edge cuts by the volume of a Gaussian body (sigma 0.2 texels) on the inner side
-//! of the cut, `V1(d) = Phi(d / 0.2)`. Here d is the signed distance in texels from the texel's centre to the edge,
-//! positive inside. Texels with `d > -1/2` contribute.
+//! prints no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`Kernel`]). If the
+//! ellipse's edge cuts a texel, step C uses as its weight the part of a Gaussian body's volume (sigma 0.2 texels) on
+//! the inner side of the cut, `V1(d) = Phi(d / 0.2)`. Here d is the signed distance in texels from the texel's centre
+//! to the edge, positive inside. Texels with `d > -1/2` contribute.
 
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -118,7 +118,7 @@ choices! {
         Workgroup = "workgroup",
         /// Compute: workgroups count, then write. The list is in the mask's order, the same in every run.
         Ordered = "ordered",
-        /// No pass: the fused draw appends a triple when it first sets its mark. For variant.dedup = fused,
+        /// No pass: the fused draw appends a triple when it first sets the triple's bit. For variant.dedup = fused,
         /// fused-exact.
         FusedAppend = "fused-append",
     }

@@ -42,7 +42,7 @@ pub struct Again {
 }
 
 impl Run<VirtualTexture> {
-    /// Draws `pose` once more and waits for the frame and its list: the frame after [`Run::settle`], without copies.
+    /// Draws the settled frame at `pose` once more, without copies, and waits for the frame and its list.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -1,6 +1,7 @@
 //! Culling for the depth-only draw: leaves out clusters of the mesh that are certainly invisible.
 //!
-//! The depth image must equal that of the whole mesh, bit for bit. So a cluster is culled only if its bounds prove:
+//! The depth image must equal that of the whole mesh, bit for bit. So a cluster is culled only if its bounds prove one
+//! of the following:
 //! - It lies outside the frustum, by more than the rounding errors of f32; or
 //! - It is back-facing, and stays so after the device has rounded its vertices and snapped them to a grid of 1/16
 //!   pixel, the coarsest that Vulkan allows. Moving the vertices by up to x flips a triangle only if its height is at

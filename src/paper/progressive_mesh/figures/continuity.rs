@@ -15,17 +15,16 @@ use glam::DVec3;
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",
     title: "Faces that follow the wanted error",
-    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer \
-            faces. Here the wanted error rises in steps of 1 %, from the level with 90 % of the faces to the \
-            level with 1000. By how much do the faces change at most, and in how many steps do they not \
-            change at all? `best` uses two passes of the simplifier; the second delays collapses by their \
-            deviation. `fast` uses only the first pass. To show the price, mean and Hausdorff distances are \
-            compared at equal numbers of faces (geometric means over 50, 20, 10 and 5 % of the faces, with \
-            50 000 points in quick runs and 400 000 otherwise). The closed models are `bunny`, `sphere`, \
-            `torus`, `knot` and `solid`, the open model is `grid`; `dragon_res4` and (with --full) `dragon` \
-            are measured if they have been fetched. They are not included in the means over models. `solid` \
-            has flat parts, which vanish with an error of 0: its steps begin at the first error above \
-            rounding.",
+    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer faces. \
+            Here the wanted error rises in steps of 1 %, from the level with 90 % of the faces to the level with \
+            1000. How much does the number of faces change at most, and in how many steps does it not change at all? \
+            `best` uses two passes of the simplifier; the second delays collapses by their deviation. `fast` uses \
+            only the first pass. To show the price, mean and Hausdorff distances are compared at equal numbers of \
+            faces (geometric means over 50, 20, 10 and 5 % of the faces, with 50 000 points in quick runs and 400 000 \
+            otherwise). The closed models are `bunny`, `sphere`, `torus`, `knot` and `solid`, the open model is \
+            `grid`; `dragon_res4` and (with --full) `dragon` are measured if they have been fetched. They are not \
+            included in the means over models. `solid` has flat parts, which vanish with an error of 0: its steps \
+            begin at the first error above rounding.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     paper: &[],

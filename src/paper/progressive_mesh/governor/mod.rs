@@ -16,9 +16,9 @@
 //! - There is no integral term, so there is no wind-up: the factor never exceeds that at which all instances
 //!   are at their coarsest.
 //! - It does not ring. A frame of n faces takes a + b n, but the plan assumes c n, where c = b + a / n comes
-//!   from earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies
-//!   its relative error by a's share of the budget and keeps its sign. If a alone exceeds the budget, the plan
-//!   ends at the coarsest.
+//!   from earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies the
+//!   estimate's relative error by a's share of the budget, and the error keeps its sign. If a alone exceeds the budget,
+//!   the plan ends at the coarsest.
 
 mod integral;
 

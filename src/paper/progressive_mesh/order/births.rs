@@ -6,8 +6,8 @@
 //! per split, and 0.5 more at 10. With births in place they cost no more than the levels just after a tswap.
 //! In return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
-//! An order is optimized for the level at three quarters of its group. An order that is optimized for the
-//! last level of its group is bad at the first levels (95 % of the levels: 1.94 on a torus).
+//! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
+//! its group is bad at the first levels: on a torus, 95 % of the levels then need up to 1.94.
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};

@@ -253,6 +253,6 @@ impl<'a> Plan<'a> {
 /// Values of [`Weights::valence`] that the last level tries: no single value is best on all meshes.
 const VALENCES: [f64; 4] = [0.3, 0.6, 1.0, 1.6];
 
-/// Faces ordered with each of these weights, over all starting faces together: meshes below a seventh of it
-/// try seven starting faces, and meshes above it try only the weights of the other levels.
+/// Maximum number of faces ordered with each of these weights, over all starting faces together. Meshes below a seventh
+/// of this number try seven starting faces; meshes above the number try only the weights of the other levels.
 const LAST_FACES: usize = 100_000;

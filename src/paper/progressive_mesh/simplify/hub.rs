@@ -15,7 +15,7 @@ pub struct RingEdge {
     behind: Option<u32>,
 }
 
-/// What a collapse along an edge would do to the surface's borders and seams.
+/// The kind of an edge, by its faces. It decides what a collapse along the edge would do to borders and seams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Two faces with the same wedges at both ends.

@@ -2,10 +2,10 @@
 //! simplifier and does not describe one).
 //!
 //! Ours executes the cheapest collapse first. The cost is the quadric error (Garland and Heckbert, "Surface
-//! Simplification Using Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance: each removed
-//! position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
-//! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in
-//! the sequence (`pace`), so that the stated error rises evenly.
+//! Simplification Using Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance. For this distance, each
+//! removed position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
+//! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in the
+//! sequence (`pace`), so that the stated error rises evenly.
 //!
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
 //! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
@@ -135,7 +135,7 @@ pub struct SimplifyReport {
     pub flips: usize,
     /// Collapses for which borders and seams no longer restricted the movement.
     pub crossing: usize,
-    /// Corners and vanished positions visited; the running time is proportional to it.
+    /// Corners and vanished positions visited; the running time is proportional to this number.
     pub looks: usize,
     /// Why there are more faces than requested.
     pub shortfall: Option<&'static str>,

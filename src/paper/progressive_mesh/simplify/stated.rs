@@ -6,8 +6,8 @@
 /// on.
 const GROWTH: [f64; 2] = [0.5, 4.0];
 
-/// Largest factor by which errors before a jump are raised to make it even. Flat parts keep a small error up
-/// to the jump.
+/// Largest factor by which errors before a jump are raised to even out the jump. Flat parts keep a small error up to
+/// the jump.
 const MOST_RAISED: f64 = 1.5;
 
 /// Safety factor on the distance measured at sample points, which was at worst 0.97 of the true distance, for

@@ -1,5 +1,5 @@
-//! Distances to a triangle: exact ones, and bounds on both sides at a third of the cost. Two of three
-//! distances on a dragon are only compared with another distance.
+//! Distances to a triangle: exact ones, and lower and upper bounds at a third of the cost. Two of three distances on a
+//! dragon are only compared with another distance.
 
 use super::lost::squared_to_segment;
 use glam::DVec3;
@@ -86,8 +86,8 @@ impl Triangle {
         (ap - self.ab * v - self.ac * w).length_squared() * WIDER + self.rounding
     }
 
-    /// True if [`Self::squared_to`] certainly exceeds `squared`, because the point is farther than that
-    /// beyond one of the sides.
+    /// True if [`Self::squared_to`] certainly exceeds `squared`, because the point lies beyond one of the sides by more
+    /// than that distance.
     pub fn is_beyond(&self, p: DVec3, squared: f64) -> bool {
         let (v, w) = self.barycentric(p - self.corners[0]);
         let bc_squared = self.ab_squared + self.ac_squared - 2.0 * self.ab_dot_ac;

@@ -25,7 +25,8 @@ impl<I: Index> Mapped<I> {
         &self.buffer
     }
 
-    /// Makes the buffer safe to write. Its last frame has passed; a buffer that is still shared is replaced by a copy.
+    /// Makes the buffer safe to write. Call it after the last frame that read the buffer has ended. If another owner
+    /// still holds the buffer, a copy replaces it.
     ///
     /// # Errors
     /// Out of memory.
@@ -61,7 +62,7 @@ impl<I: Index> Memory for Mapped<I> {
         bytemuck::cast_slice_mut(&mut bytes[..whole])
     }
 
-    /// By half at least, so that it seldom happens.
+    /// Grows the buffer by at least half, so that it seldom has to grow.
     fn grow(&mut self, faces: usize) -> std::result::Result<(), Unfit> {
         let bytes = I::TYPE.bytes_of_faces(faces as u64);
         if bytes > self.buffer.bytes() {

@@ -68,7 +68,7 @@ pub enum Walk {
 /// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivatives {
-    /// The difference to the next pixel's coordinates, which formula (9) expresses, from nine coefficients.
+    /// Differences to the coordinates of the next pixels, each computed from the nine coefficients.
     Differences,
     /// Numerators and denominators of formula (9) from the row's constants.
     Incremental,

@@ -16,15 +16,15 @@ pub const COORDINATES: Figure = Figure {
     id: "tm.17",
     title: "Coordinates: time against screen area and tilt",
     about: "Figure 17 of the thesis: in a fragment shader, texturing with modified Heckbert coordinates is 26 % \
-            faster than with the original ones \"in all tests\" (0.25 times, elsewhere in the thesis). A tilted \
+            faster than with the original ones \"in all tests\" (elsewhere the thesis says 0.25 times). A tilted \
             plane fills the picture. Each pixel takes one bilinear sample of a 2048 x 2048 texture; every form \
-            fetches the same texels. The tilts are 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, `tilt \
-            80`), with 20 degrees of roll, so that the homography's denominator varies along rows. \
-            Fragments of a row have no order. So a fragment shader reads the row's constants of the \
-            modified form from a buffer, or receives varyings from the rasteriser. Compute shaders walk \
-            the rows by formulas (7) and (8) of the thesis, with and without restarts. The set-up of the \
-            rows in f64 on the host is reported separately. Derivatives are timed without a texture fetch: \
-            differences to two neighbouring coordinates against numerators from the row's constants.",
+            fetches the same texels. The tilts are 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, `tilt 80`), with \
+            20 degrees of roll, so that the homography's denominator varies along rows. Fragments of a row have no \
+            order. So a fragment shader reads the row's constants of the modified form from a buffer, or receives \
+            varyings from the rasteriser. Compute shaders walk the rows by formulas (7) and (8) of the thesis, with \
+            and without restarts. The set-up of the rows in f64 on the host is reported separately. Derivatives are \
+            timed without a texture fetch: differences to two neighbouring coordinates against numerators from the \
+            row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = Derivatives::ALL.map(derivatives_name);

@@ -33,7 +33,7 @@ pub struct Lab {
     pub size: [u32; 2],
     /// Object-space texturing: distance from the eye to the projection plane.
     pub camera_px: f64,
-    /// Object-space texturing: a plane is cut off where a pixel would receive more fragments.
+    /// Object-space texturing: a plane is cut off where a pixel would receive more fragments than this.
     pub most_per_pixel: f64,
     texels: Texels,
     tiled: Tiled,

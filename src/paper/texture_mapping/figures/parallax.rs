@@ -15,10 +15,10 @@ pub const PARALLAX: Figure = Figure {
     about: "Figure 25 of the thesis: filtering only those texels of the footprint that the relief does not hide is \
             more accurate (by expert ratings) and 5.1 % slower. The view is parallel, along x, on `bricks`, \
             `pillars`, `spikes` and `rock` with 64 texels a side and random colours. A pixel is 4 x 4 texels of the \
-            top plane. The truth is the mean of exact intersections, 48 x 48 per pixel (quick: 24 x 24). Its \
-            difference from a truth with half as many samples in each direction shows its own error. Errors are NMSE \
-            over one period of the relief. The texel count includes the filter and the search for hidden texels, but \
-            not the search for the footprint's ends.",
+            top plane. The truth is the mean of exact intersections, 48 x 48 per pixel (quick: 24 x 24). The \
+            difference between this truth and one with half as many samples in each direction shows the truth's own \
+            error. Errors are NMSE over one period of the relief. The texel count includes the filter and the search \
+            for hidden texels, but not the search for the footprint's ends.",
     scenes: &["bricks", "pillars", "spikes", "rock"],
     variants: || {
         Method::ALL.map(|method| method.name().to_string()).into_iter().chain([FLOOR.to_string()]).collect()

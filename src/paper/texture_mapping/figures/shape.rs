@@ -20,9 +20,10 @@ pub const SHAPE: Figure = Figure {
             accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
             and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \
             those of the exact ellipse with a reconstruction term of 0.8. \"As printed\" takes the lengths of the \
-            Jacobian's rows (columns) as the axes. \"Blind to shape\" weights a circle. The truths are formula (4)'s \
-            kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also compared with its \
-            own kernel, a disc. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
+            Jacobian's rows (columns) as the axes. \"Blind to shape\" uses the weights of a circle. The truths are \
+            formula (4)'s kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also \
+            compared with its own kernel, a disc. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x \
+            192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["as printed, rows", "as printed, columns"],

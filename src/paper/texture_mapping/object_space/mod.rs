@@ -39,8 +39,8 @@ pub struct Polygons {
     pub camera_px: f32,
 }
 
-/// A plane is cut off where a pixel would hold more fragments. 32 bits hold the sum of 1.33 times this many fragments
-/// (weight 1024, byte 255).
+/// A plane is cut off where a pixel would hold more fragments than this. 32 bits hold the sum of 1.33 times as many
+/// fragments (weight 1024, byte 255).
 pub const MOST_PER_PIXEL: f64 = 12_288.0;
 
 /// The most fragments of a picture; each takes 12 bytes.

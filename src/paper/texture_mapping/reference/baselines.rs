@@ -156,8 +156,8 @@ fn pbrt_level(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2
     let (width, height) = (c.sqrt() + 1.0, a.sqrt() + 1.0);
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
-    // A form with terms up to a c / f loses that factor to cancellation. One step of the table is 1/127 of its
-    // exponent.
+    // The quadratic form r2 cancels terms of up to a c / f, which multiplies its rounding error by that factor. Two
+    // neighbouring entries of the weight table differ by 2/127 in the exponent.
     let rounding = 2f64.powi(-21) * (a * c / f);
     for row in (v - height).floor() as i64..=(v + height).floor() as i64 {
         for column in (u - width).floor() as i64..=(u + width).floor() as i64 {

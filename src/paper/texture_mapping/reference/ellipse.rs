@@ -244,8 +244,8 @@ pub fn filtered(
 }
 
 /// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
-/// V + (1 + t) / 4 I contains the sum of the ellipse V and a disc of radius 1/2. It touches the sum at the minor axis
-/// if t is twice that axis's length.
+/// V + (1 + t) / 4 I contains the Minkowski sum of the ellipse V and a disc of radius 1/2. It touches this sum at the
+/// ends of the minor axis if t is twice the minor semi-axis.
 fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
     let [a, b, c] = shaped.v.0;
     if ellipse.edge == Edge::None {
@@ -303,8 +303,8 @@ fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMu
             let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
             let distance = |r: f64| (1.0 - r) * texels_a_radius;
             let rounding = rounding(&shaped, [du, dv], r);
-            // Where the edge curves away, this distance is too short. A texel contributes only up to half a texel
-            // outside.
+            // Where the edge curves away, `distance` is too short. Texels outside the outer ellipse are more than half
+            // a texel beyond the edge and do not contribute.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
             // If its terms cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;

@@ -74,7 +74,8 @@ fn cells_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
             [distance * angle.cos(), distance * angle.sin()]
         })
         .collect();
-    // A cell meets the unit square around a point of the arc; the margin is the distance between samples.
+    // A cell counts if the unit square around a point of the arc meets it. The tolerance is one unit, plus the distance
+    // between sampled points.
     let margin = 1.0 + distance * TAU / SECTORS as f64 / f64::from(samples);
     let reach = distance as i32 + 2;
     let near = |&[a, b]: &[i32; 2]| {
@@ -156,8 +157,9 @@ impl Cell<'_> {
         })
     }
 
-    /// The square of the least distance to a surface point in another cell. Only points count that lie below at least
-    /// as steeply as the tangent `slope`. The result is infinite if the cell has no such point.
+    /// The square of the least distance from this cell to a surface point in the cell at [a, b]. Only points count
+    /// whose line from this cell descends with a tangent of at least `slope`; without such a point the result is
+    /// infinite.
     fn squared_distance(&self, [a, b]: [i32; 2], slope: f32) -> f32 {
         let gap = |at: i32| (at.abs() as f32 - self.extent).max(0.0);
         let across = gap(a) * gap(a) + gap(b) * gap(b);
@@ -265,8 +267,8 @@ impl DistanceMap {
 const MARCH: u32 = 32;
 
 /// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. Inside a
-/// relaxed cone a ray may enter the solid once. Each other texel limits the relaxed cone: the ray from the top plane
-/// above the cone's own texel passes through that texel, and the cone ends where this ray leaves the solid again.
+/// relaxed cone a ray may enter the solid once. For each other texel, a ray starts on the top plane above the cone's
+/// own texel and passes through the other one. The point at which this ray leaves the solid limits the relaxed cone.
 pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
     let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));

@@ -19,8 +19,8 @@ pub struct ReliefSurface {
     map: Buffer,
 }
 
-/// Limit of the work of building a distance map: pairs of a cell and a cell of its neighbourhood. It takes 8 s on a
-/// software device with 2 cores.
+/// Limit of the work of building a distance map, counted in pairs of a cell and a cell of its neighbourhood. This much
+/// work takes 8 s on a software device with 2 cores.
 pub const MOST_PAIRS: u64 = 1 << 27;
 
 /// Layers of a relief's distance map; a layer is about as thick as a texel is wide.

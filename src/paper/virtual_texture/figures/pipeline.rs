@@ -32,7 +32,7 @@ pub const PIPELINE: Figure = Figure {
         .timed(),
         Claim::ours(
             "our-gpu-list",
-            "The best exact variant's frame is also faster than those with read-back.",
+            "The best exact variant's frame is also faster than every frame with read-back.",
             &[Test::ratio(best(FRAME, || those(Combination::is_classic)), best(FRAME, exact), Above(1.0))],
         )
         .timed(),

@@ -1,4 +1,4 @@
-//! Whole frames of several variants in one view, on one device and one texture. All share each synthesised tile.
+//! Whole frames of several variants in one view, on one device and one texture. They share the synthesised tiles.
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 

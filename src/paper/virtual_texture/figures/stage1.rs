@@ -1,5 +1,5 @@
-//! Compares stage 1 of a frame with the f64 reference, pixel by pixel. A difference is explained if f32 and fixed-point
-//! errors can cause it at a rounding border, otherwise unexplained.
+//! Compares stage 1 of a frame with the f64 reference, pixel by pixel. A difference is explained if the pixel is so
+//! close to the border of a tile or level that f32 and fixed-point errors can cause it.
 
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::SourceMesh;
@@ -17,10 +17,10 @@ pub struct Stage1Check {
     pub unexplained: Vec<String>,
 }
 
-/// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to
-/// 1/256 pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by at most half of that. Clip coordinates
-/// are f32 sums of 4 products, of at most 10 times the picture's longer side, with a relative error of 2^-22: 1/218
-/// pixel at 1920 columns, 1/26 at 16384.
+/// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to 1/256
+/// pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by at most half of that. Clip coordinates are f32
+/// sums of 4 products with a relative error of 2^-22. In pixels, the products are at most 10 times the picture's longer
+/// side. The error is then at most 1/218 pixel at 1920 columns, and 1/26 at 16384.
 pub fn radius_px(size: [u32; 2]) -> f64 {
     let clip_px = 2f64.powi(-22) * 10.0 * f64::from(size[0].max(size[1]));
     2.0 * (1.0 / 512.0 + clip_px)

@@ -21,8 +21,8 @@
 //!   bias is up. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
 //!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
-//!   has been reassigned is dropped on arrival. Slots are reassigned by [`Streaming::reset`], and for a visible tile
-//!   if loads that are no longer wanted have reserved all slots.
+//!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. A visible tile also gets the slot
+//!   of a load that is no longer wanted, if loads have reserved all slots.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
@@ -175,8 +175,8 @@ impl Streaming {
         report
     }
 
-    /// True if every tile that the latest frame wanted is in the tile pool, and before the first frame. Failed tiles
-    /// are not wanted, but their substitutes are.
+    /// True if every tile that the latest frame wanted is in the tile pool; also true before the first frame. Failed
+    /// tiles are not wanted, but their substitutes are.
     pub fn settled(&self) -> bool {
         self.pending == 0
     }

@@ -3,7 +3,7 @@
 use super::lru::Lru;
 use crate::math::pyramid::TileId;
 
-/// A slot that may be taken, and the tile that has to leave it.
+/// A slot that may be taken, and the tile that it must evict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
     pub slot: u32,
@@ -31,7 +31,7 @@ impl Slots {
         }
     }
 
-    /// Other slots after these, whose generations none of these has had.
+    /// New slots that replace these. Their generations are higher than all generations of these.
     pub fn after(&self, capacity: u32) -> Self {
         let generation = self.generations.iter().max().map_or(0, |latest| latest + 1);
         Self { generations: vec![generation; capacity as usize], ..Slots::new(capacity) }

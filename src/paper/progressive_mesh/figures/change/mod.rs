@@ -108,8 +108,8 @@ pub const CHANGE: Figure = Figure {
         .timed(),
         Claim::ours(
             "less-than-a-copy",
-            "For a change of 1 % in tail-23, host and device together take less time than a copy of all live \
-             faces, with the best of its three methods.",
+            "For a change of 1 % in tail-23, host and device together take less time than a copy of all live faces, \
+             if tail-23 uses the best of its three methods.",
             &[Test::ratio(
                 one(BOTH, COPY),
                 best(BOTH, || [TAIL_23, MAPPED, ON_DEVICE].map(String::from).into()),
@@ -122,7 +122,7 @@ pub const CHANGE: Figure = Figure {
 };
 
 const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];
-/// For the largest mesh this is less than one split.
+/// A step of a single split: this percentage is less than one split of the largest mesh.
 const ONE: f64 = 0.001;
 const ALL: f64 = 100.0;
 const SINGLE: Places = Places::ALL.x(0.0, ONE);

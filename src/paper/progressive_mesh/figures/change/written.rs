@@ -34,7 +34,7 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
     levels.push(last);
     let back = levels.iter().rev().skip(1).copied().collect::<Vec<u32>>();
     levels.extend(back);
-    // Of two mapped buffers each is written every other time.
+    // There are two mapped buffers; each is written every other time.
     let behind = if way.by == By::Scene(Apply::Mapped) { 2 } else { 1 };
     let before = |n: usize| levels[n.saturating_sub(behind)];
     let changes = (1..levels.len()).map(|n| [before(n), levels[n]]);

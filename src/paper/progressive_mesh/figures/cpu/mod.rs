@@ -25,19 +25,19 @@ const MOVED: &str = "moved faces for each split";
 pub const CPU: Figure = Figure {
     id: "pm.cpu",
     title: "CPU time of level changes",
-    about: "One core executes all splits of a mesh and then all collapses, as the paper's pseudocode and as \
-            flat lists, without tswaps and with about 10 and 23 moved faces per split. `bunny` has 3674 \
-            faces, `torus:48` 9216, `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, \
-            868 624. The scans `dragon_res4` and, with --full, `dragon` are measured if they have been \
-            fetched. Then ten frames, each with a hundredth of the splits, update an index buffer on the \
-            device by five methods. The paper (headline) says that the CPU's load rises by 20 %, but not \
-            relative to what; both the splits without tswaps and the host's work for a frame are judged. \
-            Rates and times are medians. The frame is one of a scene: one instance with a wanted error of \
-            one pixel, in a picture of 640 x 360 (with --full 1280 x 720), without a level change. Its load \
-            is the host's time (visibility, levels, recording, submission) plus a hundredth of the splits; \
-            its whole time until it is drawn is shown as well. The 64-byte lines of the index buffer that a \
-            split touches, including its share of tswaps, are counted with one level per step; on meshes up \
-            to 100 000 faces also for the paper's greedy, with and without its weight for lines.",
+    about: "One core executes all splits of a mesh and then all collapses, as the paper's pseudocode and as flat \
+            lists, without tswaps and with about 10 and 23 moved faces per split. `bunny` has 3674 faces, `torus:48` \
+            9216, `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624. The scans \
+            `dragon_res4` and, with --full, `dragon` are measured if they have been fetched. Then ten frames, each \
+            with a hundredth of the splits, update an index buffer on the device by five methods. The paper \
+            (headline) says that the CPU's load rises by 20 %, but not relative to what. The figure judges the rise \
+            relative to the splits without tswaps, and relative to the host's work for a frame. Rates and times are \
+            medians. The frame is one of a scene: one instance with a wanted error of one pixel, in a picture of 640 \
+            x 360 (with --full 1280 x 720), without a level change. The frame's load is the host's time (visibility, \
+            levels, recording, submission) plus that of a hundredth of the splits. The whole time until the frame is \
+            drawn is shown as well. The 64-byte lines of the index buffer that a split touches, including its share \
+            of tswaps, are counted with one level per step; on meshes up to 100 000 faces also for the paper's \
+            greedy, with and without its weight for lines.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
     paper: &["the paper's greedy"],

@@ -15,19 +15,18 @@ use std::collections::HashMap;
 pub const EXTREMES: Figure = Figure {
     id: "pm.extremes",
     title: "Hostile meshes",
-    about: "What happens to meshes that occur in files and that simplifiers handle badly? The cases are the \
-            bunny (3674 faces) unchanged (`clean`); moved (`offset 1e4`; `offset 1e7`, where a step of f32 \
-            is 1 and the bunny is 10 across; `offset 1e9`, where all its vertices coincide); scaled \
-            (`scale 1e-38`, `scale 1e-20`, `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is \
-            not finite or absurdly far away (`one NaN`, `one infinity`, `one at 1e30`, \
-            `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` on its edges, 200 `fins`, \
-            `every face twice`, or `backs` on a tenth of the faces; as a `soup` of triangles; with texture \
-            `seams` between charts, simplified to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 cubes that \
-            touch in corners. Except for `seams` the target is a quarter of the faces. Ours cleans the mesh \
-            first and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are \
-            measured from the intended shape, before damage and rounding to f32, in diagonals of its box, \
-            without faces that are not finite. The deviation of ours after cleaning is shown separately, and \
-            the stated error adds to it. `the mesh` is the content of the file.",
+    about: "What happens to meshes that occur in files and that simplifiers handle badly? The cases are the bunny \
+            (3674 faces) unchanged (`clean`); moved (`offset 1e4`; `offset 1e7`, where a step of f32 is 1 and the \
+            bunny is 10 across; `offset 1e9`, where all its vertices coincide); scaled (`scale 1e-38`, `scale 1e-20`, \
+            `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far away (`one \
+            NaN`, `one infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` \
+            on its edges, 200 `fins`, `every face twice`, or `backs` on a tenth of the faces; as a `soup` of \
+            triangles; with texture `seams` between charts, simplified to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 \
+            cubes that touch in corners. Except for `seams` the target is a quarter of the faces. Our simplifier \
+            first cleans the mesh and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. \
+            Distances are measured from the intended shape, before damage and rounding to f32, in diagonals of its \
+            box, without faces that are not finite. The deviation that reading and cleaning cause is shown \
+            separately, because the stated error does not include it. `the mesh` is the content of the file.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],

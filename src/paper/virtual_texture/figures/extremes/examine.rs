@@ -144,7 +144,7 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
 
 fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     if let Landscape::Noise = extreme.landscape {
-        // No triple is near a rounding border, so all must be equal.
+        // No sample is near the border of a tile or level, so all triples must be equal.
         let wrong = drawn.triples.iter().enumerate().filter_map(|(pixel, &found)| {
             let right = Extreme::noise_triple(&sight.pyramid, pixel as u64);
             (found != right).then(|| format!("pixel {pixel}: {found:?}, not {right:?}"))

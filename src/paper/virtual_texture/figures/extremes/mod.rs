@@ -58,7 +58,8 @@ pub const EXTREMES_FIGURE: Figure = Figure {
         ),
         Claim::ours(
             "stage-1-is-explained",
-            "Every triple that differs from the f64 reference is explained by a rounding border",
+            "Every triple that differs from the f64 reference lies so close to a tile's or level's border that \
+            rounding explains it",
             &[Test::value(one("unexplained", STAGE_1), Equal(0.0))],
         ),
         Claim::ours(
@@ -113,7 +114,7 @@ fn rows(examined: &Examination) -> Vec<Row> {
     let (differing, unexplained) = (check.differing, check.unexplained.len());
     let words = match (differing, unexplained) {
         (0, _) => format!("all {} pixels equal", check.pixels),
-        (_, 0) => format!("{differing} of {} pixels differ, all at a rounding border", check.pixels),
+        (_, 0) => format!("{differing} of {} pixels differ, all at a tile's or level's border", check.pixels),
         _ => format!("{unexplained} pixels unexplained: {}", check.unexplained[0]),
     };
     rows.push(Row::new(STAGE_1, "outcome", "", Value::Text(words)));

@@ -53,8 +53,8 @@ pub const SEAMS: Figure = Figure {
         ),
         Claim::ours(
             "anisotropic",
-            "Two texels of border are enough for NA samples along a footprint, which are looked up in the neighbouring tile \
-             beyond it: no pixel is off by more than 1/256.",
+            "Two texels of border are enough for NA samples along a footprint, because samples beyond the border are \
+             looked up in the neighbouring tile: no pixel is off by more than 1/256.",
             &[Test::value(along(WORST), AtMost(STEP)), Test::value(along(ELSEWHERE), AtMost(STEP))],
         ),
         Claim::ours(

@@ -1,8 +1,8 @@
 //! Figures of streaming along six paths over the earth: vt.cache, vt.prefetch, vt.budget, vt.pop, vt.disk.
 //!
-//! Lists and caches do not depend on the texels. So the `ruler` replaces the imagery where only they matter, with the
-//! same pyramid, mesh and paths: its tiles take a tenth of the time. With tiles of 256 texels, 640 x 360 pixels show as
-//! many tiles as 1280 x 720 pixels with the paper's tiles of 512.
+//! Lists and caches do not depend on the texels. So the `ruler`, whose tiles take a tenth of the time, replaces the
+//! imagery where only lists and caches matter. Pyramid, mesh and paths stay the same. With tiles of 256 texels, 640 x
+//! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512.
 
 mod budget;
 mod cache;

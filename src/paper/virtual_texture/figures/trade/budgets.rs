@@ -1,5 +1,6 @@
 //! Upload and load budgets (section 3). They change how soon a frame settles, but not the settled frame. So they are
-//! not points of the Pareto front. Each budget is settled from empty caches, and the settled picture is compared.
+//! not points of the Pareto front. With each budget a session settles from empty caches, and its settled picture is
+//! compared.
 
 use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
