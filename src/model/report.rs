@@ -45,7 +45,7 @@ pub struct MeshReport {
     /// 0.
     pub replaced_attributes: usize,
     /// f32 steps across the mesh's box, if all coordinates are f32 and there are fewer than 4096 steps. Finer detail
-    /// was lost before.
+    /// was lost before the file was read.
     pub f32_steps: Option<usize>,
     /// Counts of the result.
     pub positions: usize,

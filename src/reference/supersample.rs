@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
-        // Covariance: J sigma^2 J^T of the kernel, 1/6 per axis of a bilinear texel.
+        // The covariance is the sum of the kernel's, sigma^2 J J^T, and a bilinear texel's, 1/6 on each axis.
         let sigma = 1.0;
         let kernel = Kernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));

@@ -1,4 +1,4 @@
-//! Settings by time and error: a mark for each, a line through the front.
+//! Settings by time and error: a mark for each setting, and a line through the Pareto front.
 
 use super::super::words::tick;
 use super::scale::Scale;

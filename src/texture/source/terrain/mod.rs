@@ -80,7 +80,8 @@ impl Terrain {
         };
         let inside = top.max(0)..(top + side as i64).min(width);
         piece([left, inside.start], (inside.end - inside.start) as usize, (inside.start - top) as usize);
-        // Rows before the first and after the last each have their own turn.
+        // Rows beyond the north and the south edge are mirrored, half a turn away ([`true_texel`]), so each is a piece
+        // of its own.
         for y in (top..inside.start).chain(inside.end..top + side as i64) {
             let turned = true_texel([width as u32; 2], left, y).map(i64::from);
             piece(turned, 1, (y - top) as usize);
