@@ -219,8 +219,8 @@ fn a_tiff_that_is_not_the_whole_globe_is_rejected_with_the_command_that_helps() 
     }
 }
 
-/// What GDAL and satellites produce besides: JPEG (with YCbCr, as GDAL writes it), other compressions, palettes, 16 bits.
-/// ZSTD, WebP, bands in planes and grey with alpha are read: see `content.rs`.
+/// Other kinds that GDAL and satellites produce: JPEG (with YCbCr, as GDAL writes it), other compressions, palettes, 16
+/// bits. ZSTD, WebP, bands in planes and grey with alpha are read: see `content.rs`.
 #[test]
 fn a_tiff_of_a_kind_that_is_not_read_is_rejected_with_the_conversion() {
     let folder = tempfile::tempdir().unwrap();

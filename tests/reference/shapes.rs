@@ -156,8 +156,8 @@ fn triangles_without_area_are_never_seen() {
     assert_eq!(view(&plane, &over_plane(0.0, 0.0, 10.0, 40.0), [16, 16]).samples(), clean);
 }
 
-/// Legs of 50 pixels: the altitude is 50 / sqrt(2), and snapped vertices change gradients by 1.1e-4. At a hundredth of the
-/// size they change them by 1.1 %.
+/// With legs of 50 pixels the altitude is 50 / sqrt(2), and snapping the vertices changes gradients by 1.1e-4. At a
+/// hundredth of the size it changes them by 1.1 %.
 #[test]
 fn the_altitude_is_that_on_the_longest_side() {
     for (side, altitude_px) in [(1.0, 35.355), (0.01, 0.353_55)] {
