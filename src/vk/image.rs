@@ -323,9 +323,9 @@ impl Gpu {
         self.create_sampler(name, info.filter, [in_s, edge], 1)
     }
 
-    /// A sampler for a texture that repeats in both directions. `most_anisotropy` above 1 selects the device's
-    /// anisotropic filter with at most that many samples, or the device's own maximum if that is lower. The device must
-    /// have been opened with [`Feature::SamplerAnisotropy`].
+    /// A sampler for a texture that tiles the plane. `most_anisotropy` above 1 selects the device's
+    /// anisotropic filter with at most that many samples, or the device's own maximum if that is lower. The
+    /// device must have been opened with [`Feature::SamplerAnisotropy`].
     ///
     /// # Errors
     /// Out of memory.

@@ -17,6 +17,7 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt
 
 /// Batches of cases. A batch runs on one thread, because its cases share orders or tiles that take long to make.
 fn batches() -> Vec<Vec<Case>> {
+    // An order, or a texture's tiles, take up to seconds to make.
     let mut batches: Vec<Vec<Case>> = Vec::new();
     for case in cases::progressive_mesh().into_iter().chain(cases::virtual_texture()) {
         let together = |last: &&mut Vec<Case>| match case.paper {
