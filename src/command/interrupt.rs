@@ -36,7 +36,7 @@ pub fn stop(signal: i32, advice: Option<&str>) -> ! {
         // If stderr is closed, the signal is the only report.
         let _ignored = writeln!(stderr, "{line_start}ortelius: stopped; {advice}");
     }
-    // No exit(): drivers would clean up in their exit handlers while their threads still run.
+    // exit() would run the drivers' exit handlers while their threads still run.
     let _failed = emulate_default_handler(signal);
     std::process::abort()
 }

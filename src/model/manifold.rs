@@ -1,6 +1,6 @@
-//! Makes faces that share points arbitrarily a manifold: folds are removed, windings of neighbours are made
-//! consistent, and where more than one fan of faces still meets, the surface is cut ("cutting" of Gueziec, Taubin,
-//! Lazarus, Horn 2001).
+//! Turns faces that share points arbitrarily into a manifold: removes folds, makes the windings of neighbours
+//! consistent, and cuts the surface where several fans of faces still meet ("cutting" of Gueziec, Taubin, Lazarus, Horn
+//! 2001).
 
 use super::topology::{Groups, half_edges, next_corner};
 use glam::DVec3;
@@ -108,7 +108,8 @@ impl Faces {
             let mut next = 0;
             while let Some(&face) = patch.get(next) {
                 next += 1;
-                // In face order, independent of winding, so that a reoriented model is not reoriented again.
+                // Neighbours are visited in face order, independent of winding, so that a reoriented model is not
+                // reoriented again.
                 let mut neighbours = [0, 1, 2].map(|k| (mates[3 * face + k], (3 * face + k) as u32));
                 neighbours.sort_unstable();
                 for (mate, corner) in neighbours.into_iter().filter(|(mate, _)| *mate != u32::MAX) {

@@ -242,7 +242,7 @@ fn merged_parts_equal_the_undivided_run_byte_for_byte() {
     let (whole, merged) = (folder(), folder());
     reported(&figures, whole.path());
     let parts = parts(&figures, 3, |_, _| {});
-    // In any order, and repeatedly.
+    // Parts may be given in any order, and repeatedly.
     let mut sources = paths(&parts);
     sources.reverse();
     for _ in 0..2 {

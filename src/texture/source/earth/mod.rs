@@ -150,7 +150,7 @@ impl TileSource for Earth {
         }
         let [width, height] = level_size(width_log2).map(|side| side as usize);
         let mut bytes = vec![0; width * height * 4];
-        // In squares of 512, to bound memory: a level in linear light needs three times the bytes.
+        // Computed in squares of 512, to bound memory: a level in linear light needs three times the bytes.
         let side = 512.min(height);
         let mut square = vec![0; side * side * 4];
         for top in (0..height).step_by(side) {

@@ -183,7 +183,7 @@ impl TileSource for Terrain {
         }
         let width = 1usize << width_log2;
         let mut bytes = vec![0; width * width * 4];
-        // In bands of 64 rows, to bound memory.
+        // Computed in bands of 64 rows, to bound memory.
         for (band, bytes) in bytes.chunks_mut(64 * width * 4).enumerate() {
             let region = refine::region(self.base, width_log2, 0..width, 64 * band..64 * band + 64).0;
             write_region(&region, width_log2, [0, 64 * band], [width, 64], width, bytes);
