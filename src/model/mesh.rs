@@ -195,7 +195,8 @@ fn gpu_vertex(source: &SourceMesh, vertex: u32, origin: [u32; 2]) -> MeshVertex 
 /// The WGS84 ellipsoid: `columns` meridians, `rows` bands of latitude, `s = (longitude + 180) / 360`, `t = (90 -
 /// latitude) / 180`. The meridian 180 appears twice (s = 0 and s = 1, equal positions). Each pole has one vertex for
 /// each column, in the column's middle. 388 x 194 are the paper's "about 150 000 polygons" (149 768).
-/// # Errors [`MeshError::Grid`] unless there are at least 3 columns and 2 rows, and at most 2^26 quads.
+/// # Errors
+/// [`MeshError::Grid`] unless there are at least 3 columns and 2 rows, and at most 2^26 quads.
 pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     if columns < 3 || rows < 2 || u64::from(columns) * u64::from(rows) > MOST_QUADS {
         let needs = "at least 3 columns and 2 rows, at most 67108864 quads";
@@ -315,7 +316,8 @@ mod tests {
         for (vertex, normal) in mesh.vertices.iter().zip(mesh.normals()) {
             let [up, normal] =
                 [vertex.position_high, normal].map(|v| DVec3::from(v.map(f64::from)).normalize());
-            // A quad spans 5.6 degrees, and the ellipsoid's normal differs from the centre's ray by 0.2.
+            // A quad spans 5.6 degrees, and the ellipsoid's normal differs by 0.2 degrees from the direction away from
+            // the centre.
             assert!(up.dot(normal) > 4f64.to_radians().cos(), "{vertex:?}: {normal}");
         }
     }

@@ -1,4 +1,4 @@
-//! Test patterns: square grey textures that tile the plane, one byte of linear light per texel.
+//! Test patterns: square grey textures that repeat in both directions, one byte of linear light per texel.
 
 use crate::math::splitmix::SplitMix64;
 use std::f64::consts::TAU;

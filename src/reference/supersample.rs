@@ -19,7 +19,7 @@ pub enum Kernel {
     Gaussian { sigma: f64, radius: f64 },
 }
 
-/// A texture that tiles the plane: bilinear between the texels of level 0.
+/// A texture that repeats in both directions, bilinear between the texels of level 0.
 pub struct Tiled {
     side: usize,
     values: Vec<f64>,

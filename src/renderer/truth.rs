@@ -75,7 +75,8 @@ pub fn check(scene: &Scene, tiles: Option<TileFormat>) -> Result<(), &'static st
 impl<'a> Truth<'a> {
     /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
     ///
-    /// # Errors A file that cannot be read, or content that the reference cannot show.
+    /// # Errors
+    /// A file that cannot be read, or content that the reference cannot show.
     pub fn new(
         scene: &Scene,
         tiles: Option<&'a dyn TileSource>,

@@ -14,8 +14,8 @@
 //!
 //! # Borders
 //! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
-//! and references share: beyond an edge is the opposite side. The model `valley` ends 1/64 of the area before
-//! the edges, so this is never visible.
+//! and references share: columns wrap, and rows beyond an edge are mirrored, half a turn away. The model `valley` ends
+//! 1/64 of the area before the edges, so this is never visible.
 //!
 //! # Cost
 //! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of
