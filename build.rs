@@ -218,7 +218,9 @@ impl Generated {
                     let kind =
                         descriptor_kind(desc_ty).ok_or_else(|| fail(&format!("{resource}: {desc_ty:?}")))?;
                     if desc_bind.set() != 0 || *nbind != 1 {
-                        return Err(fail(&format!("{resource}: one descriptor in set 0 is all we use")));
+                        return Err(fail(&format!(
+                            "{resource}: only single descriptors in set 0 are supported"
+                        )));
                     }
                     bindings.insert(resource.to_uppercase(), desc_bind.bind());
                     descriptors.push(format!("({}, DescriptorKind::{kind})", desc_bind.bind()));

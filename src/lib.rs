@@ -86,7 +86,8 @@ pub use renderer::{Options, RenderError, Renderer};
 pub use scene::{Scene, SceneError};
 pub use vk::Gpu;
 
-/// The README's example compiles. It writes into the working directory, so only the crate's, which is the same, runs.
+/// Compiles the README's example, which is not run because it writes into the working directory. The crate's
+/// documentation above has the same example, and runs it.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

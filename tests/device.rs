@@ -174,8 +174,8 @@ fn an_image_beyond_the_devices_limits_is_rejected_with_a_message() {
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
 
-/// A driver leaks some process memory each time it is loaded: NVIDIA 580.159 can be loaded about thirty times. In a
-/// process of its own: the devices of other tests would keep the driver loaded.
+/// A driver leaks some process memory each time it is loaded: NVIDIA 580.159 can be loaded about thirty times. The test
+/// runs in a process of its own, because the devices of other tests would keep the driver loaded.
 #[test]
 fn a_driver_stays_loaded_when_its_last_device_is_gone() {
     let mut alone = std::process::Command::new(std::env::current_exe().unwrap());

@@ -261,7 +261,7 @@ fn an_update_that_fails_does_not_stop_the_install() {
         "apt-get install -y --no-install-recommends mesa-vulkan-drivers",
         "cargo run --release -- demo",
     ]);
-    assert!(outcome.said.contains("'apt-get update' failed; trying to install all the same"));
+    assert!(outcome.said.contains("'apt-get update' failed; trying to install anyway"));
 }
 
 #[test]

@@ -103,7 +103,7 @@ class Mesh:
         self.faces, self.slot_of, self.buffer = [], [], []
         self.around = []
         self.error = 0x7F7FFFFF
-        # By vertex: what it shows before it is live. Live vertices by level.
+        # By vertex: its predecessor, drawn before it is live. Live vertices by level.
         self.predecessors, self.live = [], []
 
     def ring(self, s):
@@ -203,7 +203,7 @@ class Mesh:
         self.faces.append(list(corners))
 
     def permutation(self, coder):
-        """Whether there is one."""
+        """Reads a permutation; returns whether there is one."""
         if not coder.bit("is there"):
             return False
         slots, at = [], -1

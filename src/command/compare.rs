@@ -15,8 +15,8 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Measures the difference between picture A and picture B, or of both from a reference. All measures except
-/// FLIP use linear light. Alpha is ignored, and red, green and blue are compared as stored: usually
+/// Measures the difference between picture A and picture B, or the difference of each from a reference. All measures
+/// except FLIP use linear light. Alpha is ignored, and red, green and blue are compared as stored: usually
 /// premultiplied by alpha in an EXR, never in a PNG. The number of pixels with different alpha is printed.
 #[derive(Args, Debug)]
 pub struct CompareArgs {

@@ -208,7 +208,7 @@ fn run_child(device: Option<&str>) -> SelfTest {
 fn read_all(stderr: Option<ChildStderr>) -> Vec<u8> {
     let mut words = Vec::new();
     if let Some(mut stderr) = stderr {
-        // Text that cannot be read is only missing from the message.
+        // If reading fails, the message lacks this text; the diagnosis is the same.
         let _ = stderr.read_to_end(&mut words);
     }
     words

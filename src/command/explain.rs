@@ -44,7 +44,7 @@ fn memory(renderer: &Renderer, surfaces: &[&str]) -> anyhow::Result<()> {
     owners.dedup();
     for of in owners {
         let own = || memory.iter().filter(|(name, _)| owner(name) == of);
-        // Memory shared by several surfaces belongs to none of them: `levels: staging`.
+        // Memory that several surfaces share has another owner, such as `levels` in `levels: staging`.
         if let Some(surface) = of.as_ref().filter(|of| surfaces.contains(&of.as_str())) {
             let in_video_memory = own().filter(|(name, _)| !name.ends_with("on the host"));
             let sum: u64 = in_video_memory.map(|(_, bytes)| bytes).sum();

@@ -26,7 +26,7 @@ pub fn watch(advice: Option<&'static str>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Ends the process by a signal. A second thread that calls this waits for that end.
+/// Ends the process by a signal. A second thread that calls this waits until the process ends.
 pub fn stop(signal: i32, advice: Option<&str>) -> ! {
     let _held = abandon();
     if let Some(advice) = advice {
@@ -36,12 +36,12 @@ pub fn stop(signal: i32, advice: Option<&str>) -> ! {
         // If stderr is closed, the signal is the only report.
         let _ignored = writeln!(stderr, "{line_start}ortelius: stopped; {advice}");
     }
-    // No exit(): drivers would clean up in their exit handlers while their threads still run.
+    // exit() would run the drivers' exit handlers while their threads still run.
     let _failed = emulate_default_handler(signal);
     std::process::abort()
 }
 
-/// Bit mask of ignored signals, as set by `nohup`. Without /proc, none is known.
+/// Bit mask of ignored signals, as set by `nohup`; 0 without /proc.
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

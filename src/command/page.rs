@@ -1,4 +1,4 @@
-//! `ortelius page`: makes the page of stored results again.
+//! `ortelius page`: writes the HTML page of stored results.
 
 use super::outputs::check_place;
 use anyhow::Context;

@@ -37,7 +37,8 @@ pub struct ReproduceArgs {
     /// The report's folder, created if absent
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     output: PathBuf,
-    /// Measure only every N-th cell, starting with the I-th; `ortelius merge` joins the parts
+    /// Measure only every N-th cell (a scene at one value of the sweep), from the I-th; `ortelius merge` joins the
+    /// parts
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
     /// Keep the cells in DIR with the same commit, effort and device, and measure the rest
@@ -110,7 +111,8 @@ fn warn_of_load() {
     }
 }
 
-/// Restarts children until one ends normally. That child has reported its error; its exit code becomes ours.
+/// Starts a new child after each crash, until one exits. If that child failed, it has already printed the error; its
+/// exit code becomes ours.
 fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let worker = |from: usize| {
@@ -236,7 +238,7 @@ impl Progress for Bar {
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, Outcome::Failed(_));
-        // Outside `above`, which holds the bar's lock.
+        // Asked before `above`, which holds the bar's lock while it prints.
         let hidden = self.is_hidden();
         self.above(|| match (failed, hidden) {
             (true, _) => tracing::warn!("{line}"),

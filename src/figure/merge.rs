@@ -44,7 +44,7 @@ pub fn merge(sources: &[&Path], out: &Path, figures: &[&Figure]) -> Result<Effor
     let effort = effort.ok_or_else(|| MergeError::Empty { folder: out.display().to_string() })?;
     let store = Store::create(out)?;
     for (folder, result) in merged.iter().filter(|(folder, _)| *folder != out) {
-        // Pictures first: a stored cell then has all of its pictures.
+        // Pictures are copied first, so that a stored cell has all of its pictures.
         for picture in &result.pictures {
             let from = Store::at(folder).pictures().join(picture);
             std::fs::copy(&from, store.pictures().join(picture))

@@ -1,9 +1,9 @@
 //! A figure: a question, a measurement, and the claims to judge by the numbers. Independent of any paper.
 //!
-//! A figure is one const. Its scenes times its sweep's values are its [`Cell`]s, the units that a run
-//! resumes and that machines share. [`Figure::measure`] measures a cell for all variants at once as
-//! [`Row`]s, so that their runs are interleaved ([`Bench::interleave`]) and drift affects all equally.
-//! `list`, `reproduce`, `merge`, the tests and the report iterate the same list.
+//! A figure is one const. Each of its scenes, at each value of its sweep, is a [`Cell`]: the unit that a run resumes
+//! and that machines share. [`Figure::measure`] measures a cell for all variants at once as [`Row`]s, so that their
+//! runs are interleaved ([`Bench::interleave`]) and drift affects all equally. `list`, `reproduce`, `merge`, the tests
+//! and the report iterate the same list.
 
 mod against;
 mod bench;

@@ -49,7 +49,7 @@ impl Outcome {
     pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> (Outcome, Option<anyhow::Error>) {
         match measured {
             Ok(rows) => (Outcome::of_rows(rows), None),
-            // With its causes, on one line.
+            // The message includes its causes, on one line.
             Err(error) => (Outcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
         }
     }

@@ -15,7 +15,7 @@ pub struct Trade {
     pub scene: String,
     /// Pixels of the frames.
     pub size: [u32; 2],
-    /// Name of the error measure of the front: NMSE, FLIP, largest error.
+    /// Name of the error measure: NMSE, FLIP, largest error.
     pub measure: String,
     /// The reference picture, and the pixels that are compared.
     pub truth: String,
@@ -95,9 +95,9 @@ pub struct Refused {
 }
 
 impl Trade {
-    /// Computes the front after all settings are measured. Settings whose list converges more slowly than
-    /// the scene's own are excluded: after each move of the camera they miss tiles, and the settled picture
-    /// does not show it.
+    /// Computes the Pareto front after all settings are measured. Settings whose list converges more slowly than the
+    /// scene's own are excluded: after each move of the camera they miss tiles, and the settled picture does not show
+    /// it.
     pub fn mark_front(&mut self) {
         let choice = |setting: &Traded| Choice {
             time: setting.ms.median,

@@ -25,7 +25,7 @@ pub struct Shape {
     pub indices: Arc<Buffer>,
     /// One unit vector for each vertex, in object space. With normals, the shape is lit.
     pub normals: Option<Arc<Buffer>>,
-    /// Buffers for depth-only passes; for shapes in world space.
+    /// Buffers for depth-only passes; only for shapes in world space.
     pub depth_alone: Option<Arc<DepthAlone>>,
     pub draws: Vec<Draw>,
     /// As [`Mesh::curvature`].

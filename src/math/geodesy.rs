@@ -44,9 +44,9 @@ pub fn geodetic_to_ecef(latitude_deg: f64, longitude_deg: f64, altitude_m: f64) 
 
 /// Geodetic coordinates of a position in metres. On the axis the longitude is that of `atan2(y, x)`.
 ///
-/// Bowring's iteration on the parametric latitude (Survey Review 23, 1976). From -10 km to 10^8 m of
-/// altitude, three iterations are exact to rounding; this uses six. Not for positions near the centre, where
-/// several normals meet (within the evolute, 43 km).
+/// Bowring's iteration on the parametric latitude (Survey Review 23, 1976). From -10 km to 10^8 m of altitude, three
+/// iterations are exact to rounding; this uses six. Positions near the centre (within the evolute, 43 km) are not
+/// supported, because several normals meet there.
 pub fn ecef_to_geodetic(position: DVec3) -> Geodetic {
     let from_axis_m = position.x.hypot(position.y);
     // e'^2 b, for the parametric latitude beta: tan(beta) = (1 - f) tan(latitude).

@@ -112,8 +112,8 @@ impl Pyramid {
         1 << self.tile_log2
     }
 
-    /// Texels of the neighbours stored around each side of a tile. The picture of the next coarser level has
-    /// half as many; if the number is odd, the extra one lies on the side before the payload.
+    /// Texels of the neighbours stored around each side of a tile. The picture of the next coarser level has half as
+    /// many; if this number is odd, the extra texel lies on the side before the payload.
     pub fn border_texels(&self) -> u32 {
         self.border_texels
     }

@@ -1,6 +1,6 @@
-//! Makes faces that share points arbitrarily a manifold: folds are removed, windings of neighbours are made
-//! consistent, and where more than one fan of faces still meets, the surface is cut ("cutting" of Gueziec, Taubin,
-//! Lazarus, Horn 2001).
+//! Turns faces that share points arbitrarily into a manifold: removes folds, makes the windings of neighbours
+//! consistent, and cuts the surface where several fans of faces still meet ("cutting" of Gueziec, Taubin, Lazarus, Horn
+//! 2001).
 
 use super::topology::{Groups, half_edges, next_corner};
 use glam::DVec3;
@@ -14,18 +14,18 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Removes folds. A fold is a patch of faces that coincide with their own reverse (`doubled`; one face
-    /// represents both) and whose rim the other faces close without it. Decimated scans have hundreds. If the
-    /// other faces need the patch, or it is an isolated sheet, one side of it stays. Returns the number of
-    /// removed faces.
+    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding (`doubled`;
+    /// one entry stands for both). Without the patch, the other faces close the surface along its rim. Decimated scans
+    /// have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one side of it stays.
+    /// Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;
         }
         let edges = half_edges(self.points.iter().copied());
         let mut patches = Groups::new(self.points.len());
-        // A vote for each edge between a patch and other faces: 1 if these close the edge alone, otherwise
-        // -1.
+        // A vote for each edge between a patch and other faces: 1 if the other faces close the edge without the patch,
+        // otherwise -1.
         let mut rim: Vec<(u32, i64)> = Vec::new();
         for edge in edges.chunk_by(|a, b| a.0 == b.0) {
             let (ours, others): (Vec<u32>, Vec<u32>) =
@@ -108,7 +108,8 @@ impl Faces {
             let mut next = 0;
             while let Some(&face) = patch.get(next) {
                 next += 1;
-                // In face order, independent of winding, so that a reoriented model is not reoriented again.
+                // Neighbours are visited in face order, independent of winding, so that a reoriented model is not
+                // reoriented again.
                 let mut neighbours = [0, 1, 2].map(|k| (mates[3 * face + k], (3 * face + k) as u32));
                 neighbours.sort_unstable();
                 for (mate, corner) in neighbours.into_iter().filter(|(mate, _)| *mate != u32::MAX) {
@@ -132,14 +133,13 @@ impl Faces {
         turned.iter().filter(|turned| **turned == Some(true)).count()
     }
 
-    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction.
-    /// Corners at a point that no chain of shared edges connects then get positions of their own, appended to
-    /// the existing ones. If two of the cut faces are still connected around one end of the edge, their edge
-    /// closes again. Returns the number of cut edges and of added positions.
+    /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction. Then, if the
+    /// corners at a point fall into several fans without a common edge, each fan but the first gets its own position,
+    /// appended to the existing ones. Two faces at a cut edge that are still connected through other faces around both
+    /// of its ends keep sharing it. Returns the number of cut edges and of added positions.
     ///
-    /// Afterwards every edge is manifold: at a point each face has two sides, so a chain of faces has at most two
-    /// ends. Of the faces that met at the cut edge, at most two share a chain, which crosses the edge in both
-    /// directions.
+    /// Afterwards every edge is manifold: a fan of faces around a point has at most two ends, so at most two of the
+    /// faces that met at a cut edge are in the same fan, and they run along the edge in opposite directions.
     pub(super) fn cut(&mut self, positions: &mut Vec<DVec3>) -> [usize; 2] {
         let edges = half_edges(self.points.iter().copied());
         let mut fans = Groups::new(self.points.len() * 3);
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
         assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
         assert_eq!(model.faces[..32], below.faces);
-        // If no other faces connect either end, it is undecidable which two belong together.
+        // If no other faces connect the three at either end, it is undecidable which two belong together.
         let mut positions = SQUARE.to_vec();
         positions.push([0.5, 0.5, 1.0]);
         let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));

@@ -16,7 +16,8 @@ use std::collections::HashMap;
 use thiserror::Error;
 
 /// Origins are multiples of 2^-10 of the texture. With 388 x 194 quads on the earth, an offset in s stays below 2^-8
-/// and rounds by at most 2^-33; in t below 2^-7 and by 2^-32, which is 2^-13 texel of 2^20 x 2^19.
+/// and rounds by at most 2^-33; an offset in t stays below 2^-7 and rounds by at most 2^-32. Both are 2^-13 texel of
+/// 2^20 x 2^19.
 const ORIGIN_CELLS_LOG2: u32 = 10;
 
 /// A mesh that cannot be drawn and textured.
@@ -43,8 +44,8 @@ pub struct SourceMesh {
     pub coordinates: Vec<DVec2>,
     /// Counter-clockwise seen from outside (above).
     pub triangles: Vec<[u32; 3]>,
-    /// 1 / radius, per metre, of the sphere that the mesh approximates, with longitude and latitude as (s,
-    /// t). 0 for other shapes.
+    /// 1 / radius, per metre, if the mesh approximates a sphere whose (s, t) are longitude and latitude. 0 for other
+    /// shapes.
     pub curvature: f64,
 }
 
@@ -195,7 +196,7 @@ fn gpu_vertex(source: &SourceMesh, vertex: u32, origin: [u32; 2]) -> MeshVertex 
 /// latitude) / 180`. The meridian 180 appears twice (s = 0 and s = 1, equal positions). Each pole has one vertex for
 /// each column, in the column's middle. 388 x 194 are the paper's "about 150 000 polygons" (149 768).
 /// # Errors
-/// [`MeshError::Grid`] unless there are at least 3 columns, 2 rows and at most 2^26 of their product.
+/// [`MeshError::Grid`] unless there are at least 3 columns and 2 rows, and at most 2^26 quads.
 pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     if columns < 3 || rows < 2 || u64::from(columns) * u64::from(rows) > MOST_QUADS {
         let needs = "at least 3 columns and 2 rows, at most 67108864 quads";
@@ -269,9 +270,9 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<Sou
     Ok(mesh)
 }
 
-/// The inside of a cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north; s once around from
-/// the top, counter-clockwise seen from the south, t from north to south: as a [`plane`] at the floor. The top appears
-/// twice (s = 0 and s = 1, equal positions).
+/// The inside of a cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north. s runs once around
+/// from the top, counter-clockwise seen from the south; t runs from north to south. At the floor both run as on a
+/// [`plane`]. The top appears twice (s = 0 and s = 1, equal positions).
 ///
 /// # Errors
 /// [`MeshError::Grid`] unless the sizes are positive and finite, and there are at least 3 columns and 1 .. 2^26 quads.
@@ -315,7 +316,8 @@ mod tests {
         for (vertex, normal) in mesh.vertices.iter().zip(mesh.normals()) {
             let [up, normal] =
                 [vertex.position_high, normal].map(|v| DVec3::from(v.map(f64::from)).normalize());
-            // A quad spans 5.6 degrees, and the ellipsoid's normal differs from the centre's ray by 0.2.
+            // A quad spans 5.6 degrees, and the ellipsoid's normal differs by 0.2 degrees from the direction away from
+            // the centre.
             assert!(up.dot(normal) > 4f64.to_radians().cos(), "{vertex:?}: {normal}");
         }
     }

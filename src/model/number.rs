@@ -48,7 +48,7 @@ impl Kind {
         }
     }
 
-    /// A colour channel of this type as 0 ..= 255. A u16 spans its whole range, and a float 0 to 1; other
+    /// A colour channel of this type as 0 ..= 255. A u16 is scaled from 0 ..= 65535 and a float from 0 ..= 1; other
     /// integers are clamped to 0 ..= 255.
     pub(super) fn channel(self, value: f64) -> u8 {
         let scaled = match self {

@@ -6,10 +6,10 @@ use std::collections::HashSet;
 
 /// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
-/// A vertex 1000 times as far out as 999 of 1000 others would leave them fewer than 14 of the 24 bits of an f32
+/// A vertex 1000 times as far out as 999 of 1000 others would leave the others fewer than 14 of the 24 bits of an f32
 /// position relative to the centre of the box.
 const OUTLYING: f64 = 1000.0;
-/// A vertex 100 times as far out, with all neighbours closer than that, is a spike and not part of the shape.
+/// A vertex 100 times as far out is a spike, and not part of the shape, if all its neighbours are closer than that.
 const SPIKE: f64 = 100.0;
 /// With fewer vertices, outliers cannot be recognised.
 const FEWEST_FOR_OUTLIERS: usize = 64;
@@ -52,8 +52,7 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
 }
 
-/// Marks two kinds of vertices as unusable: those too far out, and less distant ones without neighbours
-/// there.
+/// Marks vertices beyond [`OUTLYING`] as unusable, and vertices beyond [`SPIKE`] without a neighbour beyond it.
 fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshReport) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;

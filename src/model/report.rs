@@ -41,11 +41,11 @@ pub struct MeshReport {
     pub split_positions: usize,
     /// Vertices that no remaining face uses. Removed invalid vertices are not counted.
     pub unused_vertices: usize,
-    /// Normals that were zero or not finite, replaced by their faces'; coordinates that were not finite, replaced by
-    /// 0.
+    /// Normals that were zero or not finite, replaced by those of their faces; coordinates that were not finite,
+    /// replaced by 0.
     pub replaced_attributes: usize,
     /// f32 steps across the mesh's box, if all coordinates are f32 and there are fewer than 4096 steps. Finer detail
-    /// was lost before.
+    /// was lost before the file was read.
     pub f32_steps: Option<usize>,
     /// Counts of the result.
     pub positions: usize,

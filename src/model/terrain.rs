@@ -1,11 +1,11 @@
-//! Real heights: Mount Everest and 60 km around it, from a 30" grid (scenes/everest.NOTICE); and the same with
+//! Real heights of Mount Everest and up to 59 km around it, from a 30" grid (scenes/everest.NOTICE), and the same with
 //! synthetic detail, for appearance.
 
 use super::{Model, Raw, generate};
 use crate::math::relief::{AREA_M, EAST_M, NORTH_M, SIDE, relief};
 use glam::DVec3;
 
-/// Metres east and north of the summit, and above the sea: 32 768 faces, open.
+/// The grid as an open mesh of 32 768 faces. Positions are metres east of the summit, north of it, and above the sea.
 pub(super) fn everest() -> Model {
     let heights = &relief().samples;
     let middle = f64::from(SIDE / 2);

@@ -160,7 +160,7 @@ pub fn read_png(path: &Path) -> std::result::Result<Srgb8Picture, FileError> {
     read().map_err(|source| FileError::Read { path: path.display().to_string(), source })
 }
 
-/// Writes one unnamed EXR layer, so that channel names are exactly those in `planes`. 32-bit floats,
+/// Writes one unnamed EXR layer, so that channel names are exactly those in `planes`. Values are 32-bit floats,
 /// lossless, including NaN and infinities.
 ///
 /// # Errors

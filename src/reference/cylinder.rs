@@ -10,9 +10,9 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// (s, t) of the point at which a ray from inside meets the wall: once around from the top, counter-clockwise seen
-    /// from the south, and from the northern end to the southern one, both 0 to 1. `None` if the ray leaves by an end
-    /// or begins outside. The direction has any length.
+    /// (s, t) of the point at which a ray from inside meets the wall. s runs once around from the top,
+    /// counter-clockwise seen from the south; t runs from the northern end to the southern one; both from 0 to 1.
+    /// `None` if the ray leaves by an end or begins outside. The direction has any length.
     pub fn coordinate(&self, eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         let ([x, y, z], [dx, dy, dz]) = (eye, direction);
         let z = z - self.radius_m;
@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn a_ray_along_meets_the_wall_where_its_slope_says() {
         let eye = [0.5, 1.0, 2.0];
-        // 1.5 m to the side in 6 m.
+        // The ray moves 1.5 m sideways over 6 m, from x = 0.5 m to the wall at 2 m.
         let [s, t] = TUNNEL.coordinate(eye, [0.25, 1.0, 0.0]).unwrap();
         assert!((s - 0.75).abs() < 1e-15 && (t - 0.3).abs() < 1e-15, "{s} {t}");
         let [s, _] = TUNNEL.coordinate(eye, [-0.5, 1.0, 0.0]).unwrap();

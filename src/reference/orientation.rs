@@ -10,8 +10,8 @@ use glam::DVec3;
 /// Sign (-1, 0, 1) of `(a x b) . p`, exactly.
 pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let rounded = a.cross(b).dot(p);
-    // Each of the six products is rounded at most five times: 5 x 2^-53 of the sum of magnitudes, plus a
-    // little for rounding that sum itself.
+    // Each of the six products is rounded at most five times, so the error is at most 5 x 2^-53 of the sum of
+    // magnitudes, plus a little because that sum is rounded too; 8 is enough.
     let (a_abs, b_abs) = (a.abs(), b.abs());
     let magnitude = DVec3::new(
         a_abs.y * b_abs.z + b_abs.y * a_abs.z,

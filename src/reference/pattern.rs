@@ -1,4 +1,4 @@
-//! Test patterns: square grey textures that tile the plane, one byte of linear light per texel.
+//! Test patterns: square grey textures that repeat in both directions, one byte of linear light per texel.
 
 use crate::math::splitmix::SplitMix64;
 use std::f64::consts::TAU;
@@ -111,8 +111,8 @@ mod tests {
         assert_eq!(checker[2 * 8..3 * 8], [255, 255, 0, 0, 255, 255, 0, 0]);
         let impulses = Pattern::Impulses(4).texels(8);
         assert_eq!(impulses.iter().filter(|&&texel| texel == 255).count(), 4);
-        // Almost half a cycle per texel near the edge: neighbours differ by the full range, texels two apart
-        // hardly.
+        // Near the edge there is almost half a cycle per texel: neighbours differ by almost the full range, and texels
+        // two apart hardly differ.
         let zone = Pattern::ZonePlate.texels(512);
         let row = &zone[256 * 512..257 * 512];
         assert!(row[16].abs_diff(row[17]) > 220 && row[16].abs_diff(row[18]) < 60, "{:?}", &row[..20]);

@@ -78,8 +78,8 @@ pub struct ReferenceView {
     bins: Vec<Vec<u32>>,
 }
 
-/// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest
-/// triangle wins, the first of equals; both faces are visible. `world_to_clip` applies to (position - eye).
+/// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest triangle
+/// wins, and the first of equally near ones; both faces are visible. `world_to_clip` applies to (position - eye).
 pub fn rasterise(
     mesh: &SourceMesh,
     world_to_clip: &DMat4,
@@ -223,7 +223,7 @@ impl Setup {
         self.edges.iter().any(|edge| edge.dot(place) < -self.doubt)
     }
 
-    /// 1/w at a position that the triangle covers, between the near plane and infinity. Exact: each position
+    /// 1/w at a position that the triangle covers between the near plane and infinity. Coverage is exact: each position
     /// of a closed surface belongs to exactly one of the adjacent triangles.
     fn covers(&self, place: DVec3) -> Option<f64> {
         let [a, b, c] = self.corners;

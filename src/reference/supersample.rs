@@ -19,7 +19,7 @@ pub enum Kernel {
     Gaussian { sigma: f64, radius: f64 },
 }
 
-/// A texture that tiles the plane: bilinear between the texels of level 0.
+/// A texture that repeats in both directions, bilinear between the texels of level 0.
 pub struct Tiled {
     side: usize,
     values: Vec<f64>,
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
-        // Covariance: J sigma^2 J^T of the kernel, 1/6 per axis of a bilinear texel.
+        // The covariance is the sum of the kernel's, sigma^2 J J^T, and a bilinear texel's, 1/6 on each axis.
         let sigma = 1.0;
         let kernel = Kernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));

@@ -1,6 +1,6 @@
-//! `filter = "auto"` of a surface: the filter that its bound selects from the front of time and error measured on this device.
-//! The front is kept in the user's cache folder, one file for a scene, size and pose. Another device, driver or commit of the
-//! program measures it again.
+//! Chooses the filter of a surface with `filter = "auto"`: the surface's bound selects it from the Pareto front of time
+//! and error, measured on this device. The front is kept in the user's cache folder, one file for a scene, size and
+//! pose. Another device, driver or commit of the program measures it again.
 
 use super::sections::LANGUAGES;
 use crate::figure::{Bench, Effort, Machine, Trade, Traded};
@@ -26,7 +26,7 @@ pub struct Place<'a> {
 
 /// A scene whose filter was chosen.
 pub struct Chosen {
-    /// It names the filter.
+    /// The scene, with the filter in place of `"auto"`.
     pub scene: Scene,
     /// Which filter was chosen, and from which front.
     pub words: String,
@@ -47,8 +47,8 @@ pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
     scene.surfaces.values().find_map(|surface| Some((&*surface.name, surface.auto?)))
 }
 
-/// Replaces the filter `"auto"` of [`wanted`]. If no front is kept, it is measured: `progress` receives how many settings are
-/// done, and of how many.
+/// Replaces the filter `"auto"` of [`wanted`]. If no front is kept, it is measured: `progress` receives the number of
+/// measured settings and of all settings.
 ///
 /// # Errors
 /// No filter of the front satisfies the bound; and as [`Sweep::run`].
@@ -104,7 +104,7 @@ fn describe(setting: &Traded) -> String {
     format!("{} ({:.2} ms, NMSE {:.2e})", setting.name, setting.ms.median, setting.error)
 }
 
-/// Named by what the front depends on besides the machine.
+/// The file's name: a hash of the scene, the pose and the size. [`read`] compares the machine.
 fn file_name(base: &Scene, Place { pose, size, .. }: &Place<'_>) -> String {
     let (folder, text) = base.to_parts(LANGUAGES);
     format!("{:016x}.json", xxh3_64(format!("{folder:?} {pose:?} {size:?} {text}").as_bytes()))

@@ -167,7 +167,7 @@ impl Renderer {
     }
 }
 
-/// True if the virtual texture of `owner` has the same tiles in both scenes, at the same speed.
+/// True if the virtual texture of `owner` has the same tiles in both scenes, from the same simulated disk.
 fn same_tiles(now: &Scene, next: &Scene, owner: &Surface) -> bool {
     let same = |table: &[&str]| now.value(table) == next.value(table);
     same(&["surface", &owner.name, "texture"]) && same(&["disk"])
@@ -233,7 +233,7 @@ impl<'a> Loaded<'a> {
         Loaded::with(scene, options, texture)
     }
 
-    /// With a virtual texture that is already open.
+    /// Loads the rest of the scene; its virtual texture is already open.
     fn with(
         scene: &'a Scene,
         options: &Options<'_>,
@@ -269,7 +269,7 @@ impl<'a> Loaded<'a> {
         Ok(surfaces)
     }
 
-    /// All but the virtual texture.
+    /// Creates everything except the virtual texture.
     fn others(&self, gpu: &Gpu, target: &Target) -> Result<Surfaces, RenderError> {
         let (carriers, plain, scene) = (self.carriers(gpu)?, self.plain(gpu)?, self.scene);
         Ok(Surfaces {

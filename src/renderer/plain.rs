@@ -26,10 +26,10 @@ pub struct PlainSurfaces {
     sampler: Sampler,
 }
 
-/// How its texture is filtered.
+/// How the texture of a surface is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlainFilter {
-    /// The sampler's, trilinear.
+    /// The sampler's trilinear filter.
     Trilinear,
     /// The ellipse: its largest ratio of axes, and the texels along its minor semi-axis.
     Ellipse([u32; 2]),

@@ -22,7 +22,7 @@ use crate::texture::source::{TileFormat, TileSource};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Pixels by which a mesh of the reference deviates from the full mesh, at most.
+/// Largest deviation of a mesh of the reference from the full mesh, in pixels.
 const MESH_PIXELS: f64 = 0.25;
 
 /// The reference keeps about 400 bytes for a triangle.
@@ -58,7 +58,7 @@ struct Plain {
     levels: Vec<Vec<[f64; 4]>>,
 }
 
-/// The reason why a scene with these tiles has no reference, if it has none.
+/// Checks that a scene with these tiles has a reference.
 ///
 /// # Errors
 /// The reason.
@@ -76,7 +76,7 @@ impl<'a> Truth<'a> {
     /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
     ///
     /// # Errors
-    /// A file that cannot be read, or what the reference cannot show.
+    /// A file that cannot be read, or content that the reference cannot show.
     pub fn new(
         scene: &Scene,
         tiles: Option<&'a dyn TileSource>,

@@ -61,7 +61,7 @@ pub struct Camera {
     pub place: GroundPoint,
     /// Height of the camera above the ground, > 0.
     pub altitude_m: f64,
-    /// Clockwise from north: the picture's up direction when looking straight down.
+    /// Direction of view, clockwise from north; when looking straight down, the picture's up direction.
     pub heading_deg: f64,
     /// 0 is straight down, 90 horizontal in the direction of the heading, 180 straight up.
     pub tilt_deg: f64,

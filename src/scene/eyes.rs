@@ -37,7 +37,7 @@ settings! {
         north_m: Option<f64> = None, in -1e9..=1e9, unit "m";
         /// Height above the ellipsoid or the plane.
         altitude_m: f64, in 1e-3..=1e9, unit "m";
-        /// Clockwise from north: the picture's up direction when looking straight down.
+        /// Direction of view, clockwise from north; when looking straight down, the picture's up direction.
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
         /// 0 is straight down, 90 horizontal in the direction of the heading, 180 straight up.
         tilt_deg: f64 = 0.0, in 0.0..=180.0, unit "degrees";

@@ -74,7 +74,7 @@ pub const LANGUAGE: Language = Language {
         Table::of::<PathKeys>(&["paths", "*"]),
         Table::of::<Sun>(&["sun"]),
     ],
-    // Its own tables are read, and checked against each other, when a scene is loaded.
+    // The tables above are read, and checked against each other, when a scene is loaded.
     check: |_| Ok(()),
 };
 

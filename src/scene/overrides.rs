@@ -16,8 +16,8 @@ pub(super) struct Change {
     pub value: Value,
 }
 
-/// True if the changes position the camera `name`. A change of one of its other keys alone may be a misspelt
-/// name of another camera.
+/// True if the changes give the camera `name` a position and a height, so that it may be a new one. Changes of its
+/// other keys alone may be a misspelling of another camera's name.
 fn places(name: &str, changes: &[Change]) -> bool {
     let sets = |key| changes.iter().any(|change| change.key == ["cameras", name, key]);
     let over_the_earth = sets("latitude_deg") && sets("longitude_deg");
@@ -98,8 +98,8 @@ impl Change {
         Ok(())
     }
 
-    /// Keys that this override invalidates: a file has its own sizes, so the sizes of the generated texture that it
-    /// replaces are dropped; a filter's table replaces "auto" with its bound.
+    /// Keys that this override invalidates. A file has its own sizes, which replace those of the generated texture. A
+    /// filter's table replaces `"auto"` and its bound.
     pub fn dropped(&self) -> &'static [&'static str] {
         match &self.key[..] {
             [surface, _, filter]

@@ -22,12 +22,12 @@ settings! {
         geometry: Table;
         /// The texture, or the name of another surface whose texture is shared.
         texture: Option<TextureKeys> = None;
-        /// How the texture is filtered; `"auto"`: by the filter that `max_error` or `max_ms` selects from the front of
-        /// time and error that is measured on this device. Not of a plain texture, nor of a progressive mesh.
+        /// How the texture is filtered. `"auto"` measures all filters on this device and takes the one that `max_error`
+        /// or `max_ms` selects; not available for plain textures and progressive meshes.
         filter: Option<FilterKeys> = None;
-        /// Of `filter = "auto"`: the fastest filter with at most this NMSE.
+        /// With `filter = "auto"`: use the fastest filter whose NMSE is at most this.
         max_error: Option<f64> = None, in 0.0..=1.0;
-        /// Of `filter = "auto"`: the most accurate filter whose settled frame takes at most this.
+        /// With `filter = "auto"`: use the most accurate filter whose settled frame takes at most this.
         max_ms: Option<f64> = None, in 0.0..=1e6, unit "ms";
         /// Heights below a plane.
         relief: Option<Table> = None;
@@ -129,11 +129,11 @@ settings! {
 
 settings! {
     /// The inside of a cylinder that lies on the ground, from the origin to the north. The texture covers it once: s
-    /// around from the top, counter-clockwise seen from the south, t from north to south.
+    /// runs around from the top, counter-clockwise seen from the south; t runs from north to south.
     pub struct Cylinder derive(Copy) kind "cylinder" {
-        /// Of the wall.
+        /// Radius of the wall.
         radius_m: f64, in 1e-3..=1e9, unit "m";
-        /// South to north.
+        /// Length from south to north.
         length_m: f64, in 1e-3..=1e9, unit "m";
         /// Quads, once around.
         columns: u32, in 3..=8192;
@@ -151,7 +151,7 @@ choices! {
         Earth = "earth",
         /// 64 x 32 squares, black and white, 2048 x 1024 texels.
         Checker = "checker",
-        /// Rings up to half a cycle a texel, 1024 x 1024 texels.
+        /// Concentric rings of up to half a cycle per texel, 1024 x 1024 texels.
         ZonePlate = "zone-plate",
         /// Colours of the relief `bricks`, 256 x 256 texels.
         Bricks = "bricks",
@@ -195,7 +195,7 @@ pub struct Surface {
     pub geometry: Geometry,
     /// The surface whose table contains the texture: this one, or the one it shares with.
     pub texture: Option<String>,
-    /// Of the filter `"auto"`.
+    /// The bound of the filter `"auto"`.
     pub auto: Option<FilterBound>,
     pub lit: Option<bool>,
 }

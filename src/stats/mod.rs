@@ -84,8 +84,8 @@ impl Summary {
     }
 
     /// Summary of `of(a, b)` over pairs of measurements taken in turn. A disturbance of a round affects both
-    /// measurements, so the median of the ratios (or differences) is steadier than the ratio of the medians.
-    /// It also has a spread. `None` without samples, or if a pair gives no finite number.
+    /// measurements, so the median of the ratios (or differences) is steadier than the ratio of the medians. Unlike the
+    /// latter, the former also has a spread. `None` without samples, or if a pair gives no finite number.
     ///
     /// # Panics
     /// If the two have different lengths.

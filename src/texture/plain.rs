@@ -63,8 +63,8 @@ impl PlainTexture {
         PlainTexture::new([1, 1], vec![byte, byte, byte, 255])
     }
 
-    /// From sRGB texels, RGBA8: builds all coarser levels. Each texel is the mean of 2 x 2 finer texels in linear
-    /// light. If a side is odd, its last texel is dropped, as Vulkan's level sizes require.
+    /// Builds all coarser levels of sRGB texels (RGBA8). Each texel is the mean of 2 x 2 finer texels in linear light.
+    /// If a side is odd, its last texel is dropped, as Vulkan's level sizes require.
     pub fn new(size: [u32; 2], texels: Vec<u8>) -> PlainTexture {
         assert_eq!(texels.len(), 4 * size[0] as usize * size[1] as usize, "bytes of {size:?}");
         let (mut levels, mut last) = (vec![texels], size);

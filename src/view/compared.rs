@@ -47,7 +47,10 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
             }
             let setting = &front[now];
             ui.label(&setting.name);
-            ui.monospace(format!("{measure} {:.3e}, {:.2} ms when swept", setting.error, setting.ms.median));
+            ui.monospace(format!(
+                "{measure} {:.3e}, {:.2} ms when measured",
+                setting.error, setting.ms.median
+            ));
         }
         _ => {
             ui.label("run `ortelius trade SCENE -o DIR`, then `ortelius view SCENE --trade DIR/trade.json`");

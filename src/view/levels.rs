@@ -1,5 +1,5 @@
-//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. The
-//! footprint pass of paper 1 runs a second time for these. Besides the request image it writes its inputs:
+//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. The footprint pass of
+//! paper 1 runs a second time for these. Besides the request image, the pass writes what the request was computed from:
 //! texture coordinates and derivatives.
 
 use ortelius::frame::{Onto, Target, View};

@@ -8,10 +8,10 @@ use egui::{Event, Key, Modifiers};
 /// Keys, each pressed in the state that the earlier ones left: help, panels, overlay, two variants, next variant, flight.
 const KEYS: [Key; 9] = [Key::F1, Key::F1, Key::F2, Key::F2, Key::G, Key::X, Key::X, Key::Space, Key::W];
 
-/// Equal pictures in a row before a key is pressed: results of the frames in flight have been drawn.
+/// A key is pressed after this many equal pictures in a row, when the results of the frames in flight have been drawn.
 const STILL: u32 = 6;
 
-/// A key that changed nothing within this number of frames has no effect.
+/// A key that changes nothing within this number of frames counts as having no effect.
 const MOST: u32 = 30;
 
 /// The presses so far.

@@ -57,7 +57,7 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
         let journal = beside(&output, ".journal");
         while !output.exists() && kills < 20 {
             let mut command = bake_command(&source, &output, &settings);
-            // Up to 300 of about 700 entries of 24 bytes more.
+            // The next kill comes after up to 300 more entries (of 24 bytes) of about 700.
             let end = length(&journal) + 24 * random.below(300);
             let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             kills += usize::from(kill_at(child, &journal, end));
@@ -219,8 +219,8 @@ fn a_tiff_that_is_not_the_whole_globe_is_rejected_with_the_command_that_helps() 
     }
 }
 
-/// What GDAL and satellites produce besides: JPEG (with YCbCr, as GDAL writes it), other compressions, palettes, 16 bits.
-/// ZSTD, WebP, bands in planes and grey with alpha are read: see `content.rs`.
+/// Other kinds that GDAL and satellites produce: JPEG (with YCbCr, as GDAL writes it), other compressions, palettes, 16
+/// bits. ZSTD, WebP, bands in planes and grey with alpha are read: see `content.rs`.
 #[test]
 fn a_tiff_of_a_kind_that_is_not_read_is_rejected_with_the_conversion() {
     let folder = tempfile::tempdir().unwrap();

@@ -43,7 +43,7 @@ fn the_list_accepts_figures_and_families_as_reproduce_does() {
     assert!(pm.len() > 5 && pm.iter().all(|id| id.starts_with("pm.")), "{pm:?}");
     let words = String::from_utf8(run(&folder, &["list", "pm.order"]).stdout).unwrap();
     assert!(words.starts_with("pm: 1 figure\n") && !words.contains("vt"), "{words}");
-    // A named figure is listed in full; without names only with --verbose.
+    // A named figure is listed in full; without names, figures are listed in full only with --verbose.
     let claim = ortelius::renderer::figures::FAMILIES[0].1[0].claims[0].text;
     let whole = |arguments: &[&str]| {
         let words = String::from_utf8(run(&folder, &[&["list"], arguments].concat()).stdout).unwrap();
@@ -104,7 +104,7 @@ fn unreadable_results_are_reported_before_any_measurement() {
     assert_eq!(names(&folder), ["old.json"]);
 }
 
-/// After this nothing is expected any more: no machine is so slow.
+/// Timeout of every wait. No machine is so slow.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The measuring child of a run, once it exists.

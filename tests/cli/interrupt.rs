@@ -43,7 +43,7 @@ fn an_interrupted_render_leaves_nothing_half_written() {
 #[test]
 fn an_interrupted_bake_says_that_it_can_resume_and_does() {
     let folder = folder();
-    // Hours of work, of which seconds are done. tests/bake finishes what was interrupted.
+    // The bake would take hours and is stopped after seconds. tests/bake finishes interrupted bakes.
     let bake = ["bake", "earth:18", "-o", "a.tiles"];
     let mut child = started(&folder, &bake);
     // The journal's header and one job.

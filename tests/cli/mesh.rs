@@ -98,7 +98,7 @@ fn an_order_is_chosen_and_reported() {
         let few = moved(&["--order", order]);
         assert!((4.0..=10.0).contains(&few.0) && few.1 < 2.2, "{order}: {few:?}");
     }
-    // At most one group for each split, however many are requested.
+    // There is at most one group for each split, however many are requested.
     for many in ["4000000000", "0.000001%"] {
         let all = moved(&["--groups", many]);
         assert!(all.1 < tail.1, "{many} groups: {all:?}");

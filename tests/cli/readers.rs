@@ -46,7 +46,7 @@ fn tiles_are_as_documented() {
         assert!(read, "{said}");
         holds(&said, &["21 tiles", "all as documented"]);
     }
-    // A changed byte of a tile with its old checksum, and another source.
+    // Must be rejected: a changed byte of a tile with its old checksum, and another source.
     let mut damaged = std::fs::read(folder.path().join("3.tiles")).unwrap();
     let last = damaged.len() - 4096;
     damaged[last] ^= 1;

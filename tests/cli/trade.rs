@@ -38,7 +38,8 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     );
     assert!(read(&folder, "report/trade.svg").contains("<style>"));
 
-    // Errors and settings are the same the second time. Times decide whether the front is, so that is not tested.
+    // Errors and settings are the same the second time. Whether the front is the same depends on times, so that is not
+    // tested.
     let again = run(&folder, &[&sweep[..], &["--against", "report/trade.json"]].concat());
     let said = String::from_utf8(again.stdout).unwrap();
     let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();

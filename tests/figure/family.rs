@@ -118,8 +118,8 @@ pub const FAILS: Figure = Figure {
     claims: &[Claim::ours("holds", "it holds", &[Test::value(every("size"), Equal(1.0))])],
 };
 
-/// Environment variable of a process with the number of cells of [`SLOW`] that it measures; in the next one it waits to
-/// be killed.
+/// Environment variable that tells a process how many cells of [`SLOW`] to measure; in the next cell it waits to be
+/// killed.
 pub const MEASURES: &str = "ORTELIUS_TEST_MEASURES";
 
 fn wait_for_the_kill_after_enough_cells() {

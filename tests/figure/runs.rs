@@ -40,7 +40,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
     run(&a_run(&[&SLOW], undisturbed.path())).unwrap();
     // All files are readable at any time: nothing is half-written.
     let stored = || Store::at(killed.path()).all(&[&SLOW]).unwrap().len();
-    // Six processes measure at most three of the 24 cells each. They are killed within the three, or after them.
+    // Six processes measure at most three of the 24 cells each. Each is killed during these cells or after them.
     for kill in 0..6 {
         let before = stored();
         let mut child = measuring(killed.path(), 3);
@@ -242,7 +242,7 @@ fn merged_parts_equal_the_undivided_run_byte_for_byte() {
     let (whole, merged) = (folder(), folder());
     reported(&figures, whole.path());
     let parts = parts(&figures, 3, |_, _| {});
-    // In any order, and repeatedly.
+    // Parts may be given in any order, and repeatedly.
     let mut sources = paths(&parts);
     sources.reverse();
     for _ in 0..2 {

@@ -80,7 +80,8 @@ impl Landscape {
     }
 }
 
-/// A size and a variant, or a size of a mesh, as a number; and a number of frames to draw at least.
+/// Two numbers that select a case. Each test has its own: indices of a size and a variant, or the least number of
+/// frames to draw.
 type Case = [u64; 2];
 
 const CASE: &str = "ORTELIUS_TEST_CASE";

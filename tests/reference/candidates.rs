@@ -25,7 +25,7 @@ proptest! {
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         let candidates: Vec<Candidates> = pixels.map(|(x, y)| here.candidates(x, y, radius_px)).collect();
         for (x_part, y_part) in moves {
-            // Moving the picture by -d brings to a pixel's centre the point that was at +d.
+            // If the picture moves by -d, the point that was at +d comes to the pixel's centre.
             let shift = DVec2::new(-x_part, -y_part) * radius_px * 2.0 / DVec2::new(24.0, 14.0);
             let shear = DMat4::from_cols_array(&[
                 1.0, 0.0, 0.0, 0.0,  0.0, 1.0, 0.0, 0.0,  0.0, 0.0, 1.0, 0.0,  shift.x, shift.y, 0.0, 1.0,

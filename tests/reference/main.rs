@@ -48,7 +48,7 @@ fn on_plane(pose: &Pose, size: [u32; 2], sides_m: [f64; 2], x_px: f64, y_px: f64
     DVec2::new(point.x / sides_m[0] + 0.5, 0.5 - point.y / sides_m[1])
 }
 
-/// One metre is one pixel, the plane's metre 0 the picture's middle.
+/// One metre is one pixel; the plane's origin is in the picture's middle.
 fn straight_on(size: [u32; 2]) -> (DMat4, DVec3) {
     let pose = Pose {
         eye: DVec3::new(0.0, 0.0, f64::from(size[1])),

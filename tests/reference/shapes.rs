@@ -54,7 +54,7 @@ fn a_tilted_plane_follows_the_hyperbola_of_perspective() {
             for (value, true_value) in fine.into_iter().zip([by_x.x, by_x.y, by_y.x, by_y.y]) {
                 assert!((value - true_value).abs() < 1e-10 * by_y.length(), "({x}, {y}): {sample:?}");
             }
-            // Central difference over 2^-10 pixel: wrong by the third derivative, 1e-6 of the first.
+            // The error of a central difference over 2^-10 pixel follows from the third derivative: 1e-6 of the first.
             let half = 1.0 / 2048.0;
             let slope = (at(x_px, y_px + half) - at(x_px, y_px - half)) / (2.0 * half);
             let error = (DVec2::new(sample.analytic.dsdy, sample.analytic.dtdy) - slope).length();
@@ -77,7 +77,8 @@ fn a_quad_shares_its_differences_along_its_own_row_only() {
 
 #[test]
 fn the_earths_disc_ends_at_its_horizon() {
-    // From above the pole the ellipsoid's silhouette is a circle: tangent from (0, z) to the ellipse.
+    // Seen from above the pole, the ellipsoid's silhouette is a circle, at which tangents from (0, z) touch the
+    // ellipse.
     let (earth, size) = (mesh::earth(360, 180).unwrap(), [256, 256]);
     let pose = over_earth(90.0, 0.0, 1e7, 0.0);
     let (a, b, z) = (geodesy::EQUATOR_RADIUS_M, geodesy::POLE_RADIUS_M, pose.eye.z);
@@ -85,7 +86,8 @@ fn the_earths_disc_ends_at_its_horizon() {
     let tangent = touch_radius_m / (z - b * b / z);
     let radius_px = tangent / 30f64.to_radians().tan() * 128.0;
     let samples = view(&earth, &pose, size).samples();
-    // A chord of 360 lies up to 1 - cos(pi / 360) = 4e-5 below the surface: 0.003 pixel.
+    // With 360 chords to a circle, a chord lies up to 1 - cos(pi / 360) = 4e-5 of the radius below the surface: 0.003
+    // pixel.
     let slack_px = 0.01;
     let mut at_the_limb = 0;
     for (index, sample) in samples.iter().enumerate() {
@@ -156,8 +158,8 @@ fn triangles_without_area_are_never_seen() {
     assert_eq!(view(&plane, &over_plane(0.0, 0.0, 10.0, 40.0), [16, 16]).samples(), clean);
 }
 
-/// Legs of 50 pixels: the altitude is 50 / sqrt(2), and snapped vertices change gradients by 1.1e-4. At a hundredth of the
-/// size they change them by 1.1 %.
+/// With legs of 50 pixels the altitude is 50 / sqrt(2), and snapping the vertices changes gradients by 1.1e-4. At a
+/// hundredth of the size it changes them by 1.1 %.
 #[test]
 fn the_altitude_is_that_on_the_longest_side() {
     for (side, altitude_px) in [(1.0, 35.355), (0.01, 0.353_55)] {

@@ -66,7 +66,7 @@ fn the_tunnel_is_near_its_truth_and_a_shifted_one_is_not() {
     let cylinder = Cylinder { radius_m, length_m };
     let truth = truth(&scene, |eye, ray| cylinder.coordinate(eye, ray));
     let own = nmse(&scene, &truth);
-    // A tenth of a square.
+    // The shift of 0.3 m is a tenth of a square.
     let shifted = nmse(&scene.with(&["cameras.inside.north_m=3.3".into()]).unwrap(), &truth);
     println!("{own:.2e}, shifted by 0.3 m {shifted:.2e}, the truth's own {:.2e}", truth.own_nmse);
     assert!(own < 1e-3 && shifted > 5.0 * own, "{own:.2e}, shifted {shifted:.2e}");

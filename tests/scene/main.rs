@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 #[test]
 fn the_next_pose_of_a_path_is_extrapolated() {
     let scene = Scene::embedded("earth").unwrap();
-    // Turns extrapolate exactly. A pan's height follows the ellipsoid. A dive slows down: e^(-8 x 0.0267) is
-    // 0.808, the straight line reaches 0.784.
+    // Turns extrapolate exactly. A pan's height follows the ellipsoid. A dive slows down: e^(-8 x 0.0267) is 0.808, but
+    // the straight line reaches 0.784.
     for (name, bound) in [("orbit", 1e-3), ("pan", 1e-3), ("pole-crossing", 1e-3), ("dive", 0.03)] {
         let path = scene.path(name).unwrap();
         let (before, now, then) = (path.pose(9), path.pose(10), path.pose(18));
@@ -419,7 +419,7 @@ fn a_report_can_contain_the_whole_scene() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Bytes are replaced, inserted or removed at any position: a scene or one message results, never a panic.
+    /// Bytes are replaced, inserted or removed at any position. The result is a scene or one message, never a panic.
     #[test]
     fn a_mutated_scene_never_panics(
         which in 0..=SHIPPED.len(),

@@ -217,7 +217,8 @@ fn a_reset_clears_the_display_with_the_next_frame() {
     assert_eq!(bench.streaming.gpu_generation(0), generation + 1);
 }
 
-/// That loads which had not begun are dropped is a test of the loader itself: only it can tell when the drop begins.
+/// The loader's own test checks that loads which have not begun are dropped, because only the loader knows when the
+/// drop begins.
 #[test]
 fn dropping_joins_the_threads_with_loads_under_way() {
     for load_budget_ms in [1e12, 1e-6] {

@@ -85,7 +85,7 @@ impl Display {
         })
     }
 
-    /// Gives the window the keyboard focus. There is no window manager that would.
+    /// Gives the window the keyboard focus. There is no window manager to do it.
     pub fn focus(&self, window: u32) {
         self.connection.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME).unwrap();
         self.connection.flush().unwrap();
@@ -118,7 +118,7 @@ impl Drop for Display {
 #[derive(Clone, Copy)]
 pub struct Activity {
     processes: [u32; 2],
-    /// Time on a processor. A busy machine does not change what a program does in it.
+    /// Processor time used so far. Unlike elapsed time, it hardly depends on how busy the machine is.
     pub ran_ns: u64,
     all_sleep: bool,
 }

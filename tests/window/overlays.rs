@@ -102,13 +102,13 @@ fn the_work_of_a_relief_colours_its_pixels() {
     let display = Display::start();
     let mut window = open(&display, &["relief-brick", "--size", "240x135", "--no-panels"]);
     let plain = window.settled_picture();
-    // Bricks and mortar are red and grey; work is blue to green to red.
+    // Bricks and mortar are red and grey; the overlay's colours run from blue over green to red.
     let cold = |[r, g, b]: [u8; 3]| r.saturating_add(40) < g.max(b);
     assert!(count(&plain, cold) < 100);
     window.press(key::G);
     window.until("work as colours", |window| count(&window.picture(), cold) > 5000);
     window.settled_picture();
-    // The only overlay: the reference follows no relief.
+    // This is the scene's only overlay, because the reference follows no relief.
     window.press(key::G);
     window.until("the picture alone", |window| window.picture().0 == plain.0);
     window.press(key::ESCAPE);

@@ -179,7 +179,7 @@ impl<'a> Program<'a> {
     pub fn press_with_control(&mut self, key: u8) {
         self.window();
         self.display.fake(xproto::KEY_PRESS_EVENT, key::CONTROL, [0, 0]);
-        // Not through `press`: it sets the focus, which would release Ctrl.
+        // `press` is not used, because it sets the focus, which would release Ctrl.
         self.display.fake(xproto::KEY_PRESS_EVENT, key, [0, 0]);
         self.display.fake(xproto::KEY_RELEASE_EVENT, key, [0, 0]);
         self.display.fake(xproto::KEY_RELEASE_EVENT, key::CONTROL, [0, 0]);

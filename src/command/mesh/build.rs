@@ -44,7 +44,8 @@ pub struct BuildArgs {
     #[arg(long, value_parser = orders(), default_value = DEFAULT_ORDER.name())]
     order: FaceOrder,
 
-    /// Where faces are reordered: N equal groups of splits, or P%: after each growth of the face count by P %
+    /// Where faces are reordered: N divides the splits into N equal groups, P% ends a group when the face count has
+    /// grown by P %
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
@@ -158,7 +159,7 @@ fn log_report(report: &SimplifyReport) {
 fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
     let mut options = OrderOptions::of(args.order)?;
     match (args.groups, args.moves_budget) {
-        // Only a budget of moved faces reorders regions in turn.
+        // Regions are reordered in turn only with a budget of moved faces.
         (Some(groups), _) => options = OrderOptions { groups, regions: 1, ..options },
         (None, Some(moves)) if args.order == FaceOrder::Paper => options.groups = Groups::Budget(moves),
         (None, Some(moves)) => options = options.with_moves(moves),

@@ -112,8 +112,8 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     }
 }
 
-/// The shortest coordinate whose offset from the centre rounds to the stored f32. For text: the fewest digits (at
-/// least six); for binary: an f32. The exact sum would have seventeen digits, most of them noise.
+/// A short coordinate whose offset from the centre rounds to the stored f32: in text the one with the fewest digits (at
+/// least six), in binary an f32. If none does, the exact sum, up to seventeen digits of which most are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;
@@ -124,7 +124,7 @@ fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     plainest.unwrap_or(sum)
 }
 
-/// Digits lost because the sum is smaller than one of its terms; replaced by zeros.
+/// Number of leading digits that cancel because the sum is smaller than `stored`.
 fn lost(sum: f64, stored: f32) -> i32 {
     let digits = (f64::from(stored) / sum).abs().log10();
     if digits.is_finite() { (digits as i32).max(0) } else { 0 }

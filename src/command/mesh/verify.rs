@@ -8,8 +8,8 @@ use ortelius::paper::progressive_mesh::run::{IgnoreWrites, Program, State};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// Checks every byte of a .pmesh file against its checksums, that all levels can be reached, and that going from the
-/// coarsest level to the full mesh and back restores the same face buffer bit by bit.
+/// Checks every byte of a .pmesh file against its checksums. Also checks that all levels can be reached, and that going
+/// from the coarsest level to the full mesh and back restores the same face buffer bit by bit.
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     /// The file to check

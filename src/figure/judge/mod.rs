@@ -29,7 +29,7 @@ enum Outcome {
     /// Beyond the stated range, on its better side.
     Better,
     Fails,
-    /// The interval contains the bound. The number estimates the rounds until it does not.
+    /// The interval contains the bound. The number estimates how many rounds would exclude it.
     Undecided(f64),
 }
 

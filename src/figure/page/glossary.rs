@@ -23,7 +23,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ),
     ("fused", "one draw textures and sets the bits of the tile mask; no request image is written"),
     ("Hausdorff distance", "the largest distance from a point of one surface to the other surface"),
-    ("memo", "a geometry shader keeps the last triple and emits only where the next one differs"),
+    ("memo", "a geometry shader keeps the last triple and emits a point only if the next triple differs"),
     (
         "moved faces",
         "index-buffer entries that a split rewrites in addition to the faces that it adds or changes",

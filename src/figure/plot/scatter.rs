@@ -1,4 +1,4 @@
-//! Settings by time and error: a mark for each, a line through the front.
+//! Settings by time and error: a mark for each setting, and a line through the Pareto front.
 
 use super::super::words::tick;
 use super::scale::Scale;
@@ -21,8 +21,8 @@ pub struct Spot {
     pub on_front: bool,
 }
 
-/// Draws `spots` on logarithmic axes. Those of the front must be in its order. An error of 0 cannot be shown
-/// on such an axis.
+/// Draws `spots` on logarithmic axes. The spots of the front must be in the front's order. An error of 0 cannot be
+/// shown on such an axis.
 pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
     let errors: Vec<f64> = spots.iter().map(|spot| spot.error).collect();
     let times: Vec<f64> = spots.iter().flat_map(|spot| [spot.time.low, spot.time.high]).collect();

@@ -32,7 +32,7 @@ pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Estimated width of a text, rather too large.
+/// Estimated width of a text, more often too large than too small.
 pub fn width_of(text: &str) -> f64 {
     text.chars().count() as f64 * LETTER
 }

@@ -53,7 +53,7 @@ fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
             let inside = |bits: u32| 0.25 + f64::from(bits & 0xFFFF) / 131_072.0;
             let from =
                 [x - (column + f64::from(i) + inside(bits)), y - (row + f64::from(j) + inside(bits >> 16))];
-            // Points of cells farther away are at least 1.25 off.
+            // Points in cells beyond the neighbours are at least 1.25 away.
             let near = 1.0 - (from[0] * from[0] + from[1] * from[1]) / (1.25 * 1.25);
             if near > 0.0 {
                 let weight = near * near * near;

@@ -1,15 +1,14 @@
 //! The heights of the scene `valley`: Mount Everest and 50 km around it.
 //!
-//! Real: a 30" grid (scenes/everest.NOTICE), 900 m between samples, interpolated by a Catmull-Rom cubic.
-//! **Synthetic, for appearance only**: everything finer. Ridges are raised and valleys deepened by a fraction
-//! of the difference to a blurred surface, because a mean over 900 m is smoother than a mountain. `gullies`
-//! from 1.6 km down to 100 m follow the slopes; their height depends on the slope. The half in Nepal, whose
-//! source maps have few contour lines, gets `ridges`. One area is level ([`PLAIN_M`]). No measurement uses
-//! this surface; the model `everest` has only the samples.
+//! The heights are real down to a 30" grid (scenes/everest.NOTICE), about 900 m between samples, interpolated by
+//! Catmull-Rom cubics. Everything finer is **synthetic, for appearance only**. Ridges are raised and valleys deepened
+//! by a fraction of the difference to a blurred surface, because a mean over 900 m is smoother than a mountain.
+//! `gullies`, from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. The half in Nepal, whose
+//! source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No measurement uses this
+//! surface; the model `everest` has only the samples.
 //!
-//! Models and textures share this surface: the model `valley` as a mesh, the texture `terrain` for the
-//! vegetation of a slope. It uses only +, -, x, / and square roots, so the bits are the same on every
-//! machine.
+//! The model `valley` is a mesh of this surface; the texture `terrain` colours the ground by its heights and slopes.
+//! The computation uses only +, -, x, / and square roots, so the bits are the same on every machine.
 
 mod gullies;
 mod ridges;
@@ -23,8 +22,8 @@ pub const SIDE: u32 = 129;
 pub const NORTH_M: f64 = 926.6;
 pub const EAST_M: f64 = 818.2;
 
-/// Side of the square around the summit that a texture covers: one sample less on each side than the grid has
-/// in the east-west direction.
+/// Side of the square around the summit that a texture covers. The square ends about 1.4 samples inside the grid's east
+/// and west edges.
 pub const AREA_M: f64 = 102_400.0;
 
 /// Fraction of the difference to a blurred surface that is added again to ridges and valleys.
@@ -148,8 +147,8 @@ impl Relief {
         Relief::through(&self.samples, east_m, north_m)
     }
 
-    /// The displayed surface, in metres above the sea. Features smaller than `finest_m`, the spacing of the
-    /// caller's grid, are omitted.
+    /// The displayed surface, in metres above the sea. Gullies narrower than two `finest_m` (the spacing of the
+    /// caller's grid) are omitted.
     pub fn height_m(&self, east_m: f64, north_m: f64, finest_m: f64) -> f64 {
         let real = self.real(east_m, north_m);
         let ridge = Relief::through(&self.above, east_m, north_m);
@@ -223,8 +222,8 @@ mod tests {
         }
         let rms = f64::sqrt(squares / 40_000.0);
         println!("synthetic: at most {most} m, rms {rms} m; steepest {steepest}");
-        // The synthetic part adds valleys of a kilometre where the samples have none. The steepest of 40 000
-        // points are cliffs of 79 degrees.
+        // The synthetic part changes heights by more than a kilometre where the samples are smooth. The steepest of the
+        // 40 000 points lie on cliffs of 79 degrees.
         assert!(most < 1600.0 && (200.0..550.0).contains(&rms), "{most} {rms}");
         assert!(steepest < 6.0, "{steepest}");
     }

@@ -161,8 +161,8 @@ pub fn torus(rows: u32) -> Model {
     welded(&raw)
 }
 
-/// A tube along the (2, 3) torus knot, with normals and texture coordinates 0 to 1 along it (s) and around it (t), so
-/// with a seam in each direction: 24 rows^2 faces, `12 rows` along and `rows` around.
+/// A tube along the (2, 3) torus knot: 24 rows^2 faces, `12 rows` along and `rows` around. It has normals, and texture
+/// coordinates from 0 to 1 along it (s) and around it (t), with a seam in each direction.
 ///
 /// # Panics
 /// Unless `rows` is in 3 ..= 2^9.

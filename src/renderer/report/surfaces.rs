@@ -31,8 +31,8 @@ pub struct InstanceBytes {
     pub shared_device: u64,
     /// Placement, level, slice, and dirty flags.
     pub state_of_an_instance: f64,
-    /// An instance's slice of the index buffer, 6 or 12 bytes per face: in main memory (0 if the device executes)
-    /// and in video memory.
+    /// An instance's slice of the index buffer, 6 or 12 bytes per face: in main memory (0 if the device executes the
+    /// splits) and in video memory.
     pub host_indices_of_an_instance: f64,
     pub device_indices_of_an_instance: f64,
     /// Live faces in these slices; at 6 or 12 bytes each, this is the minimum size.

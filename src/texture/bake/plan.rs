@@ -13,7 +13,7 @@ use std::fmt;
 const BAND_BYTES: u64 = 32 << 20;
 /// The program, its threads' stacks and the allocator's overhead: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;
-/// The Earth's base picture: decoding (44 MB), storage (34 MB) and measuring its strength: measured 105 MiB.
+/// Decoding (44 MB), storing (34 MB) and measuring the strength of the Earth's base picture: measured 105 MiB.
 const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.
@@ -75,8 +75,8 @@ impl Plan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // Journal entries of 24 bytes (twice while sorted, once checked, a third more for the scratch
-        // file's), completion flags, and the index in both forms.
+        // Journal entries of 24 bytes (two copies while sorting, one of the checked entries, and a third more for the
+        // scratch file's jobs), completion flags, and the index in both forms.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {

@@ -203,8 +203,8 @@ mod tests {
                     } else {
                         -0.5 * x.powi(3) + 2.5 * x.powi(2) - 4.0 * x + 2.0
                     };
-                    // Half a unit per rounding, one more for the sum's correction, a tenth for the fraction's
-                    // 2^-16.
+                    // Tolerance: half a unit per rounding, one unit for the correction of the sum, and a tenth for the
+                    // fraction's 2^-16.
                     let difference = f64::from(weight) - exact * 16384.0;
                     assert!(difference.abs() < 2.6, "{index} tap {tap}: {weight}, {}", exact * 16384.0);
                 }

@@ -220,7 +220,8 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// The resident levels by means of four. The finest stays in the scratch for the coarsest tiles.
+    /// Computes the resident levels as means of four texels. The finest one is kept in `scratch` for the coarsest
+    /// tiles.
     fn write_resident_means(&self, scratch: &mut Scratch, done: &mut Done) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let side = pyramid.tile_size() as usize;

@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn one_flipped_bit_of_level_x_or_y_flips_each_bit_of_the_hash_half_of_the_time() {
-        // 4096 pairs: a fair count has a standard deviation of 32, so 40..60 % allows 12 of them.
+        // 4096 pairs: a fair count has a standard deviation of 32, so 40 to 60 % allows 12 standard deviations.
         let widths = [5, 20, 20];
         for (argument, bits) in widths.into_iter().enumerate() {
             for input_bit in 0..bits {

@@ -1,8 +1,7 @@
 //! `.tiles`: all tiles and resident levels of a pyramid in one file. Every byte is checksummed.
 //!
-//! Byte layout: docs/formats.md. Records have fixed sizes and computed offsets, so a tile is one read. Files
-//! are read with `pread`, never mapped: a truncated mapping kills the process with SIGBUS, a read returns an
-//! error.
+//! Byte layout: docs/formats.md. Records have fixed sizes and computed offsets, so a tile is one read. Files are read
+//! with `pread`, never mapped: a truncated mapping kills the process with SIGBUS, but a read returns an error.
 
 mod layout;
 mod reader;

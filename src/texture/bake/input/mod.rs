@@ -60,7 +60,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
     Err(SourceError::Kind { path: path.to_path_buf() })
 }
 
-/// FileLayout of the samples of one texel in a decoded row.
+/// Layout of the samples of one texel in a decoded row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Samples {
     Grey,

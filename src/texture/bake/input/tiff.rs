@@ -148,7 +148,7 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
         CompressionMethod::ZSTD,
         CompressionMethod::WebP,
     ];
-    // Before the colours: those of JPEG are converted together with it.
+    // Checked before the colours, so that JPEG's YCbCr is reported as compression: one command converts both.
     if !known.iter().any(|method| method.to_u16() == compression) {
         let name = CompressionMethod::from_u16_exhaustive(compression);
         return Err(unsupported(format!(
@@ -161,7 +161,7 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
     let colour = decoder.colortype().map_err(|error| fault(path, error))?;
     let samples = match colour {
         ColorType::Gray(8) => Samples::Grey,
-        // The decoder's name for grey with any second band; `check_what_is_left_out` sees to its kind.
+        // The decoder's name for grey with any second band; `check_what_is_left_out` checks the band's kind.
         ColorType::GrayA(8) | ColorType::Multiband { bit_depth: 8, num_samples: 2 } => Samples::GreyAlpha,
         ColorType::RGB(8) => Samples::Rgb,
         ColorType::RGBA(8) => Samples::Rgba,

@@ -46,9 +46,9 @@ pub type Linear = [i32; 3];
 pub struct Base {
     /// Entry 0 is 4096 x 2048, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
-    /// For each cell, the texel-to-texel variation of the luminance of 4096 x 2048, relative to the
-    /// luminance: the RMS of Haar coefficients of a normal distribution with the same mean of square roots of
-    /// |coefficient|. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
+    /// For each cell, the texel-to-texel variation of the luminance at 4096 x 2048, relative to the luminance. It is
+    /// measured as the mean of sqrt |Haar coefficient|, and stated as the RMS of a normal distribution with the same
+    /// mean. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
     ///
     /// Coasts and snow edges inflate a true RMS. The mean of roots is less sensitive: if one coefficient in five is
     /// 20 times the others, the RMS is 9 times as large, but this measure only 2.9 times.
@@ -170,7 +170,8 @@ fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
         })
         .collect();
     let squared = |&sum: &u64| {
-        // 4 blocks of 3 coefficients, two smoothings by 16; values of 2^20, so the square has 40 bits.
+        // The sum has 4 blocks of 3 coefficients, and each of the two smoothings multiplies it by 16. Values are at
+        // most 2^20, so the square has 40 bits.
         let mean = sum / (12 * 256);
         ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MOST_STRENGTH) as u32
     };

@@ -16,11 +16,11 @@
 //! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After
 //! rounding, the mean of four stored texels, stored again, is within **1 code** of the stored parent. Proof:
 //! rounding moves each child by at most half a code. In codes at the parent's brightness this moves the mean
-//! by half a code times mean(s(child))/s(parent), where s(x) is the light of one code at brightness x. s
-//! grows as x^(1-1/2.4), which is concave, so by Jensen the ratio is at most 1, and at most 1.32 on the
-//! curve's linear segment, where s is constant. The parent's own rounding adds half a code: 0.66 + 0.5 < 1.5,
-//! and both are whole codes. In the real levels every texel is exactly the mean of the four stored finer
-//! ones.
+//! by half a code times mean(s(child))/s(parent), where s(x) is the light of one code at brightness x. s grows as
+//! x^(1-1/2.4), which is concave, so by Jensen's inequality the ratio is at most 1. On the curve's linear segment s is
+//! constant, which raises the bound to 1.32. The parent's own rounding adds half a code. The sum, 0.66 + 0.5, is below
+//! 1.5, so the two stored codes differ by at most 1. In the real levels every texel is exactly the mean of the four
+//! stored finer ones.
 //!
 //! # Cost
 //! A synthetic tile of 512 with 4 texels of border takes 13 ms for both of its pictures (for 2^18 and for 2^20; 11 ms
@@ -150,7 +150,7 @@ impl TileSource for Earth {
         }
         let [width, height] = level_size(width_log2).map(|side| side as usize);
         let mut bytes = vec![0; width * height * 4];
-        // In squares of 512, to bound memory: a level in linear light needs three times the bytes.
+        // Computed in squares of 512, to bound memory: a level in linear light needs three times the bytes.
         let side = 512.min(height);
         let mut square = vec![0; side * side * 4];
         for top in (0..height).step_by(side) {

@@ -68,7 +68,7 @@ fn lattice(mut bits: u32) -> i32 {
     (bits as i32) >> 16
 }
 
-/// 3t^2 - 2t^3 of a fraction in 1/1024, in 1/1024: at most 2^30 before the shift.
+/// 3t^2 - 2t^3, with t and the result in units of 1/1024; at most 2^30 before the shift.
 #[inline(always)]
 fn smoothstep(t: i32) -> i32 {
     t.wrapping_mul(t).wrapping_mul(3 * FRACTION_ONE - 2 * t) >> (2 * FRACTION_LOG2)

@@ -102,7 +102,7 @@ impl Grid {
     }
 }
 
-/// The fields of every point that follow from heights and slopes.
+/// The fields of every point, computed from heights, slopes and noise.
 fn ground() -> Vec<Fields> {
     let spacing = AREA_M / SIDE as f64;
     let middle = (SIDE as f64 - 1.0) / 2.0;

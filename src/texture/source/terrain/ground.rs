@@ -29,7 +29,7 @@ pub const NOISE: usize = 6;
 /// Linear light.
 pub type Color = [f32; 3];
 
-/// The colours that are mixed into the ground's, in linear light.
+/// The colours of which the ground's colour is mixed, in linear light.
 pub struct Palette {
     snow: Color,
     old_snow: Color,

@@ -14,8 +14,8 @@
 //!
 //! # Borders
 //! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
-//! and references share: beyond an edge is the opposite side. The model `valley` ends 1/64 of the area before
-//! the edges, so this is never visible.
+//! and references share: columns wrap, and rows beyond an edge are mirrored, half a turn away. The model `valley` ends
+//! 1/64 of the area before the edges, so this is never visible.
 //!
 //! # Cost
 //! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of
@@ -80,7 +80,8 @@ impl Terrain {
         };
         let inside = top.max(0)..(top + side as i64).min(width);
         piece([left, inside.start], (inside.end - inside.start) as usize, (inside.start - top) as usize);
-        // Rows before the first and after the last each have their own turn.
+        // Rows beyond the north and the south edge are mirrored, half a turn away ([`true_texel`]), so each is a piece
+        // of its own.
         for y in (top..inside.start).chain(inside.end..top + side as i64) {
             let turned = true_texel([width as u32; 2], left, y).map(i64::from);
             piece(turned, 1, (y - top) as usize);
@@ -182,7 +183,7 @@ impl TileSource for Terrain {
         }
         let width = 1usize << width_log2;
         let mut bytes = vec![0; width * width * 4];
-        // In bands of 64 rows, to bound memory.
+        // Computed in bands of 64 rows, to bound memory.
         for (band, bytes) in bytes.chunks_mut(64 * width * 4).enumerate() {
             let region = refine::region(self.base, width_log2, 0..width, 64 * band..64 * band + 64).0;
             write_region(&region, width_log2, [0, 64 * band], [width, 64], width, bytes);
