@@ -104,11 +104,22 @@ impl<T: Technique> Run<T> {
         self.next > 0 && self.technique.progress() == Progress::Settled
     }
 
-    /// Renders frames from one pose until nothing is missing. Returns their number.
+    /// Renders frames from one pose until nothing is missing, without time budgets. Returns their number.
     ///
     /// # Errors
     /// [`Stalled`], and the errors of [`Run::frame`].
     pub fn settle(&mut self, pose: &Pose) -> Result<u64, T::Error> {
+        self.technique.lift_budgets(true);
+        let settled = self.settle_within_budgets(pose);
+        self.technique.lift_budgets(false);
+        settled
+    }
+
+    /// As [`Run::settle`], within the time budgets.
+    ///
+    /// # Errors
+    /// As [`Run::settle`].
+    pub fn settle_within_budgets(&mut self, pose: &Pose) -> Result<u64, T::Error> {
         let first = self.next;
         let mut last_arrival = Instant::now();
         loop {

@@ -172,6 +172,10 @@ impl Technique for Surfaces {
         Ok(())
     }
 
+    fn lift_budgets(&mut self, lifted: bool) {
+        self.texture.iter_mut().for_each(|texture| texture.lift_budgets(lifted));
+    }
+
     fn progress(&self) -> Progress {
         self.texture.as_ref().map_or(Progress::Settled, Technique::progress)
     }

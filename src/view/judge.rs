@@ -362,7 +362,7 @@ mod tests {
         let plain = "surface.land.texture={kind='plain', source='earth'}";
         let scenes = [
             scene("globe", &["surface.land.lit=true"]),
-            scene("globe", &[plain]),
+            scene("globe", &[plain, "surface.land.filter={}"]),
             scene("globe", &[plain, "surface.land.filter={kind='ellipse', max_anisotropy=8}"]),
             scene("bunny", &[]),
             scene("herd", &[]),

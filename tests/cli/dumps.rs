@@ -59,11 +59,12 @@ fn a_sequence_lists_each_of_its_frames() {
     assert!(of(0) != of(3), "the pan moves");
 }
 
-/// The shipped scene's footprints and visible tiles.
+/// A shipped scene's footprints and visible tiles, with the paper's filter.
 fn dumped(scene: &[&str]) -> (Planes, BTreeSet<TileId>) {
     let folder = folder();
     let more = ["--size", "160x90", "--dump-footprint", "a.exr", "--dump-visible", "a.csv"];
-    rendered(&folder, &[scene, &more].concat());
+    let (name, changes) = scene.split_at(1);
+    rendered(&folder, &[name, &["-Dsurface.land.filter={}"], changes, &more].concat());
     let planes = read_exr(&folder.path().join("a.exr")).unwrap();
     assert_eq!([planes.width, planes.height], [160, 90]);
     (planes, visible(&folder, "a.csv").into_iter().map(|(_, tile)| tile).collect())

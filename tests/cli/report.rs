@@ -19,7 +19,7 @@ fn the_reports_key_numbers_are_unique_integers() {
         ("tile_size", 512),
         ("levels", 18),
         ("resident_levels", 10),
-        ("max_anisotropy", 1),
+        ("max_anisotropy", 16),
     ] {
         assert_eq!(text.matches(&format!("\"{key}\":")).count(), 1, "{key}");
         assert!(text.contains(&format!("\"{key}\": {number},")), "{key} is no integer {number}");

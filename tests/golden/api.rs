@@ -3,6 +3,7 @@
 use crate::cases::{Case, View};
 use crate::store::{Entry, Hash, picture_here};
 use ortelius::math::camera::Pose;
+use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::config::surface;
 use ortelius::paper::progressive_mesh::stand::stands;
@@ -10,6 +11,7 @@ use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
 use ortelius::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
+use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
 use ortelius::texture::source::remembered::Remembered;
@@ -96,9 +98,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         let picture = session.picture_bytes().unwrap();
         let mut tiles = session.records.last().unwrap().visible.clone();
         tiles.sort_by_key(|tile| (tile.level, tile.row, tile.column));
-        let tiles = tiles.iter().flat_map(|tile| [tile.level, tile.row, tile.column]);
-        let hashes =
-            vec![(picture_here(), Hash::of_bytes(&picture)), ("tiles".to_owned(), Hash::of_words(tiles))];
+        let hashes = vec![(picture_here(), Hash::of_bytes(&picture)), ("tiles".to_owned(), of_tiles(&tiles))];
         entries.push(Entry { name, hashes });
     }
     if case.ordered() {
@@ -107,6 +107,30 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         entries.last_mut().unwrap().hashes.push(("list".to_owned(), list));
     }
     entries
+}
+
+/// The picture and the sorted tiles of each view, with the scene's own caches and filter.
+pub fn shipped(gpu: &Gpu, case: &Case) -> Vec<Entry> {
+    let scene = Scene::embedded(case.scene).unwrap();
+    let options = Options { size: Some(SIZE), deterministic: true, ..Options::default() };
+    let mut renderer = Renderer::on(gpu, &scene, &options).unwrap();
+    let entry = |view: &View| {
+        renderer.settle(&pose(&scene, view)).unwrap();
+        renderer.drain().unwrap();
+        let record = renderer.records.last().and_then(|record| record.texture.as_ref()).unwrap();
+        let mut tiles = record.visible.clone();
+        tiles.sort_by_key(|tile| (tile.level, tile.row, tile.column));
+        let picture = Hash::of_bytes(&renderer.picture_bytes().unwrap());
+        Entry {
+            name: case.name(view),
+            hashes: vec![(picture_here(), picture), ("tiles".to_owned(), of_tiles(&tiles))],
+        }
+    };
+    case.views.iter().map(entry).collect()
+}
+
+fn of_tiles(tiles: &[TileId]) -> Hash {
+    Hash::of_words(tiles.iter().flat_map(|tile| [tile.level, tile.row, tile.column]))
 }
 
 /// Paper 2: the picture of each view, and the drawn index buffers of all instances if the host knows them.

@@ -14,6 +14,8 @@ pub struct Case {
 pub enum Paper {
     VirtualTexture,
     ProgressiveMesh,
+    /// All surfaces of the scene as shipped.
+    Shipped,
 }
 
 /// A camera, or a frame of a path.
@@ -26,11 +28,12 @@ pub enum View {
 }
 
 impl Case {
-    /// `earth/headline/dedup=runs,address=own-level`; `paper` if nothing is changed.
+    /// `earth/headline/dedup=runs,address=own-level`; `paper` if nothing is changed, `shipped` for the shipped scene.
     pub fn name(&self, view: &View) -> String {
-        let changes = match self.changes.is_empty() {
-            true => "paper".to_owned(),
-            false => self.changes.join(","),
+        let changes = match (self.paper, self.changes.is_empty()) {
+            (Paper::Shipped, _) => "shipped".to_owned(),
+            (_, true) => "paper".to_owned(),
+            (_, false) => self.changes.join(","),
         };
         match view {
             View::Camera(camera) => format!("{}/{camera}/{changes}", self.scene),
@@ -150,6 +153,20 @@ pub fn virtual_texture() -> Vec<Case> {
         cases.extend(STREAMED.map(|text| case(scene, changes(text), views)));
     }
     cases
+}
+
+/// Scenes whose own filter is not paper 1's.
+const SHIPPED: [(&str, &[View]); 4] = [
+    ("earth", &[View::Camera("headline"), View::Camera("oblique")]),
+    ("globe", &[View::Camera("africa"), View::Camera("antarctica")]),
+    ("plane", &[View::Camera("tilted"), View::Camera("grazing")]),
+    ("valley", &[View::Camera("herd"), View::Camera("massif")]),
+];
+
+/// Scenes as `ortelius render` shows them.
+pub fn shipped() -> Vec<Case> {
+    let case = |(scene, views)| Case { scene, paper: Paper::Shipped, changes: Vec::new(), views };
+    SHIPPED.map(case).into()
 }
 
 /// The scenes of paper 2. Their views raise and lower levels, and an instance leaves the picture.

@@ -4,7 +4,7 @@
 //! whose last bits differ between AMD and Intel. Tile lists and index buffers are integers and equal on both.
 
 use sha2::{Digest, Sha256};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 const DRIVER: &str = "# driver: ";
@@ -109,8 +109,8 @@ pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded 
     Recorded { driver: found.driver.clone(), hashes }
 }
 
-/// A line for each hash that is missing, additional or different. On another driver only index buffers are compared; on
-/// a processor without recorded pictures, everything except pictures. `picture` is [`picture_here`].
+/// A line for each hash that is missing, additional or different. On another driver only index buffers are compared. A
+/// picture that is recorded on other processors alone is not compared. `picture` is [`picture_here`].
 pub fn differences(recorded: &Recorded, found: &Recorded, picture: &str) -> Vec<String> {
     let same_driver = recorded.driver == found.driver;
     let is_of_this_processor = |what: &str| !what.starts_with("picture@") || what == picture;
@@ -126,9 +126,15 @@ pub fn differences(recorded: &Recorded, found: &Recorded, picture: &str) -> Vec<
             Some(_) => {}
         }
     }
-    let known_here = recorded.hashes.keys().any(|(_, what)| what == picture);
+    // A picture without a record on this processor is new, unless another processor has one.
+    let known: BTreeSet<&str> = recorded
+        .hashes
+        .keys()
+        .filter(|(_, what)| what.starts_with("picture@"))
+        .map(|(name, _)| &**name)
+        .collect();
     let unknown = found.hashes.keys().filter(|key| !recorded.hashes.contains_key(*key));
-    let unknown = unknown.filter(|(_, what)| what != picture || (known_here && same_driver));
+    let unknown = unknown.filter(|(name, what)| what != picture || (same_driver && !known.contains(&**name)));
     lines.extend(unknown.map(|(name, what)| format!("{name}: {what} is not recorded")));
     lines
 }

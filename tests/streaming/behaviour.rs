@@ -98,6 +98,25 @@ fn loads_beyond_the_budget_wait_for_later_grants() {
 }
 
 #[test]
+fn lifted_budgets_limit_nothing_until_they_are_restored() {
+    // As above. Within these budgets, 16 tiles take millions of frames.
+    let config = StreamingConfig { load_budget_ms: 5e-6, upload_budget_ms: 1e-6, ..timed(32, 32) };
+    let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
+    bench.streaming.lift_budgets(true);
+    bench.settle_timed(&block(4, 4));
+    assert_eq!(bench.source.reads().len(), 16);
+    bench.streaming.lift_budgets(false);
+    let others: Vec<TileId> =
+        block(4, 4).iter().map(|tile| TileId { column: tile.column + 4, ..*tile }).collect();
+    for _ in 0..20 {
+        bench.frame(&others);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let reads = bench.source.reads().len() - 16;
+    assert!(reads <= 8, "{reads} tiles read");
+}
+
+#[test]
 fn requests_no_longer_visible_are_not_read() {
     let mut bench = Bench::new(TestSource::default(), counting(32, 32, 1, 1));
     bench.frame(&block(4, 4));

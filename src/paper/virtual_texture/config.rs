@@ -259,19 +259,23 @@ pub fn filter(scene: &Scene, surface: &Surface) -> std::result::Result<Filter, S
     }
 }
 
+/// The scene with paper 1's filter, one trilinear sample.
+///
+/// # Errors
+/// An invalid scene.
+pub fn with_papers_filter(scene: &Scene) -> std::result::Result<Scene, SceneError> {
+    match owner(scene)? {
+        Some(surface) => scene.with(&[format!("surface.{}.filter={{}}", surface.name)]),
+        None => Ok(scene.clone()),
+    }
+}
+
 /// A shipped scene with paper 1's filter. As shipped, it uses paper 3's.
 ///
 /// # Errors
 /// No shipped scene has this name.
 pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
-    let scene = Scene::embedded(name)?;
-    let Some(surface) = owner(&scene)? else { return Ok(scene) };
-    let Filter { kind, max_anisotropy, .. } = Filter::DEFAULT;
-    let filter = format!("surface.{}.filter", surface.name);
-    scene.with(&[
-        format!("{filter}.kind={}", kind.name()),
-        format!("{filter}.max_anisotropy={max_anisotropy}"),
-    ])
+    with_papers_filter(&Scene::embedded(name)?)
 }
 
 /// Everything that a renderer needs besides the mesh and the texture.

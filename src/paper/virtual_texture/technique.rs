@@ -394,6 +394,10 @@ impl Technique for VirtualTexture {
         self.reconfigure(gpu, settings, (target, self.lit))
     }
 
+    fn lift_budgets(&mut self, lifted: bool) {
+        self.streaming.lift_budgets(lifted);
+    }
+
     fn progress(&self) -> Progress {
         let Some((_, since)) = self.pose else { return Progress::Arriving };
         // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.

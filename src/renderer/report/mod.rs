@@ -71,7 +71,7 @@ pub struct TextureReport {
     pub list_overflows: usize,
 }
 
-/// `--compare-plain`: medians over interleaved runs in this process.
+/// `--compare-plain`: medians over interleaved runs in this process. Both frames take one trilinear sample per pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture. The two are

@@ -107,8 +107,8 @@ impl Streaming {
             let sequence = self.requests;
             self.loader.send(Request { tile, slot: claim.slot, generation, sequence, bytes, cancelled });
         }
-        let unlimited = Duration::MAX;
-        self.loader.grant(if self.config.deterministic { unlimited } else { self.config.load_budget() });
+        let unlimited = self.config.deterministic || self.lifted;
+        self.loader.grant(if unlimited { Duration::MAX } else { self.config.load_budget() });
     }
 
     /// A slot of the host cache for a load. If all are pinned, the latest load that is no longer wanted is cancelled to

@@ -58,7 +58,7 @@ use slots::Slots;
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tables::StateTable;
 use upload::Waiting;
 
@@ -95,6 +95,8 @@ pub struct Streaming {
     /// The tiles that the latest frame prefetched.
     expected: HashSet<TileId>,
     pending: usize,
+    /// True if time does not limit loads and uploads.
+    lifted: bool,
     /// Changes of the page table since the last report.
     page_table_changes: Vec<(TileId, Option<u32>)>,
 }
@@ -138,6 +140,7 @@ impl Streaming {
             wanted_set: HashSet::new(),
             expected: HashSet::new(),
             pending: 0,
+            lifted: false,
             page_table_changes: Vec::new(),
             config,
         })
@@ -179,6 +182,15 @@ impl Streaming {
     /// tiles are not wanted, but their substitutes are.
     pub fn settled(&self) -> bool {
         self.pending == 0
+    }
+
+    /// Lifts or restores the time budgets. The capacity of staging memory and of the queues still limits a frame.
+    pub fn lift_budgets(&mut self, lifted: bool) {
+        self.lifted = lifted;
+        if !lifted {
+            // Takes back an unlimited grant.
+            self.loader.grant(Duration::ZERO);
+        }
     }
 
     /// Forgets all failures: unreadable tiles are requested again when they are next seen.

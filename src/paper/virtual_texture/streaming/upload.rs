@@ -37,7 +37,7 @@ impl Streaming {
         while let Some(&Waiting { tile, slot: host_slot, generation }) = self.upload_queue.front() {
             let spent = match self.config.deterministic {
                 true => report.uploads >= self.config.upload_tiles_per_frame as usize,
-                false => report.uploads > 0 && begin.elapsed() >= self.config.upload_budget(),
+                false => !self.lifted && report.uploads > 0 && begin.elapsed() >= self.config.upload_budget(),
             };
             if spent {
                 break;

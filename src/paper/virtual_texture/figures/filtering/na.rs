@@ -33,7 +33,7 @@ pub const NA: Figure = Figure {
     paper: &[LARGEST],
     sweep: Some(Sweep {
         name: "tilt, degrees",
-        quick: &[0.0, 60.0, 80.0],
+        quick: &[0.0, 80.0],
         full: &[0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0],
     }),
     measure,
@@ -102,7 +102,7 @@ impl View {
     fn of(bench: &Bench, cell: &Cell) -> anyhow::Result<View> {
         let camera = CAMERAS.iter().find(|(name, _)| *name == cell.scene).context("a scene of the figure")?.1;
         let tilt = cell.x.context("a sweep")?;
-        let (size, tile, step) = bench.effort_of(([320, 180], 128, 8), ([640, 360], 256, 2));
+        let (size, tile, step) = bench.effort_of(([320, 180], 128, 16), ([640, 360], 256, 2));
         let changes = vec![
             format!("cameras.{camera}.tilt_deg={tilt}"),
             format!("cameras.{camera}.magnification=1.0"),
@@ -110,6 +110,11 @@ impl View {
             format!("surface.land.texture.tile_size={tile}"),
             "cache.gpu_tiles=1024".into(),
             "cache.host_tiles=1024".into(),
+            // Settling is not timed.
+            "cache.upload_tiles_per_frame=64".into(),
+            "variant.dedup=tile-memo".into(),
+            "variant.compact=append".into(),
+            "variant.address=own-level".into(),
         ];
         Ok(View { name: cell.scene.clone(), changes, size, step })
     }

@@ -65,7 +65,7 @@ fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow
     let settings = Settings { size: *size, ..Settings::of_scene(&scene, Target::Srgb8)? };
     let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
-    let frames = session.settle(pose)?;
+    let frames = session.settle_within_budgets(pose)?;
     let wall_ms = begun.elapsed().as_secs_f64() * 1e3;
     session.drain()?;
     session.again(pose)?;

@@ -355,6 +355,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paper::virtual_texture::config::papers_scene;
 
     fn baked(scene: &Scene) -> Scene {
         let changes = ["path=a.tiles", "source=file"].map(|change| format!("surface.land.texture.{change}"));
@@ -363,9 +364,10 @@ mod tests {
 
     #[test]
     fn the_scenes_own_setting_comes_first_and_all_others_are_valid_scenes() {
-        for name in ["earth", "plane"] {
-            let scene = Scene::embedded(name).unwrap();
-            let all = settings(&scene, &Knob::ALL).unwrap();
+        let scenes =
+            ["earth", "plane"].map(|name| [Scene::embedded(name).unwrap(), papers_scene(name).unwrap()]);
+        for scene in scenes.iter().flatten() {
+            let all = settings(scene, &Knob::ALL).unwrap();
             assert_eq!((all[0].name.as_str(), all[0].changes.len()), ("the scene's own", 0));
             assert!((40..200).contains(&all.len()), "{}", all.len());
             let mut names: Vec<&str> = all.iter().map(|setting| setting.name.as_str()).collect();
@@ -373,15 +375,15 @@ mod tests {
             names.dedup();
             assert_eq!(names.len(), all.len(), "each name once");
             for setting in &all[1..] {
-                let changed = Scene::load_with(name, &setting.changes).unwrap();
-                assert_ne!(changed, scene, "{}", setting.name);
+                let changed = scene.with(&setting.changes).unwrap();
+                assert_ne!(&changed, scene, "{}", setting.name);
             }
         }
     }
 
     #[test]
     fn the_earth_also_tries_bc1_and_fewer_tiles_are_tried_alone() {
-        let scene = Scene::embedded("earth").unwrap();
+        let scene = papers_scene("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
         };
@@ -394,7 +396,7 @@ mod tests {
 
     #[test]
     fn subsampled_lists_and_odd_borders_are_tried_alone() {
-        let scene = Scene::embedded("earth").unwrap();
+        let scene = papers_scene("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
         };
@@ -410,7 +412,7 @@ mod tests {
 
     #[test]
     fn unsupported_values_are_reported_with_a_remedy() {
-        let scene = Scene::embedded("earth").unwrap();
+        let scene = papers_scene("earth").unwrap();
         assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
         let scene = scene.with(&["surface.land.filter.max_anisotropy=4".into()]).unwrap();
         let reported = |scene: &Scene| -> Vec<String> {
@@ -426,7 +428,7 @@ mod tests {
 
     #[test]
     fn a_generated_source_gets_the_border_that_the_samples_need() {
-        let scene = Scene::embedded("plane").unwrap();
+        let scene = papers_scene("plane").unwrap();
         let all = settings(&scene, &[Knob::Anisotropy]).unwrap();
         let changes: Vec<String> = all.iter().map(|setting| setting.changes.join(" ")).collect();
         assert_eq!(
@@ -459,7 +461,7 @@ mod tests {
         let names = |scene: &Scene, knobs: &[Knob]| -> Vec<String> {
             settings(scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect()
         };
-        let scene = Scene::embedded("earth").unwrap();
+        let scene = papers_scene("earth").unwrap();
         let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
         let all = names(&scene, &Knob::OF_FILTER);
         assert_eq!((all.len(), ellipses(&all)), (19, 6), "{all:?}");
