@@ -23,17 +23,17 @@ pub const AVERAGE: Figure = Figure {
     id: "pm.average",
     title: "Mean over all levels",
     about: "The paper's measure (section 2): transforms per vertex, averaged over all levels of detail with \
-            equal weight, including the levels between two tswaps. The paper reports 1.6 to 2.0 for its \
-            order and 4 to 6 for the standard order. The models are those of pm.order: `bunny`, `sphere`, \
-            `torus`, `knot`, `solid`. The scans (`dragon_res4`, with --full `dragon`) are measured if they \
-            have been fetched. They are not included in the means over models. FIFO-16 is counted at every \
-            level (above 100 000 faces at 256 levels), the other caches in quick runs at 128 levels, and the \
-            baselines at 64. The figure also shows, per split on the way through all levels, the faces that \
-            change their slots (for baselines, that are copied); the memory of the lists; the memory that \
-            all instances share (commands and the index buffer of level 0, or lists and split vertices); the \
-            drawn faces per live face; and on models with seams the cost with wedges as vertices. Shared \
-            memory is also given for skip lists that fit into the memory of births in place. Degenerate \
-            faces are drawn and counted.",
+            equal weight, including the levels between two tswaps. The paper reports 1.6 to 2.0 for its order \
+            and 4 to 6 for the standard order. The models are those of pm.order: `bunny`, `sphere`, `torus`, \
+            `knot`, `solid`. The scans (`dragon_res4`, with --full `dragon`) are measured if they have been \
+            fetched. They are not included in the means over models. FIFO-16 is counted at every level (above \
+            100 000 faces at 256 levels), the other caches in quick runs at 128 levels, and the baselines at \
+            64. The figure also shows, per split on the way through all levels, the faces that change their \
+            slots (for baselines, that are copied); the memory of the lists; the memory that all instances \
+            share (commands and the index buffer of level 0, or lists and split vertices); the drawn faces \
+            per live face; and on models with seams the cost with wedges as vertices. Shared memory is also \
+            given for skip lists that fit into the memory of births in place. Degenerate faces are drawn and \
+            counted.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],
