@@ -177,7 +177,11 @@ impl Technique for Surfaces {
     }
 
     fn progress(&self) -> Progress {
-        self.texture.as_ref().map_or(Progress::Settled, Technique::progress)
+        let meshes = self.meshes.as_ref().map_or(Progress::Settled, Technique::progress);
+        match meshes {
+            Progress::Settled => self.texture.as_ref().map_or(Progress::Settled, Technique::progress),
+            moving => moving,
+        }
     }
 
     /// Bytes by surface and object, such as `land: J1` (the tile pool of the surface `land`).

@@ -302,6 +302,14 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/floors/cases.rs", "two_files_that_depend_on_each_other_are_a_circle")],
     },
     Comparer {
+        judges: "an index buffer of the device against the host's",
+        function: ("src/paper/progressive_mesh/figures/change/ways.rs", "different_indices"),
+        rejects: &[(
+            "src/paper/progressive_mesh/figures/change/ways.rs",
+            "a_changed_or_missing_index_is_counted",
+        )],
+    },
+    Comparer {
         judges: "hashes against the recorded ones",
         function: ("tests/golden/store.rs", "differences"),
         rejects: &[("tests/golden/main.rs", "what_differs_is_missing_or_is_new_is_rejected")],

@@ -2,7 +2,7 @@
 //! message fails the test.
 
 use super::made::{Random, arrange, collapse, torus};
-use ortelius::paper::progressive_mesh::apply::{Apply, Change, ChangedSlots, Scatter};
+use ortelius::paper::progressive_mesh::apply::{Apply, Change};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
 use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
@@ -91,39 +91,5 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
             let first = own.iter().zip(faces.as_flattened()).position(|(a, b)| a != b);
             assert_eq!(first, None, "mesh {seed}, round {round}, instance {n} at level {level}");
         }
-    }
-}
-
-#[test]
-fn scattered_faces_are_the_hosts_buffer() {
-    let gpu = Watched::open(&GpuOptions::default());
-    let program = Program::new(&mesh(4, 5)).unwrap();
-    WIDTHS.into_iter().for_each(|index| scatter_changes(&gpu, &program, index));
-}
-
-fn scatter_changes(gpu: &Gpu, program: &Program, index: IndexType) {
-    let scatter = Scatter::new(gpu, index).unwrap();
-    let mut faces = program.faces().to_vec();
-    let slice = 5;
-    let padded = [&[[9; 3]; 5], &*faces].concat();
-    let packed = index.packed(padded.as_flattened());
-    let indices = gpu.buffer_with("indices", &packed, BufferUse::WritableIndices(index)).unwrap();
-    let mut changed = ChangedSlots::new(faces.len());
-    let (mut level, mut random) = (0, Random(4));
-    for _ in 0..5 {
-        let to = random.below(program.levels().len()) as u32;
-        program.run(&mut faces, level, to, &mut Vec::new(), &mut changed);
-        level = to;
-        let list = changed.take(&faces);
-        let buffer = gpu.buffer_with("changes", list.as_flattened(), BufferUse::Storage).unwrap();
-        let mut frame = gpu.frame().unwrap();
-        frame.pass("scatter", |cmd| scatter.run(cmd, &buffer, list.len() as u32, &indices, slice)).unwrap();
-        frame.submit().unwrap().wait().unwrap();
-        let words = read(gpu, &indices);
-        assert!(words[..15].iter().all(|&word| word == 9), "written before the slice");
-        assert!(
-            words[15..15 + 3 * faces.len()] == *faces.as_flattened(),
-            "level {level}: not the host's buffer"
-        );
     }
 }

@@ -185,7 +185,9 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     session.frame(&pose).unwrap();
     let wanted =
         session.technique.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
-    let moved = seen_vertices(&scene, wanted, Some(f64::from(MORPH_BAND_LOG2)));
+    // Vertices have arrived at the wanted error: they start a band earlier.
+    let band = f64::from(MORPH_BAND_LOG2);
+    let moved = seen_vertices(&scene, wanted * (-band).exp2(), Some(band));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
     assert_eq!(beyond, 0, "worst {worst}");
     // The vertices are not at their final positions.
@@ -298,7 +300,8 @@ fn levels_that_the_device_applies_are_the_hosts() {
         });
         others.into_iter().for_each(|other| assert!(host == other, "frame {frame}"));
     }
-    assert!(mapped.records.iter().all(|record| record.change.upload_bytes == 0));
+    // Each frame in flight has its own buffer, so every part is written twice.
+    assert!(mapped.records.iter().any(|record| record.change.upload_bytes > 0));
     let changes = |session: &Run<ProgressiveMeshes>| {
         session.records.iter().map(|r| r.change.splits).collect::<Vec<_>>()
     };

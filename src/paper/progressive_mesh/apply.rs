@@ -2,14 +2,12 @@
 //!
 //! [`Apply`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
 //! one dispatch. Some of them build on others, but their order does not matter (see `apply.comp`). A
-//! permutation takes two dispatches. [`Scatter`] is the plain variant: the host executes the level change and
-//! sends each changed face with its slot.
+//! permutation takes two dispatches.
 
-use super::run::{Index, Operation, Program, WriteObserver};
-use crate::vk::shader::progressive_mesh::{apply_comp, scatter_comp};
-use crate::vk::shader::{Applying, Scattering};
+use super::run::{Operation, Program};
+use crate::vk::shader::Applying;
+use crate::vk::shader::progressive_mesh::apply_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
-use std::ops::Range;
 
 /// Maximum number of groups of a dispatch, with 64 items each. With more items, each invocation handles
 /// several.
@@ -138,79 +136,6 @@ impl Apply {
             Operation::Move { faces, .. } if faces.is_empty() => vec![],
             Operation::Move { faces, up, .. } => {
                 [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
-            }
-        }
-    }
-}
-
-/// Writes the faces that the host changed.
-pub struct Scatter {
-    pipeline: ComputePipeline,
-}
-
-impl Scatter {
-    /// # Errors
-    /// Out of memory.
-    pub fn new(gpu: &Gpu, index: IndexType) -> Result<Scatter> {
-        let constants = [index.constant()];
-        Ok(Scatter { pipeline: gpu.compute_pipeline("scatter faces", &scatter_comp::SHADER, &constants)? })
-    }
-
-    /// Writes the first `count` of `changes`. A change has four words: the slot in the instance's slice, and
-    /// the face.
-    ///
-    /// # Errors
-    /// Out of memory.
-    pub fn run(
-        &self,
-        cmd: &mut Cmd<'_>,
-        changes: &Buffer,
-        count: u32,
-        indices: &Buffer,
-        first_slot: u32,
-    ) -> Result<()> {
-        let resources = [
-            (scatter_comp::CHANGES, Resource::Buffer(changes)),
-            (scatter_comp::INDICES, Resource::Buffer(indices)),
-        ];
-        let push = Scattering { count, slice: first_slot };
-        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&push), groups(count))
-    }
-}
-
-/// The slots that were written, each once: the input of [`Scatter`].
-#[derive(Clone, Debug)]
-pub struct ChangedSlots {
-    seen: Vec<bool>,
-    slots: Vec<u32>,
-}
-
-impl ChangedSlots {
-    /// For an index buffer of `faces` faces.
-    pub fn new(faces: usize) -> ChangedSlots {
-        ChangedSlots { seen: vec![false; faces], slots: Vec::new() }
-    }
-
-    /// Takes the changed faces, in the format of [`Scatter::run`].
-    pub fn take<I: Index>(&mut self, faces: &[[I; 3]]) -> Vec<[u32; 4]> {
-        let change = |slot: u32| {
-            self.seen[slot as usize] = false;
-            let [a, b, c] = faces[slot as usize].map(I::vertex);
-            [slot, a, b, c]
-        };
-        self.slots.drain(..).map(change).collect()
-    }
-}
-
-impl WriteObserver for ChangedSlots {
-    fn word(&mut self, word: usize) {
-        self.faces(word / 3..word / 3 + 1);
-    }
-
-    fn faces(&mut self, slots: Range<usize>) {
-        for slot in slots {
-            if !std::mem::replace(&mut self.seen[slot], true) {
-                self.slots.push(slot as u32);
             }
         }
     }

@@ -9,10 +9,12 @@
 //! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
 //! separately, but counting these transforms would hide the effect of the order at seams.
 
+mod bound;
 mod levels;
 
 use super::mesh::ProgressiveMesh;
 
+pub use bound::lower_bound;
 pub use levels::{LevelCosts, costs_of, drawn_faces, level_costs, live_faces, sampled_levels};
 
 /// A count of vertex transforms.

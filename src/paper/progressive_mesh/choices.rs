@@ -61,8 +61,8 @@ choices! {
     pub enum Apply {
         /// The host, in its own copy of the index buffer; the changed parts are uploaded.
         Cpu = "cpu",
-        /// The host, in memory that the device reads directly: a buffer for each frame in flight, and no
-        /// upload. Not for baselines.
+        /// The host, in its own copy of the index buffer; the changed parts are copied into memory that the
+        /// device reads directly, a buffer for each frame in flight. Not for baselines.
         Mapped = "mapped",
         /// Compute shaders, in place; not for baselines.
         Gpu = "gpu",

@@ -106,8 +106,13 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices move to their positions instead of popping.
+        /// New vertices move to their positions instead of popping. They have arrived when their error is
+        /// wanted, so levels of half the error are drawn, with about twice the faces.
         geomorph: bool = false;
+        /// The largest change of an instance's error in a frame, while it is in view: the instance follows the
+        /// wanted error in several frames. A governor's factor comes in addition. Default 1/16 with
+        /// `geomorph`, no limit without.
+        octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; a baseline requires
         /// the classical order.
         order: FaceOrder = DEFAULT_ORDER;

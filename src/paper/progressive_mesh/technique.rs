@@ -139,13 +139,10 @@ impl ProgressiveMeshes {
         }
     }
 
-    /// The governor's factor on all wanted errors for this frame.
-    fn plan(&mut self, view: &View) -> f64 {
+    /// The governor's factor on all errors for this frame.
+    fn plan(&mut self) -> f64 {
         let Some(governor) = &mut self.governor else { return 1.0 };
-        let of_surface = |surface| (surface, MeshOnDevice::wanted_errors(surface, &view.pose, view.size));
-        let wanted: Vec<_> = self.surfaces.iter().map(of_surface).collect();
-        governor
-            .plan(|factor| wanted.iter().map(|(surface, wanted)| surface.live_faces(wanted, factor)).sum())
+        governor.plan(|factor| self.surfaces.iter().map(|surface| surface.live_faces(factor)).sum())
     }
 
     /// Brings all instances to their levels. Returns the change and the governor's factor.
@@ -155,13 +152,13 @@ impl ProgressiveMeshes {
             let mut upload = |bytes: &[u8], at| copies.add(0, bytes, at);
             return Ok((surfaces[0].go_to(gpu, view.slot(), level, &mut upload)?, 1.0));
         }
-        let error_factor = self.plan(view);
+        self.surfaces.iter_mut().for_each(|surface| surface.follow(view));
+        let error_factor = self.plan();
         let Self { surfaces, copies, .. } = self;
         let mut change = Change::default();
         for (n, surface) in surfaces.iter_mut().enumerate() {
-            let pixels = surface.settings.error_pixels * error_factor;
             let mut upload = |bytes: &[u8], at| copies.add(n, bytes, at);
-            change += surface.go(gpu, view, pixels, &mut upload)?;
+            change += surface.go(gpu, view.slot(), error_factor, &mut upload)?;
         }
         Ok((change, error_factor))
     }
@@ -290,9 +287,11 @@ impl Technique for ProgressiveMeshes {
         Ok(())
     }
 
-    /// Instances reach their levels immediately.
     fn progress(&self) -> Progress {
-        Progress::Settled
+        match self.surfaces.iter().any(MeshOnDevice::arriving) {
+            true => Progress::Arriving,
+            false => Progress::Settled,
+        }
     }
 
     /// The staging buffers grow with the uploads of a frame.

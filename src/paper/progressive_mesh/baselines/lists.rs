@@ -6,6 +6,7 @@ use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 use crate::paper::progressive_mesh::run::IgnoreWrites;
+use crate::vk::IndexType;
 use std::collections::HashMap;
 
 /// A baseline with the data prepared for a mesh in
@@ -83,10 +84,10 @@ impl Prepared {
         self.lists().map(|faces| faces.len() as u64).sum()
     }
 
-    /// Bytes of main memory of all lists, including the values that level changes write.
-    pub fn list_bytes(&self) -> u64 {
-        let chain = self.chain.iter().map(|faces| size_of_val(&**faces));
-        chain.chain(self.skip.iter().map(SkipList::bytes)).sum::<usize>() as u64
+    /// Bytes of all lists with indices of the type `index`, and of what level changes write.
+    pub fn list_bytes(&self, index: IndexType) -> u64 {
+        let commands: usize = self.skip.iter().map(SkipList::command_bytes).sum();
+        3 * index.bytes() * self.listed_faces() + commands as u64
     }
 
     /// For each slot of the classical order, the rank of its face in meshoptimizer's order of the full mesh.

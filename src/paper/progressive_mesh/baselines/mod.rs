@@ -14,6 +14,7 @@ mod skip;
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
 use super::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::vk::IndexType;
 use rayon::prelude::*;
 
 pub use lists::Prepared;
@@ -80,7 +81,7 @@ pub struct BaselineCosts {
     pub costs: Vec<LevelCosts>,
     /// Faces copied per split, on the way through all levels.
     pub copied_per_split: f64,
-    /// Bytes of all its lists, at 12 bytes per face.
+    /// Bytes of all its lists and of what level changes write, with 16-bit indices below 65,536 vertices.
     pub list_bytes: u64,
     /// Drawn faces per live face, mean over the levels.
     pub traffic: f64,
@@ -113,18 +114,21 @@ pub fn baseline_costs(
         (0..caches.len()).map(|n| LevelCosts { levels: levels.to_vec(), per_vertex: of(n) }).collect();
     let last = f64::from(mesh.last_level());
     let faces_of_all_levels: u64 = mesh.levels[1..].iter().map(|level| u64::from(level.faces)).sum();
-    let full = mesh.faces.len() as u64;
-    let (copied, listed) = match baseline {
+    let index = IndexType::of_vertices(mesh.vertices.positions.len());
+    let full_bytes = 3 * index.bytes() * mesh.faces.len() as u64;
+    let (copied, list_bytes) = match baseline {
         // All faces are rewritten at every level.
-        Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => (faces_of_all_levels, full),
+        Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => {
+            (faces_of_all_levels, full_bytes)
+        }
         // All faces are rewritten here, too. The memory also has the list that the pass reads.
-        Baseline::Compacted => (faces_of_all_levels, 2 * full),
+        Baseline::Compacted => (faces_of_all_levels, 2 * full_bytes),
         // On the way through all levels each list is copied once, when its first level is reached.
-        Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.listed_faces()),
-        Baseline::Discrete { .. } => (0, prepared.listed_faces()),
+        Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.list_bytes(index)),
+        Baseline::Discrete { .. } => (0, prepared.list_bytes(index)),
     };
     let traffic = drawn.iter().map(|(_, traffic)| traffic).sum::<f64>() / drawn.len() as f64;
-    BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes: 12 * listed, traffic }
+    BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes, traffic }
 }
 
 #[cfg(test)]

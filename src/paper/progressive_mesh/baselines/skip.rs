@@ -78,8 +78,8 @@ impl SkipList {
         written
     }
 
-    /// Bytes of main memory.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.faces) + self.words.bytes() + size_of_val(&*self.values)
+    /// Bytes of what level changes write, and where: the list's memory without its faces.
+    pub fn command_bytes(&self) -> usize {
+        self.words.bytes() + size_of_val(&*self.values)
     }
 }

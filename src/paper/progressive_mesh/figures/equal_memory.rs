@@ -1,23 +1,25 @@
 //! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
 //! skip lists take less than half of that memory, so that the comparison would be unfair to them.
 
-use super::super::baselines::{Baseline, baseline_costs};
+use super::super::baselines::{Baseline, Prepared, baseline_costs};
 use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::run::Program;
-use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, number};
+use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, TAIL_23, number};
 use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
+use crate::vk::IndexType;
 
-/// Memory that all instances share: commands and the index buffer of level 0, or lists and the table of split
-/// vertices.
+/// Memory that all instances share: an order's commands and the index buffer of level 0, or skip lists and the
+/// corners that level changes write. Indices have 16 bits below 65,536 vertices, commands words of 32 bits.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 
 /// An order, and the skip lists with at most its memory.
-pub const AT_MEMORY_OF: [(&str, &str); 2] = [
+pub const AT_MEMORY_OF: [(&str, &str); 3] = [
     (IN_PLACE_23, "skip-lists at in-place-23's memory"),
     (IN_PLACE_10, "skip-lists at in-place-10's memory"),
+    (TAIL_23, "skip-lists at tail-23's memory"),
 ];
 
 /// The rows of an order of `mesh`, and of the corresponding skip lists at `levels` of the mesh in classical
@@ -28,8 +30,8 @@ pub fn rows(
     plain: &ProgressiveMesh,
     levels: &[u32],
 ) -> anyhow::Result<Vec<Row>> {
-    let faces = mesh.faces.len() as f64;
-    let shared = Program::new(mesh)?.command_bytes() as f64 + 12.0 * faces;
+    let (faces, program) = (mesh.faces.len() as f64, Program::new(mesh)?);
+    let shared = program.command_bytes() as f64 + 3.0 * program.index_type().bytes() as f64 * faces;
     let mut rows = vec![number(name, SHARED, UNIT, shared / faces)];
     if let Some((_, lists)) = AT_MEMORY_OF.iter().find(|(order, _)| *order == name) {
         rows.extend(skip_lists_within(lists, plain, shared, levels));
@@ -37,24 +39,29 @@ pub fn rows(
     Ok(rows)
 }
 
-/// The largest number of lists that fit into `most_bytes` together with the table of split vertices. Lists
-/// that shrink by a factor r take 12 / (1 - r) bytes per face of the full mesh in total.
+/// The largest number of lists that fit into `most_bytes`. Lists that shrink by a factor r have 1 / (1 - r)
+/// times the faces of the full mesh in total.
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
-    let (faces, table) = (plain.faces.len() as f64, 4.0 * plain.splits.split_vertices.len() as f64);
-    let mut ratio = 1.0 - 12.0 * faces / (most_bytes - table);
-    // The sum over actual levels may be larger: reduce the ratio until it fits.
-    let found = loop {
-        let found = baseline_costs(plain, Baseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
-        if found.list_bytes as f64 + table <= most_bytes {
-            break found;
-        }
-        ratio -= 0.002;
+    let index = IndexType::of_vertices(plain.vertices.positions.len());
+    let lists = |ratio| {
+        let baseline = Baseline::SkipLists { ratio };
+        let prepared = Prepared::new(plain, baseline, plain.vertices.welded.clone());
+        (prepared.list_bytes(index) as f64, prepared.listed_faces() as f64)
     };
-    let bytes = found.list_bytes as f64 + table;
+    let (faces, face_bytes) = (plain.faces.len() as f64, 3.0 * index.bytes() as f64);
+    // The corners that level changes write take nearly as much at any ratio.
+    let (some_bytes, some_faces) = lists(0.9);
+    let most_listed = (most_bytes - some_bytes) / face_bytes + some_faces;
+    let mut ratio = 1.0 - faces / most_listed;
+    // The sum over actual levels may be larger: reduce the ratio until it fits.
+    while lists(ratio).0 > most_bytes {
+        ratio -= 0.002;
+    }
+    let found = baseline_costs(plain, Baseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
     [
         number(name, FIFO_16, "transforms per vertex", found.costs[0].mean()),
         number(name, MOVED, "faces", found.copied_per_split),
-        number(name, SHARED, UNIT, bytes / faces),
+        number(name, SHARED, UNIT, found.list_bytes as f64 / faces),
         number(name, DRAWN, "faces", found.traffic),
     ]
 }

@@ -1,6 +1,5 @@
-//! The two widths of indices, and where the faces of instances are kept.
+//! The two widths of indices.
 
-use super::slices::TooMany;
 use crate::vk::IndexType;
 
 /// An index as the device reads it.
@@ -34,38 +33,5 @@ impl Index for u32 {
 
     fn vertex(self) -> u32 {
         self
-    }
-}
-
-/// Memory for the faces of instances.
-pub trait Memory {
-    type Index: Index;
-    type Error: From<TooMany>;
-
-    fn faces(&self) -> &[[Self::Index; 3]];
-    fn faces_mut(&mut self) -> &mut [[Self::Index; 3]];
-
-    /// Makes room for at least `faces` faces, and keeps the present ones.
-    ///
-    /// # Errors
-    /// Out of memory.
-    fn grow(&mut self, faces: usize) -> Result<(), Self::Error>;
-}
-
-impl<I: Index> Memory for Vec<[I; 3]> {
-    type Index = I;
-    type Error = TooMany;
-
-    fn faces(&self) -> &[[I; 3]] {
-        self
-    }
-
-    fn faces_mut(&mut self) -> &mut [[I; 3]] {
-        self
-    }
-
-    fn grow(&mut self, faces: usize) -> Result<(), TooMany> {
-        self.resize(faces.max(self.len()), [I::of(0); 3]);
-        Ok(())
     }
 }

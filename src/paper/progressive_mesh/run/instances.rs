@@ -1,6 +1,6 @@
 //! Many instances of one mesh, each with its own slice of one index buffer.
 
-use super::index::{Index, Memory};
+use super::index::Index;
 use super::program::Program;
 use super::slices::{Slices, TooMany};
 use super::touched::{DirtyBlocks, WriteObserver};
@@ -10,39 +10,39 @@ use std::sync::Arc;
 /// Instances of one mesh. The mesh is shared. An instance has 12 bytes of state and a slice of the index buffer with
 /// its live faces: three indices each, plus slack (see [`Slices`]).
 #[derive(Clone, Debug)]
-pub struct Instances<M: Memory = Vec<[u32; 3]>> {
+pub struct Instances<I: Index = u32> {
     program: Arc<Program>,
     levels: Vec<u32>,
     slices: Slices,
     /// All slices, used and free.
-    faces: M,
+    faces: Vec<[I; 3]>,
     touched: DirtyBlocks,
-    kept: Vec<[M::Index; 3]>,
+    kept: Vec<[I; 3]>,
 }
 
 impl Instances {
-    /// In main memory, with indices of 32 bits.
+    /// With indices of 32 bits.
     ///
     /// # Errors
     /// [`TooMany`].
     pub fn new(program: Arc<Program>, count: usize) -> Result<Instances, TooMany> {
-        Instances::within(Vec::new(), program, count)
+        Instances::of_width(program, count)
     }
 }
 
-impl<M: Memory> Instances<M> {
+impl<I: Index> Instances<I> {
     /// `count` instances, all at level 0.
     ///
     /// # Errors
-    /// [`TooMany`]; out of memory.
-    pub fn within(faces: M, program: Arc<Program>, count: usize) -> Result<Instances<M>, M::Error> {
+    /// [`TooMany`].
+    pub fn of_width(program: Arc<Program>, count: usize) -> Result<Instances<I>, TooMany> {
         let slices = Slices::new(program.faces().len() as u32);
-        let (levels, touched, kept) = (vec![0; count], DirtyBlocks::new(0), Vec::new());
+        let (levels, faces, touched, kept) = (vec![0; count], Vec::new(), DirtyBlocks::new(0), Vec::new());
         let mut instances = Instances { program, levels, slices, faces, touched, kept };
         let live = instances.live(0);
         for instance in 0..count {
             instances.slices.push(live)?;
-            instances.grow()?;
+            instances.grow();
             instances.bring_to_life(instance, 0..live);
         }
         Ok(instances)
@@ -65,8 +65,8 @@ impl<M: Memory> Instances<M> {
     }
 
     /// The live faces of an instance.
-    pub fn faces(&self, instance: usize) -> &[[M::Index; 3]] {
-        &self.buffer()[self.slots(instance)]
+    pub fn faces(&self, instance: usize) -> &[[I; 3]] {
+        &self.faces[self.slots(instance)]
     }
 
     /// The slots of an instance's live faces in [`Instances::buffer`]. A draw's first index is three times
@@ -77,13 +77,8 @@ impl<M: Memory> Instances<M> {
     }
 
     /// The index buffer of all instances. Never shrinks.
-    pub fn buffer(&self) -> &[[M::Index; 3]] {
-        &self.faces.faces()[..self.slices.end() as usize]
-    }
-
-    /// The memory that holds the instances' faces.
-    pub fn memory(&mut self) -> &mut M {
-        &mut self.faces
+    pub fn buffer(&self) -> &[[I; 3]] {
+        &self.faces
     }
 
     /// Takes the live parts written since the last call: ranges of indices of [`Instances::buffer`], ascending and
@@ -98,7 +93,7 @@ impl<M: Memory> Instances<M> {
     /// Bytes beyond the shared program and the index buffer: levels, slices, dirty flags, and scratch memory
     /// for the largest permutation so far.
     pub fn state_bytes(&self) -> usize {
-        let kept = self.kept.capacity() * size_of::<[M::Index; 3]>();
+        let kept = self.kept.capacity() * size_of::<[I; 3]>();
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + kept
     }
 
@@ -106,11 +101,11 @@ impl<M: Memory> Instances<M> {
     /// own is too small, or more than four times too large.
     ///
     /// # Errors
-    /// [`TooMany`] or out of memory; the instance stays at its level.
+    /// [`TooMany`]; the instance stays at its level.
     ///
     /// # Panics
     /// If there is no such level.
-    pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), M::Error> {
+    pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
         let before = self.levels[instance];
         let (old, new) = (self.live(before), self.live(level));
         if new > old {
@@ -118,7 +113,7 @@ impl<M: Memory> Instances<M> {
             self.bring_to_life(instance, old..new);
         }
         let first = self.slices.first(instance) as usize;
-        let faces = &mut self.faces.faces_mut()[first..first + old.max(new) as usize];
+        let faces = &mut self.faces[first..first + old.max(new) as usize];
         let mut touch = From { touched: &mut self.touched, first };
         self.program.run(faces, before, level, &mut self.kept, &mut touch);
         self.levels[instance] = level;
@@ -132,21 +127,21 @@ impl<M: Memory> Instances<M> {
 
     /// Fits the instance's slice to `faces` faces. Live faces are copied to the new slice, as far as they
     /// fit.
-    fn fit(&mut self, instance: usize, faces: u32) -> Result<(), M::Error> {
+    fn fit(&mut self, instance: usize, faces: u32) -> Result<(), TooMany> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
-        self.grow()?;
+        self.grow();
         let (old, new) = (old as usize, new as usize);
         let moved = faces.min(self.live(self.levels[instance])) as usize;
-        self.faces.faces_mut().copy_within(old..old + moved, new);
+        self.faces.copy_within(old..old + moved, new);
         self.touched.faces(new..new + moved);
         self.slices.release();
         Ok(())
     }
 
-    fn grow(&mut self) -> Result<(), M::Error> {
+    fn grow(&mut self) {
         let end = self.slices.end() as usize;
+        self.faces.resize(end, [I::of(0); 3]);
         self.touched.grow(end);
-        self.faces.grow(end)
     }
 
     /// Copies faces from the shared buffer of level 0 to an instance's slice.
@@ -154,8 +149,8 @@ impl<M: Memory> Instances<M> {
         let first = self.slices.first(instance);
         let to = (first + slots.start) as usize..(first + slots.end) as usize;
         let born = &self.program.faces()[slots.start as usize..slots.end as usize];
-        for (slot, face) in self.faces.faces_mut()[to.clone()].iter_mut().zip(born) {
-            *slot = face.map(M::Index::of);
+        for (slot, face) in self.faces[to.clone()].iter_mut().zip(born) {
+            *slot = face.map(I::of);
         }
         self.touched.faces(to);
     }

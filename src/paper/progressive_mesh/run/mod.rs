@@ -20,7 +20,7 @@ mod slices;
 mod state;
 mod touched;
 
-pub use index::{Index, Memory};
+pub use index::Index;
 pub use instances::Instances;
 pub use program::{Corners, Moves, Operation, Program};
 pub use slices::{Slices, TooMany};

@@ -310,7 +310,7 @@ impl Baselines {
     pub fn host_bytes(&self) -> usize {
         let shown = self.made.values().filter_map(Weak::upgrade).map(|faces| size_of_val(&*faces));
         let copies = self.skips().map(|skip| size_of_val(&*skip.faces));
-        self.prepared.list_bytes() as usize
+        self.prepared.list_bytes(IndexType::U32) as usize
             + size_of_val(self.prepared.ranks())
             + size_of_val(&*self.walker.faces)
             + shown.sum::<usize>()
@@ -325,7 +325,12 @@ impl Baselines {
     /// Describes the memory and work that the baseline adds.
     pub fn adds(&self) -> String {
         let name = self.prepared.baseline().name();
-        let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes());
+        let index = match self.prepared.baseline() {
+            Baseline::Discrete { .. } => self.program.index_type(),
+            // The host keeps its lists with 32 bits per index.
+            _ => IndexType::U32,
+        };
+        let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes(index));
         match self.prepared.baseline() {
             Baseline::Compacted => {
                 format!("{name}: a pass, and a slot and three corners of each face on the device")

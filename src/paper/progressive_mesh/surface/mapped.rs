@@ -1,73 +1,66 @@
-//! An index buffer in memory that the device reads where the host writes it.
+//! Index buffers in memory that the host writes and the device reads directly, one for each frame in flight.
 
-use super::unfit::Unfit;
-use crate::paper::progressive_mesh::run::{Index, Memory};
-use crate::vk::{Buffer, BufferUse, Gpu, Result};
-use std::marker::PhantomData;
+use crate::frame::{PerFrame, Slot};
+use crate::vk::{Buffer, BufferUse, Gpu, IndexType, Result};
+use std::ops::Range;
 use std::sync::Arc;
 
-/// Faces of one frame in flight.
-pub struct Mapped<I> {
-    gpu: Gpu,
-    buffer: Arc<Buffer>,
-    index: PhantomData<I>,
+/// The buffers. Each receives what changed since its last frame. They are only written, never read: such memory is
+/// often slow to read.
+pub struct Mapped {
+    index: IndexType,
+    slots: PerFrame<Copied>,
 }
 
-impl<I: Index> Mapped<I> {
+/// One buffer, and the ranges of bytes in which it is out of date.
+struct Copied {
+    buffer: Arc<Buffer>,
+    stale: Vec<Range<usize>>,
+}
+
+impl Mapped {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, name: &str) -> Result<Mapped<I>> {
-        let buffer = Arc::new(gpu.buffer(name, 0, BufferUse::MappedIndices(I::TYPE))?);
-        Ok(Mapped { gpu: gpu.clone(), buffer, index: PhantomData })
+    pub fn new(gpu: &Gpu, name: &str, index: IndexType) -> Result<Mapped> {
+        let empty = || gpu.buffer(name, 0, BufferUse::MappedIndices(index));
+        let slots = PerFrame::new(|| Ok(Copied { buffer: Arc::new(empty()?), stale: Vec::new() }))?;
+        Ok(Mapped { index, slots })
     }
 
-    pub fn buffer(&self) -> &Arc<Buffer> {
-        &self.buffer
-    }
-
-    /// Makes the buffer safe to write. Call it after the last frame that read the buffer has ended. If another owner
-    /// still holds the buffer, a copy replaces it.
+    /// Brings the buffer of `slot`, whose last frame has ended, up to date: `touched` are the ranges of `bytes` that
+    /// changed since the last call. Returns the buffer, and how many bytes were written.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn own(&mut self) -> Result<()> {
-        if Arc::get_mut(&mut self.buffer).is_none() {
-            self.replace(self.buffer.bytes())?;
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        slot: Slot,
+        bytes: &[u8],
+        touched: &[Range<usize>],
+    ) -> Result<(Arc<Buffer>, u64)> {
+        self.slots.iter_mut().for_each(|copied| copied.stale.extend_from_slice(touched));
+        let Copied { buffer, stale } = &mut self.slots[slot];
+        // Shaders read whole words.
+        let needed = (bytes.len() as u64).next_multiple_of(4);
+        if needed > buffer.bytes() || Arc::get_mut(buffer).is_none() {
+            let grown = if needed > buffer.bytes() { buffer.bytes() / 8 * 12 } else { buffer.bytes() };
+            let usage = BufferUse::MappedIndices(self.index);
+            *buffer = Arc::new(gpu.buffer(buffer.name(), needed.max(grown), usage)?);
+            stale.clear();
+            stale.push(0..bytes.len());
         }
-        Ok(())
-    }
-
-    fn replace(&mut self, bytes: u64) -> Result<()> {
-        let mut buffer = self.gpu.buffer(self.buffer.name(), bytes, BufferUse::MappedIndices(I::TYPE))?;
-        buffer.mapped_mut()[..self.buffer.bytes() as usize].copy_from_slice(self.buffer.mapped());
-        self.buffer = Arc::new(buffer);
-        Ok(())
-    }
-}
-
-impl<I: Index> Memory for Mapped<I> {
-    type Index = I;
-    type Error = Unfit;
-
-    fn faces(&self) -> &[[I; 3]] {
-        let bytes = self.buffer.mapped();
-        bytemuck::cast_slice(&bytes[..bytes.len() / size_of::<[I; 3]>() * size_of::<[I; 3]>()])
-    }
-
-    /// # Panics
-    /// If the buffer is shared: [`Mapped::own`] comes first.
-    fn faces_mut(&mut self) -> &mut [[I; 3]] {
-        let bytes = Arc::get_mut(&mut self.buffer).expect("its own buffer").mapped_mut();
-        let whole = bytes.len() / size_of::<[I; 3]>() * size_of::<[I; 3]>();
-        bytemuck::cast_slice_mut(&mut bytes[..whole])
-    }
-
-    /// Grows the buffer by at least half, so that it seldom has to grow.
-    fn grow(&mut self, faces: usize) -> std::result::Result<(), Unfit> {
-        let bytes = I::TYPE.bytes_of_faces(faces as u64);
-        if bytes > self.buffer.bytes() {
-            self.replace(bytes.max(self.buffer.bytes() / 8 * 12))?;
+        let memory = Arc::get_mut(buffer).expect("the slot's own buffer").mapped_mut();
+        let mut written = 0;
+        for range in stale.drain(..) {
+            memory[range.clone()].copy_from_slice(&bytes[range.clone()]);
+            written += range.len() as u64;
         }
-        Ok(())
+        Ok((buffer.clone(), written))
+    }
+
+    /// Bytes of all buffers.
+    pub fn bytes(&self) -> u64 {
+        self.slots.iter().map(|copied| copied.buffer.bytes()).sum()
     }
 }

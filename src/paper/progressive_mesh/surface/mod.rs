@@ -3,7 +3,7 @@
 //! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
 //! placement, level, and slice of one index buffer on the device. A slice is sized for the instance's live faces
 //! ([`Slices`]). So 500 instances of the bunny, most of them far away, take a tenth of 500 full meshes. If the host
-//! executes, it keeps a second copy of these faces and uploads the written parts, or it writes directly into memory
+//! executes, it keeps a second copy of these faces and uploads the written parts, or it copies them into memory
 //! that the device reads, with a buffer for each frame in flight. If the device executes, the host has no faces.
 //! Indices have 16 bits if the mesh has fewer than 65,536 vertices.
 //!
@@ -12,24 +12,27 @@
 mod baseline;
 mod levels;
 mod mapped;
+mod pace;
 mod resident;
-mod unfit;
 pub mod vertices;
 
 use crate::frame::{Draw, Shape, Slot, Stalled, View};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
 use crate::paper::progressive_mesh::load::Model;
 use crate::paper::progressive_mesh::place::{Bounds, Placement};
-use crate::paper::progressive_mesh::run::{Program, level_for_error};
+use crate::paper::progressive_mesh::run::Program;
 use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, IndexRange};
 use glam::{DMat3, DVec3};
-use levels::Levels;
+use levels::{Levels, limit};
+use mapped::Mapped;
+use pace::Pace;
 use std::sync::Arc;
 use thiserror::Error;
 use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
@@ -57,16 +60,23 @@ pub struct MeshOnDevice {
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
+    /// The index buffers in memory that the device reads directly; `indices` is that of the present frame.
+    mapped: Option<Mapped>,
     /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
+    pace: Pace,
+    /// The governor's factor on the errors of the last frame.
+    factor: f64,
+    /// True if an instance in view has not reached its wanted error.
+    arriving: bool,
 }
 
 /// One instance, without its level.
 struct Member {
     place: Placement,
-    /// The wanted error, in object units, if the instance is drawn in this frame.
+    /// The error without the governor's factor, in object units, if the instance is drawn in this frame.
     seen: Option<f64>,
 }
 
@@ -97,7 +107,7 @@ impl MeshOnDevice {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let member = |stand: &Stand| Member { place: Placement::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let mut levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
+        let levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
         Ok(MeshOnDevice {
             name: name.clone(),
             settings: surface.clone(),
@@ -116,51 +126,59 @@ impl MeshOnDevice {
                 }
                 None => VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             },
-            indices: levels.buffer(gpu, &indices, program.index_type())?,
+            indices: Arc::new(levels.buffer(gpu, &indices, program.index_type())?),
+            mapped: match surface.apply {
+                Apply::Mapped => Some(Mapped::new(gpu, &indices, program.index_type())?),
+                Apply::Cpu | Apply::Gpu => None,
+            },
             outgrown: None,
             members: stands.iter().map(member).collect(),
             levels,
+            pace: Pace::new(surface, program.levels()),
+            factor: 1.0,
+            arriving: false,
             program,
         })
     }
 
-    /// The wanted error of each visible instance, in object units.
-    pub(super) fn wanted_errors(&self, pose: &Pose, size: [u32; 2]) -> Vec<f64> {
-        let seen = self.members.iter().filter(|member| member.place.is_seen(pose, size));
-        seen.map(|member| member.place.wanted_error(pose, size[1], self.settings.error_pixels)).collect()
+    /// Brings the error of each visible instance to the wanted one, or as near to it as the [`Pace`] allows.
+    pub(super) fn follow(&mut self, view: &View) {
+        let (pose, size) = (&view.pose, view.size);
+        self.arriving = false;
+        for member in &mut self.members {
+            let before = member.seen.take();
+            if member.place.is_seen(pose, size) {
+                let wanted = member.place.wanted_error(pose, size[1], self.settings.error_pixels);
+                let shown = self.pace.next(before, wanted);
+                self.arriving |= shown.to_bits() != wanted.to_bits();
+                member.seen = Some(shown);
+            }
+        }
     }
 
-    /// Live faces of the instances if each wanted error is multiplied by `factor`.
-    pub(super) fn live_faces(&self, wanted_errors: &[f64], factor: f64) -> u64 {
+    /// Live faces of the visible instances if each error is multiplied by `factor`.
+    pub(super) fn live_faces(&self, factor: f64) -> u64 {
         let levels = self.program.levels();
-        let live = |wanted: &f64| {
-            u64::from(levels[level_for_error(levels, (wanted * factor) as f32) as usize].faces)
-        };
-        wanted_errors.iter().map(live).sum()
+        let live = |shown: f64| u64::from(levels[self.pace.level(levels, shown * factor) as usize].faces);
+        self.members.iter().filter_map(|member| member.seen).map(live).sum()
     }
 
-    /// Brings every visible instance to its level: the coarsest whose error is at most `pixels` in the picture.
-    /// `upload` receives bytes and their offset in [`MeshOnDevice::indices`].
+    /// Brings every visible instance to its level: the coarsest whose error is at most the instance's, multiplied by
+    /// `factor`. `upload` receives bytes and their offset in [`MeshOnDevice::indices`].
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
-        view: &View,
-        pixels: f64,
+        slot: Slot,
+        factor: f64,
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
-        let (pose, size) = (&view.pose, view.size);
-        self.levels.begin(view.slot())?;
         let mut change = Change::default();
-        let MeshOnDevice { program, members, levels, .. } = self;
-        for (n, member) in members.iter_mut().enumerate() {
-            member.seen = None;
-            if !member.place.is_seen(pose, size) {
-                continue;
-            }
-            let wanted = member.place.wanted_error(pose, size[1], pixels);
-            member.seen = Some(wanted);
-            let (from, to) = (levels.level(n), level_for_error(program.levels(), wanted as f32));
-            levels.go_to(n, to).map_err(|error| error.of(self.indices.name()))?;
+        self.factor = factor;
+        let MeshOnDevice { program, members, levels, pace, .. } = self;
+        for (n, member) in members.iter().enumerate() {
+            let Some(shown) = member.seen else { continue };
+            let (from, to) = (levels.level(n), pace.level(program.levels(), shown * factor));
+            levels.go_to(n, to).map_err(|error| limit(self.indices.name(), error))?;
             change.splits += u64::from(to.saturating_sub(from));
             change.collapses += u64::from(from.saturating_sub(to));
             change.instances_seen += 1;
@@ -169,7 +187,7 @@ impl MeshOnDevice {
             change.live_faces += u64::from(live.faces);
             change.vertices += u64::from(live.vertices);
         }
-        change.upload_bytes = self.collect(gpu, upload)?;
+        change.upload_bytes = self.collect(gpu, slot, upload)?;
         Ok(change)
     }
 
@@ -181,19 +199,24 @@ impl MeshOnDevice {
         (instance, level): (usize, u32),
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<Change, Error> {
-        self.levels.begin(slot)?;
         let from = self.levels.level(instance);
-        self.levels.go_to(instance, level).map_err(|error| error.of(self.indices.name()))?;
+        self.levels.go_to(instance, level).map_err(|error| limit(self.indices.name(), error))?;
         Ok(Change {
             splits: u64::from(level.saturating_sub(from)),
             collapses: u64::from(from.saturating_sub(level)),
-            upload_bytes: self.collect(gpu, upload)?,
+            upload_bytes: self.collect(gpu, slot, upload)?,
             ..Change::default()
         })
     }
 
     /// Uploads the bytes that changes of level wrote, and grows the index buffer if needed; returns the bytes.
-    fn collect(&mut self, gpu: &Gpu, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
+    fn collect(&mut self, gpu: &Gpu, slot: Slot, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
+        if let (Levels::Host(instances), Some(mapped)) = (&mut self.levels, &mut self.mapped) {
+            let touched = instances.take_touched();
+            let (indices, written) = mapped.update(gpu, slot, instances.bytes(), &touched)?;
+            self.indices = indices;
+            return Ok(written);
+        }
         let mut sent = 0;
         let mut send = |bytes: &[u8], at: u64| {
             sent += bytes.len() as u64;
@@ -206,19 +229,15 @@ impl MeshOnDevice {
                 }
             }
             Levels::Baseline(baselines) => baselines.upload(self.program.index_type(), &mut send),
-            Levels::Mapped(..) | Levels::Device(_) => {}
+            Levels::Device(_) => {}
         }
         self.grow(gpu)?;
         Ok(sent)
     }
 
     /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
-    /// growth. Mapped ones have grown by themselves.
+    /// growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
-        if let Some(own) = self.levels.own_buffer() {
-            self.indices = own;
-            return Ok(());
-        }
         let index = self.program.index_type();
         let bytes = self.levels.bytes(index);
         if bytes <= self.indices.bytes() {
@@ -244,7 +263,6 @@ impl MeshOnDevice {
         }
         match &self.levels {
             Levels::Host(_) | Levels::Baseline(_) => cmd.copy_ranges(staging, &self.indices, uploads),
-            Levels::Mapped(..) => {}
             Levels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
@@ -254,10 +272,15 @@ impl MeshOnDevice {
     pub(super) fn submitted(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
-            Levels::Host(_) | Levels::Mapped(..) => {}
+            Levels::Host(_) => {}
             Levels::Device(resident) => resident.done(),
             Levels::Baseline(baselines) => baselines.done(),
         }
+    }
+
+    /// True if the last frame drew an instance at an error that is not yet the wanted one.
+    pub(super) fn arriving(&self) -> bool {
+        self.arriving
     }
 
     /// True if a baseline needs its own pass.
@@ -281,8 +304,8 @@ impl MeshOnDevice {
         sun: glam::DVec3,
     ) -> Vec<IndexRange<SurfaceView>> {
         let slice = |(n, member): (usize, &Member)| {
-            let wanted = member.seen?;
-            let wanted_log2 = if wanted > 0.0 { wanted.log2() as f32 } else { EXACT_LOG2 };
+            let chosen = self.pace.chosen(member.seen? * self.factor);
+            let wanted_log2 = if chosen > 0.0 { chosen.log2() as f32 } else { EXACT_LOG2 };
             let push = SurfaceView {
                 object_to_clip: member.place.object_to_clip(pose, size).as_mat4().to_cols_array_2d(),
                 sun: (member.place.rotation.transpose() * sun).as_vec3().to_array(),
@@ -315,6 +338,11 @@ impl MeshOnDevice {
         })
     }
 
+    /// An instance's first face in the index buffer.
+    pub(super) fn first_face(&self, instance: usize) -> u32 {
+        self.levels.first(instance)
+    }
+
     /// Live faces of an instance.
     fn live(&self, instance: usize) -> u32 {
         self.program.levels()[self.levels.level(instance) as usize].faces
@@ -341,7 +369,7 @@ impl MeshOnDevice {
     /// Name and bytes of the video memory that level changes on the device need.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
-            Levels::Host(_) | Levels::Mapped(..) => None,
+            Levels::Host(_) => None,
             Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
             Levels::Baseline(baselines) => baselines.shared_bytes().map(|bytes| ("faces by rank", bytes)),
         }
@@ -355,8 +383,10 @@ impl MeshOnDevice {
         let state = memory.state.div_ceil(memory.instances);
         let face = 3 * self.program.index_type().bytes();
         let (places, faces, baseline) = match &self.levels {
+            Levels::Host(_) if self.mapped.is_some() => {
+                ("in main and in mapped memory of each frame in flight", "live", None)
+            }
             Levels::Host(_) => ("in main and in video memory", "live", None),
-            Levels::Mapped(..) => ("in mapped memory of each frame in flight", "live", None),
             Levels::Device(_) => ("in video memory", "live", None),
             Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
@@ -372,10 +402,7 @@ impl MeshOnDevice {
 
     /// Bytes of the index buffer, or of one for each frame in flight.
     pub(super) fn index_bytes(&self) -> u64 {
-        match &self.levels {
-            Levels::Mapped(slots, _) => slots.iter().map(|slot| slot.bytes().len() as u64).sum(),
-            _ => self.indices.bytes(),
-        }
+        self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
     }
 
     /// Shared memory and memory per instance, as text.

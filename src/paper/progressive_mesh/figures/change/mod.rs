@@ -5,8 +5,8 @@ mod written;
 
 use super::orders::simplified;
 use crate::figure::claim::{
-    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places,
-    Test, best, each, one,
+    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Bound::Within,
+    Claim, Places, Test, best, each, every, one,
 };
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Timed};
 use crate::paper::progressive_mesh::choices::FaceOrder;
@@ -25,8 +25,8 @@ pub const CHANGE: Figure = Figure {
     about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, \
             by 1 % and by 10 % of all splits, and by all of them at once. With our methods the host executes \
             the splits (and the tswaps, if the order has them). It uploads the written blocks of 128 indices \
-            (classical; tail; in place), or it writes into the buffers from which the device draws (mapped). \
-            There is one such buffer for each frame in flight, so each is written every other time. In a \
+            (classical; tail; in place), or it copies them into the buffers from which the device draws \
+            (mapped). There is one such buffer for each frame in flight, so each block is copied twice. In a \
             third method the device executes the splits. The baselines draw the same levels. The faces in \
             random order or reordered by meshoptimizer are uploaded as a whole. The compacted order is made \
             by a pass of shaders. With skip lists (each has 0.707 of the faces of the next finer list) a \
@@ -34,9 +34,9 @@ pub const CHANGE: Figure = Figure {
             discrete chain is in the buffer already. A copy of all live faces is shown for comparison. \
             Written bytes are those that a change writes into the index buffer, including faces that become \
             live; they are counted on the way up through all levels and back, as the mean and the worst \
-            change. Sent bytes are those that the host uploads for a change in the middle of the range: \
-            whole blocks, and faces that move to a slice of another size. Times are means of single changes, \
-            up to five in the middle of the range, up and down: the host's time until the frame is \
+            change. Sent bytes are those that the host uploads or copies for a change in the middle of the \
+            range: whole blocks, and faces that move to a slice of another size. Times are means of single \
+            changes, up to five in the middle of the range, up and down: the host's time until the frame is \
             submitted, the device's passes, and the sum. Only one of some hundred splits is followed by \
             tswaps, which may move all faces: the mean shows the cost of a walk, the worst change that of a \
             single frame.",
@@ -52,6 +52,11 @@ pub const CHANGE: Figure = Figure {
         Plot::sweep(HOST).log_x().log_y(),
     ],
     claims: &[
+        Claim::ours(
+            "exact",
+            "With every method, the device's index buffer equals the host's bit for bit.",
+            &[Test::value(every(WRONG), Equal(0.0))],
+        ),
         Claim::ours(
             "moves",
             "With 23 moved faces per split, a split writes at most 23 faces of 6 bytes more than without \
@@ -129,6 +134,7 @@ const SINGLE: Places = Places::ALL.x(0.0, ONE);
 
 const WRITTEN: &str = "bytes written for a change";
 const WORST: &str = "bytes written for the worst change";
+const WRONG: &str = "indices that are not the host's";
 const SENT: &str = "bytes sent for a change";
 const COPIED: [&str; 2] =
     ["faces of lists copied for each split up", "faces of lists copied for each split down"];
@@ -189,6 +195,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let mut way = Way::open(&gpu, way, &meshes, &levels)?;
         let sent = way.sent()? as f64 / (2 * (levels.len() - 1)) as f64;
         rows.push(Row::number(way.name, SENT, "bytes", sent));
+        rows.extend(way.wrong()?.map(|wrong| Row::number(way.name, WRONG, "indices", wrong as f64)));
         ways.push(RefCell::new(way));
     }
     let timed = bench.interleave(&gpu, ways.iter().map(Way::contender).collect())?;

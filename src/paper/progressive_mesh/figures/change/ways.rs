@@ -5,7 +5,7 @@ use crate::figure::Contender;
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::config;
-use crate::paper::progressive_mesh::run::Program;
+use crate::paper::progressive_mesh::run::{IgnoreWrites, Program};
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
 use crate::picture::Target;
@@ -119,6 +119,30 @@ impl<'a> Way<'a> {
         Ok(self.walk()?.1 + self.walk()?.1)
     }
 
+    /// Number of indices in the device's buffer that differ from those of a fresh execution on the host; `None` for a
+    /// baseline, whose faces have another order.
+    pub fn wrong(&mut self) -> anyhow::Result<Option<usize>> {
+        let Runs::Scene(session) = &mut self.runs else { return Ok(None) };
+        session.drain()?;
+        let surface = &session.technique.surfaces[0];
+        if surface.settings.order.is_baseline() {
+            return Ok(None);
+        }
+        let (_, level) = surface.instances().next().expect("one instance");
+        let (program, mut expected) = (&surface.program, surface.program.faces().to_vec());
+        program.run(&mut expected, 0, level, &mut Vec::new(), &mut IgnoreWrites);
+        let packed = program.index_type().packed(expected.as_flattened());
+        let expected = &packed[..face_bytes(program) as usize * program.drawn(level) as usize];
+        let indices = &surface.indices;
+        let host = match surface.settings.apply {
+            Apply::Mapped => None,
+            Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
+        };
+        let found = host.as_ref().unwrap_or(indices).mapped();
+        let first = (face_bytes(program) * u64::from(surface.first_face(0))) as usize;
+        Ok(Some(different_indices(&found[first..], expected, program.index_type().bytes() as usize)))
+    }
+
     /// Walks through all levels, alternately up and down. Returns the host and device time of each change,
     /// and the bytes sent.
     fn walk(&mut self) -> anyhow::Result<(Vec<PassTime>, u64)> {
@@ -166,6 +190,23 @@ impl<'a> Way<'a> {
     }
 }
 
+/// Number of `expected` indices of `bytes` bytes that `found` lacks or has another value for.
+fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
+    let pairs = found.chunks_exact(bytes).zip(expected.chunks_exact(bytes));
+    expected.len() / bytes - pairs.filter(|(a, b)| a == b).count()
+}
+
+fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
+    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
+    let mut frame = gpu.frame()?;
+    frame.pass("read-back", |cmd| {
+        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
+        Ok(())
+    })?;
+    frame.submit()?.wait()?;
+    Ok(host)
+}
+
 /// Bytes of a face in the index buffer.
 pub fn face_bytes(program: &Program) -> u64 {
     3 * program.index_type().bytes()
@@ -198,4 +239,17 @@ fn session(
     // Nothing is drawn.
     let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8)? };
     Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_changed_or_missing_index_is_counted() {
+        let expected = [1, 0, 2, 0, 3, 0];
+        assert_eq!(different_indices(&[1, 0, 2, 0, 3, 0, 9, 9], &expected, 2), 0);
+        assert_eq!(different_indices(&[1, 0, 2, 1, 3, 0], &expected, 2), 1);
+        assert_eq!(different_indices(&[1, 0], &expected, 2), 2);
+    }
 }

@@ -1,9 +1,9 @@
 //! Counts the bytes that level changes write into the index buffer, without a device.
 
 use super::Meshes;
-use super::ways::{By, Named, face_bytes};
+use super::ways::{Named, face_bytes};
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared, SkipList};
-use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
+use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Operation, Program};
 
@@ -34,10 +34,7 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
     levels.push(last);
     let back = levels.iter().rev().skip(1).copied().collect::<Vec<u32>>();
     levels.extend(back);
-    // There are two mapped buffers; each is written every other time.
-    let behind = if way.by == By::Scene(Apply::Mapped) { 2 } else { 1 };
-    let before = |n: usize| levels[n.saturating_sub(behind)];
-    let changes = (1..levels.len()).map(|n| [before(n), levels[n]]);
+    let changes = levels.windows(2).map(|pair| [pair[0], pair[1]]);
     let face = face_bytes(classical);
     let mut written = Written::default();
     match way.order {
@@ -133,10 +130,6 @@ mod tests {
             [all(1), all(7), all(1 << 20)],
             [2 * (2 * programs[1].corners().words.len() as u64 + moves) + born; 3]
         );
-        // The two mapped buffers together get each change twice, except the changes at the turn and at the
-        // end of the walk.
-        let mapped = by("tail-23, mapped", 1).bytes;
-        assert!(mapped > 2 * all(1) - 2 * by("tail-23", 1).worst && mapped < 2 * all(1), "{mapped}");
         // All faces of the last level on the way up, and of the first level on the way down.
         assert_eq!(by("compacted", 1 << 20).bytes, 6 * u64::from(last.faces + base.faces));
         // With births in place, level 0 already has the first group's faces.

@@ -1,20 +1,15 @@
-//! pm.cpu: the CPU time of a level change, and the transfer to the device.
+//! pm.cpu: the CPU time of a level change.
 
 mod execute;
 mod lines;
-mod send;
 
 use super::scans;
-use crate::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
-};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row};
 use execute::{
     COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
 };
 use lines::{GREEDY, LINES, NO_WEIGHT};
-use send::{BOTH, RANGES, Sender, WAYS, WHOLE, WRONG};
-use std::cell::RefCell;
 
 /// A mesh as large as the dragon, and the dragon.
 const LARGE: [&str; 2] = ["torus:466", scans::LARGE];
@@ -28,28 +23,22 @@ pub const CPU: Figure = Figure {
     about: "One core executes all splits of a mesh and then all collapses, as the paper's pseudocode and as flat \
             lists, without tswaps and with about 10 and 23 moved faces per split. `bunny` has 3674 faces, `torus:48` \
             9216, `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624. The scans \
-            `dragon_res4` and, with --full, `dragon` are measured if they have been fetched. Then ten frames, each \
-            with a hundredth of the splits, update an index buffer on the device by five methods. The paper \
-            (headline) says that the CPU's load rises by 20 %, but not relative to what. The figure judges the rise \
-            relative to the splits without tswaps, and relative to the host's work for a frame. Rates and times are \
-            medians. The frame is one of a scene: one instance with a wanted error of one pixel, in a picture of 640 \
-            x 360 (with --full 1280 x 720), without a level change. The frame's load is the host's time (visibility, \
-            levels, recording, submission) plus that of a hundredth of the splits. The whole time until the frame is \
-            drawn is shown as well. The 64-byte lines of the index buffer that a split touches, including its share \
-            of tswaps, are counted with one level per step; on meshes up to 100 000 faces also for the paper's \
-            greedy, with and without its weight for lines.",
+            `dragon_res4` and, with --full, `dragon` are measured if they have been fetched. The paper (headline) says \
+            that the CPU's load rises by 20 %, but not relative to what. The figure judges the rise relative to the \
+            splits without tswaps, and relative to the host's work for a frame. Rates and times are medians. The frame \
+            is one of a scene: one instance with a wanted error of one pixel, in a picture of 640 x 360 (with --full \
+            1280 x 720), without a level change. The frame's load is the host's time (visibility, levels, recording, \
+            submission) plus that of a hundredth of the splits. The whole time until the frame is drawn is shown as \
+            well. The 64-byte lines of the index buffer that a split touches, including its share of tswaps, are \
+            counted with one level per step; on meshes up to 100 000 faces also for the paper's greedy, with and \
+            without its weight for lines.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
     paper: &["the paper's greedy"],
     sweep: None,
     measure,
-    plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY), Plot::bars(BOTH).log_y()],
+    plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY)],
     claims: &[
-        Claim::ours(
-            "exact",
-            "With every transfer method, the device's index buffer equals the host's bit for bit.",
-            &[Test::value(every(WRONG), Equal(0.0))],
-        ),
         Claim::ours(
             "rate",
             "With 23 moved faces per split, one core executes 20 million splits per second, and as many \
@@ -110,18 +99,12 @@ pub const CPU: Figure = Figure {
              lines.",
             &[Test::ratio(one(LINES, NO_WEIGHT), one(LINES, GREEDY), Above(1.0))],
         ),
-        Claim::ours(
-            "touched",
-            "Uploading only the touched ranges takes less time than uploading all live faces.",
-            &[Test::ratio(one(BOTH, WHOLE), one(BOTH, RANGES), Above(1.0))],
-        )
-        .timed(),
     ],
 };
 
 fn variants() -> Vec<String> {
     let execution = [PRINTED, PRINTED_SWAPS, FLAT, FLAT_FEW, FLAT_SWAPS, COPY, FRAME];
-    execution.into_iter().chain([GREEDY, NO_WEIGHT]).chain(WAYS).map(String::from).collect()
+    execution.into_iter().chain([GREEDY, NO_WEIGHT]).map(String::from).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
@@ -136,11 +119,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = bench.interleave(&gpu, execute::contenders(&mut session, &orders, &programs))?;
     let mut rows = execute::time_rows(orders.best.last_level(), &timed);
     rows.extend(execute::count_rows(&orders, &programs));
-    let senders: Vec<_> = Sender::all(&gpu, &programs.best)?.into_iter().map(RefCell::new).collect();
-    let timed = bench.interleave(&gpu, send::contenders(&gpu, &senders))?;
-    rows.extend(send::time_rows(&timed));
-    rows.extend(send::count_rows(&gpu, &senders)?);
-    drop(senders);
     if programs.best.faces().len() <= 100_000 {
         rows.extend(lines::weighed_rows(&cell.scene)?);
     }
