@@ -14,7 +14,7 @@ const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// [`Instance`] loads and unloads them, and NVIDIA 580.159 fails after about 30 times in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
-/// The Vulkan instance. WindowSurface extensions are enabled only if there is a window to present to.
+/// The Vulkan instance. Surface extensions are enabled only if there is a window to present to.
 pub struct Instance {
     pub(crate) handle: ash::Instance,
     pub(crate) debug: Option<ext::debug_utils::Instance>,
@@ -150,28 +150,7 @@ impl Instance {
     /// # Errors
     /// [`Error::NoDevice`]; [`Error::DeviceChoice`] with the list of available devices.
     pub fn choose(&self, wanted: Option<&str>) -> Result<PhysicalDevice> {
-        let devices = self.devices()?;
-        let found = || devices.iter().map(|d| d.name.clone()).collect::<Vec<_>>().join(", ");
-        // An empty ORTELIUS_DEVICE counts as unset.
-        let wanted = wanted.filter(|wanted| !wanted.is_empty());
-        let index = wanted.and_then(|wanted| wanted.parse::<usize>().ok());
-        let named = |device: &&PhysicalDevice| {
-            wanted.is_none_or(|wanted| device.name.to_lowercase().contains(&wanted.to_lowercase()))
-        };
-        match index {
-            Some(index) => devices.get(index).cloned(),
-            // A device may appear under two drivers; the usable one is preferred. If neither is usable,
-            // opening reports why.
-            None => devices
-                .iter()
-                .find(|device| named(device) && device.usable())
-                .or_else(|| devices.iter().find(|device| wanted.is_some() && named(device)))
-                .cloned(),
-        }
-        .ok_or_else(|| match wanted {
-            Some(wanted) => Error::DeviceChoice { wanted: wanted.to_string(), found: found() },
-            None => Error::NoDevice { searched: searched_folders() },
-        })
+        choose(&self.devices()?, wanted)
     }
 
     fn describe(&self, handle: vk::PhysicalDevice) -> Result<PhysicalDevice> {
@@ -238,6 +217,31 @@ impl Instance {
             devices: instance.devices()?,
         })
     }
+}
+
+/// See [`Instance::choose`]. A device may appear under two drivers; the usable one is preferred. If no device is
+/// usable, opening the first reports why.
+fn choose(devices: &[PhysicalDevice], wanted: Option<&str>) -> Result<PhysicalDevice> {
+    // An empty ORTELIUS_DEVICE counts as unset.
+    let wanted = wanted.filter(|wanted| !wanted.is_empty());
+    let index = wanted.and_then(|wanted| wanted.parse::<usize>().ok());
+    let named = |device: &&PhysicalDevice| {
+        wanted.is_none_or(|wanted| device.name.to_lowercase().contains(&wanted.to_lowercase()))
+    };
+    let chosen = match index {
+        Some(index) => devices.get(index),
+        None => {
+            let usable = devices.iter().find(|device| named(device) && device.usable());
+            usable.or_else(|| devices.iter().find(named))
+        }
+    };
+    chosen.cloned().ok_or_else(|| match wanted {
+        Some(wanted) => {
+            let found = devices.iter().map(|device| device.name.clone()).collect::<Vec<_>>().join(", ");
+            Error::DeviceChoice { wanted: wanted.to_string(), found }
+        }
+        None => Error::NoDevice { searched: searched_folders() },
+    })
 }
 
 /// Instance extensions for presenting to a window of `display`.
@@ -355,5 +359,24 @@ impl Drop for Instance {
             }
             self.handle.destroy_instance(None);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_that_cannot_be_used_is_chosen_last_and_named_when_it_is_opened() {
+        let usable = Instance::new(false).unwrap().choose(None).unwrap();
+        let old = PhysicalDevice { name: "old".into(), api: (1, 2, 0), ..usable.clone() };
+        let chosen = |devices: &[PhysicalDevice], wanted| choose(devices, wanted).map(|device| device.name);
+        let both = [old.clone(), usable.clone()];
+        assert_eq!(chosen(&both, None).unwrap(), usable.name);
+        assert_eq!(chosen(&both, Some("OLD")).unwrap(), "old");
+        assert_eq!(chosen(&both, Some("1")).unwrap(), usable.name);
+        assert_eq!(chosen(&both[..1], None).unwrap(), "old");
+        assert!(matches!(chosen(&both, Some("2")), Err(Error::DeviceChoice { .. })));
+        assert!(matches!(chosen(&[], None), Err(Error::NoDevice { .. })));
     }
 }

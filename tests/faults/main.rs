@@ -2,8 +2,8 @@
 //! `layer.rs` injects the fault. Either the run prints one line, ends with the exit code of the fault and
 //! leaves no file, or it does not need the call, succeeds and writes the same files.
 //!
-//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=all lets every call fail
-//! in every shipped scene, which takes some hours.
+//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=N lets N calls fail, and in
+//! every shipped scene, too; ORTELIUS_FAULTS=all every call, which takes some hours.
 
 use ortelius::scene::SHIPPED;
 use std::fmt::Display;
@@ -108,7 +108,7 @@ fn small_runs() -> Vec<Vec<String>> {
         "doctor",
     ];
     let mut runs: Vec<String> = own.map(String::from).to_vec();
-    if is_whole() {
+    if std::env::var_os("ORTELIUS_FAULTS").is_some() {
         let of_scene =
             |(name, _): &(&str, &str)| format!("render {name} --size 64x36 --deterministic -o a.png");
         runs.extend(SHIPPED.iter().map(of_scene));
@@ -116,8 +116,13 @@ fn small_runs() -> Vec<Vec<String>> {
     runs.iter().map(|run| run.split(' ').map(String::from).collect()).collect()
 }
 
-fn is_whole() -> bool {
-    std::env::var("ORTELIUS_FAULTS").is_ok_and(|which| which == "all")
+/// How many calls of a run fail at most.
+fn most() -> usize {
+    match std::env::var("ORTELIUS_FAULTS").as_deref() {
+        Err(_) => MOST,
+        Ok("all") => usize::MAX,
+        Ok(number) => number.parse().expect("ORTELIUS_FAULTS=N or ORTELIUS_FAULTS=all"),
+    }
 }
 
 fn sweep(kind: &str) {
@@ -127,7 +132,7 @@ fn sweep(kind: &str) {
         let shown = arguments.join(" ");
         assert_eq!(undisturbed.code, Some(0), "{shown}: {}", undisturbed.stderr);
         let count = undisturbed.calls.len();
-        let taken = if is_whole() { count } else { count.min(MOST) };
+        let taken = count.min(most());
         let mut failed = 0;
         for number in (0..taken).map(|n| 1 + n * count / taken) {
             let ended = run(&arguments, kind, number);

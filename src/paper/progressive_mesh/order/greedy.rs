@@ -64,15 +64,7 @@ pub(super) fn greedy(
     lines: &mut Lines,
 ) -> Vec<u32> {
     let mut greedy = Greedy::new(patch, entries, weights);
-    let mut stretches = stretches.iter().peekable();
-    for place in 0..patch.faces.len() {
-        if let Some(stretch) = stretches.next_if(|stretch| stretch.first == place) {
-            greedy.restart(&stretch.warm);
-        }
-        let face = greedy.best(place, lines);
-        greedy.put(place, face, lines);
-        greedy.draw(face);
-    }
+    greedy.run(stretches, lines);
     greedy.at
 }
 
@@ -91,6 +83,8 @@ struct Greedy<'a> {
     /// before `cold`.
     entered: Vec<u32>,
     cold: usize,
+    /// How many faces were looked at: the work done so far.
+    looks: u64,
 }
 
 /// A vertex. Its score is stored, because its faces are examined at a dozen places or more.
@@ -130,6 +124,19 @@ impl<'a> Greedy<'a> {
             is_drawn: vec![false; patch.faces.len()],
             entered: Vec::with_capacity(patch.vertices),
             cold: 0,
+            looks: 0,
+        }
+    }
+
+    fn run(&mut self, stretches: &[Stretch], lines: &mut Lines) {
+        let mut stretches = stretches.iter().peekable();
+        for place in 0..self.patch.faces.len() {
+            if let Some(stretch) = stretches.next_if(|stretch| stretch.first == place) {
+                self.restart(&stretch.warm);
+            }
+            let face = self.best(place, lines);
+            self.put(place, face, lines);
+            self.draw(face);
         }
     }
 
@@ -169,7 +176,8 @@ impl<'a> Greedy<'a> {
     /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If
     /// no cached vertex has faces left, the face in place comes from a good order and is near. To return to
     /// the last vertex that has faces left would save at most 0.001.
-    fn best(&self, place: usize, lines: &Lines) -> u32 {
+    fn best(&mut self, place: usize, lines: &Lines) -> u32 {
+        self.looks += self.cache().iter().map(|&vertex| self.around(vertex).len() as u64).sum::<u64>();
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);
         for &vertex in self.cache() {
@@ -221,6 +229,7 @@ impl<'a> Greedy<'a> {
             if row.len() > MOST_FACES as usize {
                 let drawn = row.iter().take_while(|&&face| self.is_drawn[face as usize]).count();
                 corner.start += drawn as u32;
+                self.looks += drawn as u64;
             } else if let Some(at) = row.iter().position(|&other| other == face) {
                 // Keeps their order: on a tie, the face found first wins.
                 self.around.copy_within(start + at + 1..end, start + at);
@@ -235,7 +244,7 @@ impl<'a> Greedy<'a> {
 mod tests {
     use super::*;
     use crate::paper::progressive_mesh::cache::{Cache, transforms};
-    use crate::paper::progressive_mesh::order::scratch::torus;
+    use crate::paper::progressive_mesh::order::scratch::{fan, torus};
 
     const OURS: Weights = Weights { valence: 0.6, in_place: 0.0, line: 0.0 };
 
@@ -270,6 +279,18 @@ mod tests {
         let order = greedy(&patch, 16, &stay, &[], &mut lines);
         assert_eq!(order, (0..288).collect::<Vec<u32>>());
         assert!((0..288).all(|slot| !lines.known(slot)));
+    }
+
+    #[test]
+    fn a_fan_takes_work_in_proportion_to_its_faces() {
+        let looks = [4_000, 40_000].map(|n| {
+            let patch = Patch::new(fan(n), n as usize + 1);
+            let mut greedy = Greedy::new(&patch, 16, &OURS);
+            greedy.run(&[], &mut Lines::new(n as usize));
+            greedy.looks
+        });
+        // Without a bound, the hub's undrawn faces are looked at for each face: 100 times the work.
+        assert!(looks[1] <= 15 * looks[0], "{looks:?}");
     }
 
     #[test]

@@ -31,31 +31,7 @@ const MOST_LEFT: usize = 63;
 /// the first undrawn face is drawn.
 pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> Vec<u32> {
     let mut search = Search::new(faces, vertices, entries);
-    let mut round = 0;
-    while search.drawn.len() < faces.len() {
-        let start = search.mark();
-        let end = faces.len().min(search.drawn.len() + DRAWN);
-        let kept = faces.len().min(search.drawn.len() + KEPT);
-        let mut best: Option<(i64, Vec<u32>)> = None;
-        for attempt in 0..2 * VALENCES_PERCENT.len() {
-            let noise = (attempt >= VALENCES_PERCENT.len()).then_some(round + attempt as u32);
-            let worth = &search.worths[attempt % VALENCES_PERCENT.len()].clone();
-            while search.drawn.len() < end {
-                let face = search.best(worth, noise);
-                search.draw(face);
-            }
-            let cost = HALF_FINISHED_PER_TRANSFORM * search.transforms + search.half_finished;
-            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, search.drawn[start.drawn..kept].to_vec()));
-            }
-            search.back(&start);
-        }
-        round += 2 * VALENCES_PERCENT.len() as u32;
-        for face in best.expect("there are attempts").1 {
-            search.draw(face);
-            search.pass(face);
-        }
-    }
+    search.run();
     search.drawn
 }
 
@@ -89,6 +65,8 @@ struct Search {
     /// For each face the last search that examined it.
     seen: Vec<u32>,
     searches: u32,
+    /// How many faces were looked at: the work done so far.
+    looks: u64,
 }
 
 /// A state to which attempts return.
@@ -146,7 +124,36 @@ impl Search {
             half_finished: 0,
             seen: vec![0; faces.len()],
             searches: 0,
+            looks: 0,
             faces,
+        }
+    }
+
+    fn run(&mut self) {
+        let mut round = 0;
+        while self.drawn.len() < self.faces.len() {
+            let start = self.mark();
+            let end = self.faces.len().min(self.drawn.len() + DRAWN);
+            let kept = self.faces.len().min(self.drawn.len() + KEPT);
+            let mut best: Option<(i64, Vec<u32>)> = None;
+            for attempt in 0..2 * VALENCES_PERCENT.len() {
+                let noise = (attempt >= VALENCES_PERCENT.len()).then_some(round + attempt as u32);
+                let worth = &self.worths[attempt % VALENCES_PERCENT.len()].clone();
+                while self.drawn.len() < end {
+                    let face = self.best(worth, noise);
+                    self.draw(face);
+                }
+                let cost = HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished;
+                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                    best = Some((cost, self.drawn[start.drawn..kept].to_vec()));
+                }
+                self.back(&start);
+            }
+            round += 2 * VALENCES_PERCENT.len() as u32;
+            for face in best.expect("there are attempts").1 {
+                self.draw(face);
+                self.pass(face);
+            }
         }
     }
 
@@ -166,7 +173,9 @@ impl Search {
                 continue;
             }
             let begin = self.begins[vertex];
-            for around in begin..self.starts[vertex + 1].min(begin + MOST_FACES) {
+            let end = self.starts[vertex + 1].min(begin + MOST_FACES);
+            self.looks += u64::from(end - begin);
+            for around in begin..end {
                 let face = self.around[around as usize];
                 let seen = std::mem::replace(&mut self.seen[face as usize], self.searches);
                 if seen == self.searches || self.is_drawn[face as usize] {
@@ -268,7 +277,7 @@ fn scattered(face: u32, seed: u32) -> u32 {
 mod tests {
     use super::*;
     use crate::paper::progressive_mesh::cache::{Cache, transforms};
-    use crate::paper::progressive_mesh::order::scratch::torus;
+    use crate::paper::progressive_mesh::order::scratch::{fan, torus};
 
     fn drawn(faces: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
         let order = rollouts(faces, vertices, 15);
@@ -293,6 +302,17 @@ mod tests {
         faces.extend((0..576).step_by(5).map(|vertex| [vertex; 3]));
         let found = transforms(Cache::Fifo(16), &drawn(&faces, 576)).transforms;
         assert!(found < whole + whole / 10, "{found} with degenerate faces, {whole} without");
+    }
+
+    #[test]
+    fn a_fan_takes_work_in_proportion_to_its_faces() {
+        let looks = [4_000, 40_000].map(|n| {
+            let mut search = Search::new(&fan(n), n as usize + 1, 15);
+            search.run();
+            search.looks
+        });
+        // Without a bound, the hub's undrawn faces are looked at for each face: 100 times the work.
+        assert!(looks[1] <= 15 * looks[0], "{looks:?}");
     }
 
     #[test]

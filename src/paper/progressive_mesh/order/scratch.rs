@@ -29,6 +29,11 @@ pub fn torus(side: u32) -> Model {
     }
 }
 
+/// `n` faces around vertex 0.
+pub fn fan(n: u32) -> Vec<[u32; 3]> {
+    (0..n).map(|face| [0, 1 + face, 1 + (face + 1) % n]).collect()
+}
+
 /// Repeats the cheapest legal collapse, by swept volume and distance moved, down to `target` faces.
 pub fn collapses(model: &Model, target: usize) -> Collapses {
     let mut mesh = Mesh::new(model);
