@@ -16,9 +16,10 @@ pub struct ViewArgs {
     /// every other value of variant.dedup or of a mesh's geometry.apply
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
-    /// When a finished picture replaces the displayed one
-    #[arg(long, value_enum, default_value_t = Present::Fifo)]
-    present: Present,
+    /// When a finished picture replaces the displayed one. Default: fifo; with --measure, which must not wait for the
+    /// display: immediate, or else mailbox
+    #[arg(long, value_enum)]
+    present: Option<Present>,
     /// The trade.json of `ortelius trade -o`: a slider selects settings on its Pareto front, from the least
     /// error to the least time
     #[arg(long, value_name = "TRADE.json")]
@@ -60,10 +61,11 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         deterministic: asked.run.deterministic,
         scene: asked.scene,
         variants: args.variant.iter().map(variant).collect(),
-        present: match args.present {
-            Present::Fifo => PresentMode::Fifo,
-            Present::Mailbox => PresentMode::Mailbox,
-            Present::Immediate => PresentMode::Immediate,
+        present: match (args.present, args.measure) {
+            (Some(Present::Fifo), _) | (None, false) => vec![PresentMode::Fifo],
+            (Some(Present::Mailbox), _) => vec![PresentMode::Mailbox],
+            (Some(Present::Immediate), _) => vec![PresentMode::Immediate],
+            (None, true) => vec![PresentMode::Immediate, PresentMode::Mailbox],
         },
         panels: !args.no_panels,
         record: args.record,

@@ -1,14 +1,31 @@
 //! Tools with which a figure measures: device, effort, interleaved timing, pictures.
 
 use super::{Effort, Row};
+use crate::math::splitmix::SplitMix64;
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
 use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime, Work};
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
-/// Runs before the timed ones: software drivers compile shaders on first use.
-const WARM_UP: usize = 2;
+/// Rounds before the timed ones: drivers compile shaders on first use. The second counts the work, because statistics
+/// queries may slow a device.
+const WARM_UP: usize = 3;
+const COUNTED: usize = 1;
+/// The warm-up takes at least this long: a GPU raises its clocks under load.
+const WARM_UP_TIME: Duration = Duration::from_millis(200);
+
+/// The order of `count` items in a round: a shuffle that is the same in every run. If each item always ran after the
+/// same one, the state that this one leaves (caches, clocks) would count as part of the next one's time.
+fn order(round: usize, count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut random = SplitMix64(round as u64);
+    for last in (1..count).rev() {
+        order.swap(last, (random.draw() % (last as u64 + 1)) as usize);
+    }
+    order
+}
 
 /// Device, effort and picture folder of a run.
 pub struct Bench {
@@ -80,8 +97,8 @@ impl Bench {
         }
     }
 
-    /// Calls `of` for each of `count` items in every round, and returns the results. Each round starts with
-    /// another item.
+    /// Calls `of` for each of `count` items in every round, in another order each time, and returns the results
+    /// of each item.
     ///
     /// # Errors
     /// The first error of `of`.
@@ -91,8 +108,7 @@ impl Bench {
         mut of: impl FnMut(usize) -> anyhow::Result<T>,
     ) -> anyhow::Result<Vec<Vec<T>>> {
         let mut found: Vec<Vec<T>> = (0..count).map(|_| Vec::new()).collect();
-        for (round, turn) in (0..rounds).flat_map(|round| (0..count).map(move |turn| (round, turn))) {
-            let at = (turn + round) % count;
+        for at in (0..rounds).flat_map(|round| order(round, count)) {
             found[at].push(of(at)?);
         }
         Ok(found)
@@ -108,8 +124,8 @@ impl Bench {
         }
     }
 
-    /// Runs all contenders in turn, [`Bench::runs`] times. Each round starts with another contender, so
-    /// that drift and other load affect all equally. Adds a contender "empty pass".
+    /// Runs all contenders in turn, [`Bench::runs`] times, in another order each time, so that drift, other load
+    /// and the contender before affect all equally. Adds a contender "empty pass".
     ///
     /// # Errors
     /// The first error of a contender.
@@ -139,17 +155,17 @@ impl Bench {
         let count = contenders.len();
         let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];
         let mut counted: Vec<Vec<PassTime>> = vec![Vec::new(); count];
+        let start = Instant::now();
         for round in 0.. {
-            // The last warm-up counts the work: statistics queries may slow a device.
-            let counts = round + 1 == WARM_UP && gpu.has(Feature::PipelineStatistics);
+            let counts = round == COUNTED && gpu.has(Feature::PipelineStatistics);
             gpu.count_work(counts);
-            for turn in 0..count {
-                let at = (turn + round) % count;
+            let warm = round >= WARM_UP && (start.elapsed() >= WARM_UP_TIME || !samples[0].is_empty());
+            for at in order(round, count) {
                 let passes = (contenders[at].run)()?;
-                match round {
-                    _ if counts => counted[at] = passes,
-                    _ if round >= WARM_UP => samples[at].push(passes),
-                    _ => (),
+                match () {
+                    () if counts => counted[at] = passes,
+                    () if warm => samples[at].push(passes),
+                    () => (),
                 }
             }
             let runs = samples[0].len();
@@ -256,5 +272,23 @@ impl Timed {
     /// A pass's time in milliseconds.
     pub fn pass(&self, label: &str) -> Option<Summary> {
         self.passes.iter().find(|(l, _)| l == label).and_then(|(_, summary)| *summary)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn each_round_has_every_item_once_and_an_item_runs_after_different_ones() {
+        let orders: Vec<Vec<usize>> = (0..12).map(|round| order(round, 5)).collect();
+        let mut before: [BTreeSet<usize>; 5] = Default::default();
+        for order in &orders {
+            assert_eq!(BTreeSet::from_iter(order).len(), 5);
+            order.windows(2).for_each(|pair| _ = before[pair[1]].insert(pair[0]));
+        }
+        assert!(before.iter().all(|before| before.len() >= 3), "{before:?}");
+        assert_eq!([order(3, 1), order(3, 0)], [vec![0], vec![]]);
     }
 }

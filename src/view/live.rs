@@ -89,7 +89,8 @@ impl Live {
     /// The device cannot present to the window; or as [`Stage::new`].
     pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
-        let screen = Screen::new(gpu, gpu.surface(&window)?, size, (opening.present, opening.measure))?;
+        let screen =
+            Screen::new(gpu, gpu.surface(&window)?, size, (opening.present.clone(), opening.measure))?;
         let variants = opening.variants.clone();
         let picture = screen.swapchain.size().map(|side| side.max(1));
         let stage = Stage::new(gpu, opening.scene.clone(), variants, picture, opening.deterministic)?;
@@ -154,6 +155,9 @@ impl Live {
     /// Handles a window event.
     pub fn event(&mut self, event: &WindowEvent) {
         let response = self.input.on_window_event(&self.window, event);
+        if matches!(event, WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. }) {
+            self.screen.note_resize();
+        }
         if response.repaint || matches!(event, WindowEvent::Resized(_) | WindowEvent::Occluded(false)) {
             self.echo = ECHO;
         }
@@ -228,9 +232,9 @@ impl Live {
             tracing::warn!("{error:#}");
             self.panels.say(format!("{error:#}"), true);
         }
-        self.draw(output)?;
+        let drawn = self.draw(output)?;
         self.count_response()?;
-        if let Some(part) = self.measure.as_mut().and_then(Measure::end) {
+        if let Some(part) = self.measure.as_mut().filter(|_| drawn).and_then(Measure::end) {
             self.print(&part)?;
         }
         Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
@@ -343,11 +347,12 @@ impl Live {
         self.film.is_none().then_some(Subject { question, pose, size, edition: self.edition })
     }
 
-    fn draw(&mut self, output: FullOutput) -> anyhow::Result<()> {
+    /// Returns false if no image was available.
+    fn draw(&mut self, output: FullOutput) -> anyhow::Result<bool> {
         let window: [u32; 2] = self.window.inner_size().into();
         let Some(number) = self.screen.acquire(window)? else {
             self.echo = ECHO;
-            return Ok(());
+            return Ok(false);
         };
         if self.measure.as_ref().is_some_and(|measure| measure.response.is_some()) {
             self.screen.read_next(&self.stage.renderer.gpu)?;
@@ -362,11 +367,12 @@ impl Live {
         let arrangement = self.arrangement(size, points);
         self.render(number, &arrangement, &painting)?;
         self.screen.painter.free(&std::mem::take(&mut self.textures));
-        if !self.screen.swapchain.present(number)? {
+        if !self.screen.swapchain.present(number, window)? {
             self.screen.swapchain.resize(window)?;
             self.echo = ECHO;
         }
-        self.write_film()
+        self.write_film()?;
+        Ok(true)
     }
 
     /// Creates the passes that the overlay or the magnifier needs, and drops those that are no longer needed.
@@ -379,7 +385,8 @@ impl Live {
             (Some(texture), None) => Some(Levels::new(gpu, texture, target)?),
             (texture, levels) => texture.and(levels),
         };
-        let meshes = renderer.technique.meshes.as_ref().filter(|_| wanted);
+        let shows_faces = self.magnifies || self.overlay.is_some_and(Overlay::is_of_meshes);
+        let meshes = renderer.technique.meshes.as_ref().filter(|_| wanted && shows_faces);
         self.faces = match (meshes, self.faces.take().filter(|faces| faces.fits(target))) {
             (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
             (meshes, faces) => meshes.and(faces),
@@ -425,6 +432,7 @@ impl Live {
         let (steps, labels) = (&self.steps, &mut self.labels);
         let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
         let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
+        let magnifies = self.magnifies;
         let [acquired, drawn] = screen.swapchain.semaphores(number);
         renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
             let levels = levels.as_ref().zip(surfaces.texture.as_ref());
@@ -435,7 +443,7 @@ impl Live {
             let named = levels.filter(|_| overlay == Some(Overlay::Levels));
             labels.step(&gpu, frame, view, (named.map(|levels| &levels.shown.image), arrangement.split))?;
             if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
-                faces.record(&gpu, frame, meshes, view)?;
+                faces.record(&gpu, frame, meshes, view, magnifies || overlay == Some(Overlay::Misses))?;
             }
             let faces = faces.as_ref().map(|faces| &faces.image);
             if let Some(steps) = steps {

@@ -50,7 +50,8 @@ pub struct Opening {
     /// The window opens with the first variant. If the list is empty, it becomes the scene's own variant and
     /// the variants of its paper.
     pub variants: Vec<Variant>,
-    pub present: PresentMode,
+    /// The first that the window supports is taken.
+    pub present: Vec<PresentMode>,
     pub deterministic: bool,
     pub panels: bool,
     /// A sweep of the scene's settings; a slider in the panels selects points of its Pareto front.

@@ -41,6 +41,7 @@ pub struct Screen {
     no_words: Image,
     /// The last frame's image, if it is read back.
     copy: Option<Buffer>,
+    resized: bool,
 }
 
 /// Side of the magnifier in pixels, and its magnification.
@@ -56,13 +57,20 @@ impl Screen {
         gpu: &Gpu,
         surface: WindowSurface,
         size: [u32; 2],
-        (mode, read): (PresentMode, bool),
+        (modes, read): (Vec<PresentMode>, bool),
     ) -> Result<Screen> {
-        let swapchain = Swapchain::new(gpu, surface, size, mode, read)?;
+        let swapchain = Swapchain::new(gpu, surface, size, modes, read)?;
         let format = swapchain.format();
         let pipeline = pipeline(gpu, format)?;
         let no_words = gpu.image("no overlay", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
-        Ok(Screen { painter: Painter::new(gpu, format)?, swapchain, pipeline, no_words, copy: None })
+        Ok(Screen {
+            painter: Painter::new(gpu, format)?,
+            swapchain,
+            pipeline,
+            no_words,
+            copy: None,
+            resized: false,
+        })
     }
 
     /// Rebuilds the present pass's pipeline from reloaded shaders.
@@ -89,12 +97,21 @@ impl Screen {
         self.copy.take()
     }
 
+    /// The window may have another size. Not every system reports that when an image is presented: under Wayland the
+    /// images determine the window's size.
+    pub fn note_resize(&mut self) {
+        self.resized = true;
+    }
+
     /// Acquires an image to draw into. `None` if no image is available, or if the swapchain was just
     /// recreated.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn acquire(&mut self, size: [u32; 2]) -> Result<Option<usize>> {
+        if std::mem::take(&mut self.resized) && !self.swapchain.fits(size)? {
+            self.swapchain.resize(size)?;
+        }
         match self.swapchain.acquire()? {
             Acquired::Image(number) => Ok(Some(number)),
             Acquired::Busy => Ok(None),

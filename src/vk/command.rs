@@ -1,15 +1,16 @@
 //! The commands of a pass: dispatches, draws and copies. [`Cmd::sync`] is the barrier inside a pass.
 
+use super::descriptors::Descriptors;
 use super::device::Device;
 use super::shader::DescriptorKind;
-use super::{Buffer, Check, ComputePipeline, Image, Result, Sampler, StreamQuery, TexelCopy, View, Work};
+use super::{Buffer, ComputePipeline, Error, Image, Result, Sampler, StreamQuery, TexelCopy, View, Work};
 use ash::vk;
 
 /// The recorder of one pass.
 pub struct Cmd<'a> {
     pub(crate) device: &'a Device,
     pub(crate) handle: vk::CommandBuffer,
-    pub(crate) descriptors: vk::DescriptorPool,
+    pub(super) descriptors: &'a mut Descriptors,
     /// Work recorded so far.
     pub(crate) work: Work,
 }
@@ -130,19 +131,35 @@ impl Cmd<'_> {
         if pipeline.descriptors.is_empty() {
             return Ok(None);
         }
-        let layouts = [pipeline.set_layout];
-        let info =
-            vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
-        // SAFETY: the pool is the frame's own.
-        let set = unsafe { self.device.handle.allocate_descriptor_sets(&info) }
-            .check("vkAllocateDescriptorSets", &pipeline.name)?[0];
+        let set = self.descriptors.allocate(
+            self.device,
+            pipeline.set_layout,
+            &pipeline.descriptors,
+            &pipeline.name,
+        )?;
         for &(binding, kind) in &pipeline.descriptors {
             let resource = resources.iter().find(|(b, _)| *b == binding);
             let (_, resource) = resource
                 .unwrap_or_else(|| panic!("{}: binding {binding} ({kind:?}) is not given", pipeline.name));
+            self.check_range(kind, resource, &pipeline.name)?;
             self.write_descriptor(set, binding, kind, resource, &pipeline.name);
         }
         Ok(Some(set))
+    }
+
+    /// Vertex and index buffers may be larger than what shaders can address, as long as no shader reads them.
+    fn check_range(&self, kind: DescriptorKind, resource: &Resource<'_>, pipeline: &str) -> Result<()> {
+        let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
+        match resource {
+            Resource::Buffer(buffer) if kind == DescriptorKind::StorageBuffer && buffer.bytes() > most => {
+                let (object, bytes) = (buffer.name().to_owned(), buffer.bytes());
+                let what = format!(
+                    "has {bytes} bytes; {pipeline} can address {most} on this device; take a smaller mesh"
+                );
+                Err(Error::Limit { object, what })
+            }
+            _ => Ok(()),
+        }
     }
 
     fn write_descriptor(
@@ -357,17 +374,5 @@ fn region(image: &Image, buffer: &Buffer, copy: &TexelCopy) -> vk::BufferImageCo
         },
         image_offset: vk::Offset3D { x: copy.at[0] as i32, y: copy.at[1] as i32, z: 0 },
         image_extent: vk::Extent3D { width: copy.size[0], height: copy.size[1], depth: 1 },
-    }
-}
-
-impl DescriptorKind {
-    pub(crate) fn vk(self) -> vk::DescriptorType {
-        match self {
-            DescriptorKind::CombinedImageSampler => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-            DescriptorKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
-            DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
-            DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
-            DescriptorKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-        }
     }
 }

@@ -4,6 +4,7 @@
 //! is declared, so nothing can be forgotten; passes never overlap, so their times add up.
 
 use super::command::Cmd;
+use super::descriptors::Descriptors;
 use super::device::Device;
 use super::query::statistics_info;
 use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
@@ -33,7 +34,7 @@ type Times = Arc<Mutex<Option<Vec<PassTime>>>>;
 struct Slot {
     pool: vk::CommandPool,
     buffer: vk::CommandBuffer,
-    descriptors: vk::DescriptorPool,
+    descriptors: Descriptors,
     queries: vk::QueryPool,
     /// Pipeline statistics, if the device was opened with them.
     statistics: Option<vk::QueryPool>,
@@ -48,7 +49,7 @@ struct Slot {
 pub(crate) struct Ring {
     slots: Vec<Slot>,
     device: Arc<Device>,
-    submitted: u64,
+    pub(super) submitted: u64,
     /// The next frames count the work of their passes.
     counting: bool,
 }
@@ -132,16 +133,6 @@ impl Slot {
         let pool_info = vk::CommandPoolCreateInfo::default()
             .queue_family_index(device.queue_family)
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        let kinds = [
-            vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-            vk::DescriptorType::SAMPLED_IMAGE,
-            vk::DescriptorType::STORAGE_IMAGE,
-            vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
-            vk::DescriptorType::STORAGE_BUFFER,
-        ];
-        let sizes = kinds.map(|ty| vk::DescriptorPoolSize { ty, descriptor_count: 4 * MOST_PASSES as u32 });
-        let descriptor_info =
-            vk::DescriptorPoolCreateInfo::default().max_sets(2 * MOST_PASSES as u32).pool_sizes(&sizes);
         let query_info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
             .query_count(2 * MOST_PASSES as u32);
@@ -154,10 +145,7 @@ impl Slot {
                 .handle
                 .allocate_command_buffers(&buffers)
                 .check("vkAllocateCommandBuffers", "frame")?[0];
-            let descriptors = device
-                .handle
-                .create_descriptor_pool(&descriptor_info, None)
-                .check("vkCreateDescriptorPool", "frame")?;
+            let descriptors = Descriptors::new(device)?;
             let queries =
                 device.handle.create_query_pool(&query_info, None).check("vkCreateQueryPool", "frame")?;
             let statistics = match device.features.contains(&Feature::PipelineStatistics) {
@@ -169,7 +157,6 @@ impl Slot {
             };
             device.name(pool, "frame commands");
             device.name(buffer, "frame");
-            device.name(descriptors, "frame descriptors");
             device.name(queries, "frame timestamps");
             Ok(Slot {
                 pool,
@@ -202,7 +189,7 @@ impl Gpu {
         ring.read_times(slot)?;
         self.device.collect(self.device.finished()?, Some(ring.submitted + 1));
         ring.slots[slot].times = Times::default();
-        let frame = Frame { ring, gpu: self, slot, submitted: false, transitions: Vec::new() };
+        let mut frame = Frame { ring, gpu: self, slot, submitted: false, transitions: Vec::new() };
         frame.begin()?;
         Ok(frame)
     }
@@ -221,9 +208,10 @@ impl Gpu {
 }
 
 impl Frame<'_> {
-    fn begin(&self) -> Result<()> {
+    fn begin(&mut self) -> Result<()> {
         let device = &self.gpu.device;
-        let slot = &self.ring.slots[self.slot];
+        let slot = &mut self.ring.slots[self.slot];
+        slot.descriptors.reset(device)?;
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the GPU has passed the slot's last use; the ring is locked.
         unsafe {
@@ -231,10 +219,6 @@ impl Frame<'_> {
                 .handle
                 .reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty())
                 .check("vkResetCommandPool", "frame")?;
-            device
-                .handle
-                .reset_descriptor_pool(slot.descriptors, vk::DescriptorPoolResetFlags::empty())
-                .check("vkResetDescriptorPool", "frame")?;
             device.handle.reset_query_pool(slot.queries, 0, 2 * MOST_PASSES as u32);
             if let Some(statistics) = slot.statistics {
                 device.handle.reset_query_pool(statistics, 0, MOST_PASSES as u32);
@@ -302,7 +286,7 @@ impl Frame<'_> {
         slot.labels.push(label.to_string());
         let statistics = slot.statistics.filter(|_| counting);
         let mut cmd =
-            Cmd { device, handle: slot.buffer, descriptors: slot.descriptors, work: Work::default() };
+            Cmd { device, handle: slot.buffer, descriptors: &mut slot.descriptors, work: Work::default() };
         cmd.begin_label(label);
         // The timestamp precedes the barrier. llvmpipe queues a timestamp with the rasterisation. Without a
         // barrier after it, llvmpipe takes it only after the pass's vertex work: 35 ms of transform feedback
@@ -416,9 +400,9 @@ impl Drop for Ring {
         self.device.wait_at_the_end();
         // SAFETY: after the wait the GPU uses none of the pools.
         unsafe {
-            for slot in &self.slots {
+            for slot in &mut self.slots {
                 self.device.handle.destroy_command_pool(slot.pool, None);
-                self.device.handle.destroy_descriptor_pool(slot.descriptors, None);
+                slot.descriptors.destroy(&self.device);
                 self.device.handle.destroy_query_pool(slot.queries, None);
                 slot.statistics
                     .into_iter()

@@ -135,7 +135,9 @@ impl Gpu {
     pub fn image(&self, name: &str, info: ImageInfo) -> Result<Image> {
         let device = &self.device;
         let raw = info.format == Format::Rgba8Srgb;
-        let create = vk::ImageCreateInfo::default()
+        let views = [Format::Rgba8Srgb.vk(), Format::Rgba8.vk()];
+        let mut list = vk::ImageFormatListCreateInfo::default().view_formats(&views);
+        let mut create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(info.format.vk())
             .extent(vk::Extent3D { width: info.size[0], height: info.size[1], depth: 1 })
@@ -144,6 +146,10 @@ impl Gpu {
             .samples(vk::SampleCountFlags::TYPE_1)
             .usage(usage(&info))
             .flags(if raw { vk::ImageCreateFlags::MUTABLE_FORMAT } else { vk::ImageCreateFlags::empty() });
+        if raw {
+            // Without the list, some drivers do not compress an image that has views of another format.
+            create = create.push_next(&mut list);
+        }
         self.check_limits(name, &info, &create)?;
         // SAFETY: the device lives; memory is bound before any use.
         let handle = unsafe { device.handle.create_image(&create, None) }.check("vkCreateImage", name)?;

@@ -6,6 +6,7 @@
 
 mod buffer;
 mod command;
+mod descriptors;
 mod device;
 mod error;
 mod features;

@@ -273,7 +273,7 @@ impl Gpu {
             vk::ComputePipelineCreateInfo::default().stage(module.stage(&constants)).layout(base.layout);
         // SAFETY: module and layout live.
         base.handle =
-            unsafe { self.device.handle.create_compute_pipelines(vk::PipelineCache::null(), &[info], None) }
+            unsafe { self.device.handle.create_compute_pipelines(self.device.pipeline_cache, &[info], None) }
                 .map_err(|(_, result)| result)
                 .check("vkCreateComputePipelines", name)?[0];
         self.device.name(base.handle, name);
@@ -343,7 +343,7 @@ impl Gpu {
             .push_next(&mut rendering);
         // SAFETY: every pointer lives on this stack frame.
         let pipelines = unsafe {
-            self.device.handle.create_graphics_pipelines(vk::PipelineCache::null(), &[create], None)
+            self.device.handle.create_graphics_pipelines(self.device.pipeline_cache, &[create], None)
         };
         Ok(pipelines.map_err(|(_, result)| result).check("vkCreateGraphicsPipelines", info.name)?[0])
     }

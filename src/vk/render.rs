@@ -156,6 +156,28 @@ impl Render<'_, '_> {
         Ok(())
     }
 
+    /// As [`Render::draw`], once for each (push constants, number of vertices), with the resources bound once.
+    pub fn draw_each<P: bytemuck::Pod>(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        draws: &[(P, u32)],
+    ) -> Result<()> {
+        let Some((first, _)) = draws.first() else { return Ok(()) };
+        let base = &pipeline.0;
+        self.cmd.bind(base, vk::PipelineBindPoint::GRAPHICS, resources, bytemuck::bytes_of(first))?;
+        self.cmd.work.draws += draws.len() as u64;
+        for (push, count) in draws {
+            let (push, device) = (bytemuck::bytes_of(push), &self.cmd.device.handle);
+            // SAFETY: pipeline and descriptors are bound; `bind` checked the size of the push constants.
+            unsafe {
+                device.cmd_push_constants(self.cmd.handle, base.layout, base.push_stages, 0, push);
+                device.cmd_draw(self.cmd.handle, *count, 1, 0, 0);
+            }
+        }
+        Ok(())
+    }
+
     /// An indexed mesh: all of its indices.
     pub fn draw_mesh(
         &mut self,

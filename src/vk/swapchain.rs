@@ -58,7 +58,8 @@ pub struct Swapchain {
     /// semaphore has ended before the semaphore is used again.
     acquired: Vec<Semaphore>,
     next: usize,
-    mode: PresentMode,
+    /// The first that the window supports is taken.
+    modes: Vec<PresentMode>,
     format: Format,
     /// Images can be copied from.
     read: bool,
@@ -129,7 +130,7 @@ impl Swapchain {
         gpu: &Gpu,
         surface: WindowSurface,
         size: [u32; 2],
-        mode: PresentMode,
+        modes: Vec<PresentMode>,
         read: bool,
     ) -> Result<Swapchain> {
         let acquired = (0..=FRAMES_IN_FLIGHT).map(|_| gpu.semaphore("acquired")).collect::<Result<_>>()?;
@@ -141,7 +142,7 @@ impl Swapchain {
             drawn: Vec::new(),
             acquired,
             next: 0,
-            mode,
+            modes,
             format: Format::Bgra8,
             read,
             surface,
@@ -226,6 +227,21 @@ impl Swapchain {
         Ok(())
     }
 
+    /// True if the images have the size of the window. `size` is as in [`Swapchain::resize`].
+    ///
+    /// # Errors
+    /// Device lost.
+    pub fn fits(&self, size: [u32; 2]) -> Result<bool> {
+        match self.capabilities() {
+            Err(vk::Result::ERROR_SURFACE_LOST_KHR) => Ok(false),
+            found => {
+                let found = found.check("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", "window")?;
+                let extent = extent(&found, size);
+                Ok([extent.width, extent.height] == self.size())
+            }
+        }
+    }
+
     /// Acquires the next image to draw into.
     ///
     /// # Errors
@@ -249,12 +265,12 @@ impl Swapchain {
         }
     }
 
-    /// Presents image `number` once the submission that drew it has ended. Returns whether the images still
-    /// fit the window.
+    /// Presents image `number` once the submission that drew it has ended. Returns whether the images can
+    /// still be used. Images that are suboptimal for another reason than their size stay: new ones would be so, too.
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn present(&mut self, number: usize) -> Result<bool> {
+    pub fn present(&mut self, number: usize, size: [u32; 2]) -> Result<bool> {
         let waits = [self.drawn[number].handle];
         let (swapchains, numbers) = ([self.handle], [number as u32]);
         let info = vk::PresentInfoKHR::default()
@@ -262,11 +278,16 @@ impl Swapchain {
             .swapchains(&swapchains)
             .image_indices(&numbers);
         // The queue is only used under the ring's lock.
-        let _ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
         // SAFETY: the image was acquired, and a submission signals the semaphore.
-        match unsafe { self.calls.queue_present(self.gpu.device.queue, &info) } {
+        let presented = unsafe { self.calls.queue_present(self.gpu.device.queue, &info) };
+        drop(ring);
+        match presented {
             Err(stale) if is_stale(stale) => Ok(false),
-            presented => Ok(!presented.check("vkQueuePresentKHR", "window")?),
+            presented => match presented.check("vkQueuePresentKHR", "window")? {
+                true => self.fits(size),
+                false => Ok(true),
+            },
         }
     }
 
@@ -313,14 +334,12 @@ impl Swapchain {
         let modes =
             unsafe { surface.calls.get_physical_device_surface_present_modes(physical, surface.handle) };
         let modes = modes.check("vkGetPhysicalDeviceSurfacePresentModesKHR", "window")?;
-        match modes.contains(&self.mode.vk()) {
-            true => Ok(self.mode.vk()),
-            false => Err(Error::Limit {
-                object: "window".into(),
-                what: format!("--present {:?} is not supported here; available: {modes:?}", self.mode)
-                    .to_lowercase(),
-            }),
-        }
+        let found = self.modes.iter().map(|mode| mode.vk()).find(|mode| modes.contains(mode));
+        found.ok_or_else(|| Error::Limit {
+            object: "window".into(),
+            what: format!("--present {:?} is not supported here; available: {modes:?}", self.modes[0])
+                .to_lowercase(),
+        })
     }
 
     /// Recreates a lost surface from the same window.
@@ -340,12 +359,11 @@ impl Swapchain {
         // Presentation signals no fence or semaphore. Its semaphores are free only when the queue is idle.
         // SAFETY: the queue is used only under the ring's lock.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
-        drop(ring);
         idle.check("vkQueueWaitIdle", "window")?;
         self.images.clear();
         self.drawn.clear();
-        // Views must be destroyed before their images.
-        self.gpu.device.collect(u64::MAX, None);
+        // Views must be destroyed before their images. Under the ring's lock no frame is recorded that could use them.
+        self.gpu.device.collect(ring.submitted + 1, None);
         Ok(())
     }
 

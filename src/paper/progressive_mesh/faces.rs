@@ -33,6 +33,8 @@ struct OfSurface {
     level_count: u32,
     /// Cache misses by face; grows with the index buffer.
     misses: Buffer,
+    /// What `misses` holds: the levels of all instances, and the faces of the visible ones.
+    counted: Option<(Vec<u32>, Vec<[u32; 2]>)>,
 }
 
 /// A word for each face of the index buffer.
@@ -63,6 +65,7 @@ impl Faces {
                 levels: gpu.buffer_with("faces: levels", &counts, BufferUse::Storage)?,
                 level_count: counts.len() as u32,
                 misses: gpu.buffer("faces: misses", miss_bytes(surface), BufferUse::Storage)?,
+                counted: None,
             })
         });
         Ok(Faces {
@@ -78,7 +81,8 @@ impl Faces {
         Arc::ptr_eq(&self.seen, &target.depth)
     }
 
-    /// Records both passes after those of the picture.
+    /// Records the pictures of faces after the passes of the frame's own picture. `with_misses` counts the cache
+    /// misses, where a level has changed since the last count; without it, they are old or 0.
     ///
     /// # Errors
     /// Out of memory.
@@ -88,26 +92,38 @@ impl Faces {
         frame: &mut Frame<'_>,
         meshes: &ProgressiveMeshes,
         view: &View,
+        with_misses: bool,
     ) -> vk::Result<()> {
         for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
             if of.misses.bytes() < miss_bytes(surface) {
                 of.misses = gpu.buffer("faces: misses", miss_bytes(surface), BufferUse::Storage)?;
+                of.counted = None;
             }
         }
-        frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
+        if with_misses {
+            frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
+        }
         frame.pass("faces", |cmd| self.draw(cmd, meshes, view))
     }
 
-    fn count(&self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
-        for (of, surface) in self.surfaces.iter().zip(&meshes.surfaces) {
+    fn count(&mut self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
+        for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
+            let slices = surface.slices(&view.pose, view.size, meshes.settings.sun);
+            let ranges: Vec<_> =
+                slices.iter().map(|slice| [slice.first_index / 3, slice.count / 3]).collect();
+            let levels = surface.instances().map(|(_, level)| level).collect();
+            let shown = Some((levels, ranges));
+            if of.counted == shown {
+                continue;
+            }
             let resources = [
                 (misses_comp::INDICES, Resource::Buffer(&surface.indices)),
                 (misses_comp::MISSES, Resource::Buffer(&of.misses)),
             ];
-            for slice in surface.slices(&view.pose, view.size, meshes.settings.sun) {
-                let range = FaceRange { first: slice.first_index / 3, count: slice.count / 3 };
-                cmd.dispatch(&of.count, &resources, bytemuck::bytes_of(&range), [1; 3])?;
-            }
+            let ranges = shown.iter().flat_map(|(_, ranges)| ranges);
+            let counts = ranges.map(|&[first, count]| (FaceRange { first, count }, [1; 3])).collect();
+            cmd.dispatch_rounds(&of.count, &resources, &[counts])?;
+            of.counted = shown;
         }
         Ok(())
     }
@@ -130,7 +146,8 @@ impl Faces {
                     (faces_vert::LEVELS, Resource::Buffer(&of.levels)),
                     (faces_frag::DEPTH, Resource::Texture(&self.seen, vk::View::Whole)),
                 ];
-                for slice in surface.slices(&view.pose, view.size, meshes.settings.sun) {
+                let slices = surface.slices(&view.pose, view.size, meshes.settings.sun);
+                let views = slices.iter().zip(instance..).map(|(slice, instance)| {
                     let push = FaceView {
                         object_to_clip: slice.push.object_to_clip,
                         first_face: slice.first_index / 3,
@@ -138,9 +155,10 @@ impl Faces {
                         instance,
                         levels: of.level_count,
                     };
-                    render.draw(&of.draw, &resources, bytemuck::bytes_of(&push), slice.count)?;
-                    instance += 1;
-                }
+                    (push, slice.count)
+                });
+                render.draw_each(&of.draw, &resources, &views.collect::<Vec<_>>())?;
+                instance += slices.len() as u32;
             }
             Ok(())
         })
