@@ -97,7 +97,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, asked.settles().then_some(frames))?;
     if let Some(path) = outputs.visible() {
-        // With --settle, only the settled frame, which is the last.
+        // With --settle, only the last frame is written: the settled one.
         write_visible(path, &renderer.records, asked.settles())?;
     }
     outputs.write_footprint(&renderer)?;

@@ -95,7 +95,7 @@ impl Live {
         let picture = screen.swapchain.size().map(|side| side.max(1));
         let stage = Stage::new(gpu, opening.scene.clone(), variants, picture, opening.deterministic)?;
         let context = egui::Context::default();
-        // Nothing fades: a frame shows all of an answer, and equal input gives equal pictures.
+        // Nothing fades in: a change is complete in one frame, and equal input gives equal pictures.
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
@@ -209,7 +209,7 @@ impl Live {
         self.echo = self.echo.saturating_sub(1);
         let raw = self.take_input();
         let mut done = vec![self.take_shaders()];
-        // Keys act before the panels are laid out, so that the same frame shows it.
+        // Keys act before the panels are laid out, so that the same frame shows the result.
         for action in control::actions(self.input.egui_ctx(), &raw.events) {
             if action == Action::Close {
                 return Ok(false);
@@ -391,6 +391,9 @@ impl Live {
             (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
             (meshes, faces) => meshes.and(faces),
         };
+        if let Some(faces) = &mut self.faces {
+            faces.counts_misses = self.magnifies || self.overlay == Some(Overlay::Misses);
+        }
         let reliefs = self.overlay == Some(Overlay::Steps) && wanted;
         let plain = renderer.technique.plain.as_ref().filter(|_| reliefs);
         self.steps = match (plain, self.steps.take().filter(|steps| steps.fits(target))) {
@@ -432,7 +435,6 @@ impl Live {
         let (steps, labels) = (&self.steps, &mut self.labels);
         let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
         let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
-        let magnifies = self.magnifies;
         let [acquired, drawn] = screen.swapchain.semaphores(number);
         renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
             let levels = levels.as_ref().zip(surfaces.texture.as_ref());
@@ -443,7 +445,7 @@ impl Live {
             let named = levels.filter(|_| overlay == Some(Overlay::Levels));
             labels.step(&gpu, frame, view, (named.map(|levels| &levels.shown.image), arrangement.split))?;
             if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
-                faces.record(&gpu, frame, meshes, view, magnifies || overlay == Some(Overlay::Misses))?;
+                faces.record(&gpu, frame, meshes, view)?;
             }
             let faces = faces.as_ref().map(|faces| &faces.image);
             if let Some(steps) = steps {

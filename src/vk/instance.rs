@@ -172,7 +172,8 @@ impl Instance {
             c.map_or(String::new(), |c: &CStr| c.to_string_lossy().into_owned())
         };
         let mut offered = offered(&self.handle, handle, &extensions);
-        // Only the stream query reports an overflow of the list. Devices without the extension leave 0 here.
+        // Only a transform-feedback query reports that the visible-tile list was too short. Devices without the
+        // extension leave the property 0.
         if feedback.transform_feedback_queries == vk::FALSE {
             offered.features.retain(|feature| *feature != Feature::TransformFeedback);
         }
@@ -319,7 +320,7 @@ fn version(packed: u32) -> (u32, u32, u32) {
     (vk::api_version_major(packed), vk::api_version_minor(packed), vk::api_version_patch(packed))
 }
 
-/// Folders in which the loader searches drivers (the Vulkan loader's documentation, "Driver discovery" on
+/// Folders in which the loader searches for drivers (the Vulkan loader's documentation, "Driver discovery" on
 /// Linux).
 pub fn driver_folders() -> Vec<String> {
     for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {

@@ -19,6 +19,8 @@ pub struct Faces {
     /// Four words per pixel: instance (counted over all surfaces), face, level at which the face appears, and
     /// the last word of faces.frag. All ones where there is no mesh.
     pub image: Image,
+    /// Counts the cache misses where a level has changed since the last count. Without it, they are old or 0.
+    pub counts_misses: bool,
     depth: Image,
     /// The depth of the finished picture, with which hidden faces are discarded.
     seen: Arc<Image>,
@@ -70,6 +72,7 @@ impl Faces {
         });
         Ok(Faces {
             image: gpu.image("faces", ImageInfo::target(target.size(), Format::Rgba32Uint))?,
+            counts_misses: false,
             depth: gpu.image("faces: depth", ImageInfo::target(target.size(), Format::Depth32Float))?,
             seen: target.depth.clone(),
             surfaces: surfaces.collect::<Result<_>>()?,
@@ -81,8 +84,7 @@ impl Faces {
         Arc::ptr_eq(&self.seen, &target.depth)
     }
 
-    /// Records the pictures of faces after the passes of the frame's own picture. `with_misses` counts the cache
-    /// misses, where a level has changed since the last count; without it, they are old or 0.
+    /// Records both passes after those of the frame's own picture.
     ///
     /// # Errors
     /// Out of memory.
@@ -92,7 +94,6 @@ impl Faces {
         frame: &mut Frame<'_>,
         meshes: &ProgressiveMeshes,
         view: &View,
-        with_misses: bool,
     ) -> vk::Result<()> {
         for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
             if of.misses.bytes() < miss_bytes(surface) {
@@ -100,7 +101,7 @@ impl Faces {
                 of.counted = None;
             }
         }
-        if with_misses {
+        if self.counts_misses {
             frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
         }
         frame.pass("faces", |cmd| self.draw(cmd, meshes, view))
