@@ -222,7 +222,7 @@ impl Timed {
         timed.total = summary(timed.total_of_rounds());
         let labels = timed.rounds.first().into_iter().flatten().map(|pass| pass.label.clone());
         let of_pass = |(n, label): (usize, String)| {
-            let samples = timed.rounds.iter().map(|round| milliseconds(round[n].ns)).collect();
+            let samples = timed.rounds.iter().map(|round| milliseconds(round.get(n)?.ns)).collect();
             (label, summary(samples))
         };
         timed.passes = labels.enumerate().map(of_pass).collect();
