@@ -189,6 +189,8 @@ impl Values {
             || Values { list, feedback_log2, ..self } == *own;
         let bordered =
             [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
+        // Other filters than the stochastic one ignore the number of samples.
+        let sampled = self.filter == Filtering::Stochastic || self.samples == own.samples;
         // A list made on the host has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
@@ -204,7 +206,7 @@ impl Values {
                 && border.is_multiple_of(4));
         let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
         let alone = listed && bordered && fewer;
-        (sensible && stages && format && alone).then_some(Values { border, ..self })
+        (sensible && sampled && stages && format && alone).then_some(Values { border, ..self })
     }
 
     /// The setting with these values. `surface` is the key of the surface with the texture.
