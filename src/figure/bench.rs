@@ -162,10 +162,10 @@ impl Bench {
             let warm = round >= WARM_UP && (start.elapsed() >= WARM_UP_TIME || !samples[0].is_empty());
             for at in order(round, count) {
                 let passes = (contenders[at].run)()?;
-                match () {
-                    () if counts => counted[at] = passes,
-                    () if warm => samples[at].push(passes),
-                    () => (),
+                if counts {
+                    counted[at] = passes;
+                } else if warm {
+                    samples[at].push(passes);
                 }
             }
             let runs = samples[0].len();
