@@ -51,12 +51,20 @@ pub fn most_memory() -> Option<u64> {
 /// The processor's name (Linux), else the architecture.
 fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    // "model name" on x86, "Model" on some ARM boards; others report only numbers.
-    let named = |key: &str| {
-        let line = text.lines().find(|line| line.starts_with(key))?;
-        Some(line.split_once(':')?.1.trim().to_string()).filter(|name| !name.is_empty())
+    processor_in(&text).unwrap_or_else(|| std::env::consts::ARCH.to_string())
+}
+
+/// The name of the first processor in the text of /proc/cpuinfo.
+fn processor_in(text: &str) -> Option<String> {
+    let value = |key: &str| {
+        let mut lines = text.lines().filter_map(|line| line.split_once(':'));
+        Some(lines.find(|(found, _)| found.trim() == key)?.1.trim()).filter(|value| !value.is_empty())
     };
-    named("model name").or_else(|| named("Model")).unwrap_or_else(|| std::env::consts::ARCH.to_string())
+    // "model name" on x86, "Model" on some ARM boards; others report only numbers.
+    let name = value("model name").or_else(|| value("Model"))?;
+    // Virtual machines shorten the name to "AMD EPYC", which generations of very different speed share.
+    let numbers = value("cpu family").zip(value("model"));
+    Some(numbers.map_or(name.into(), |(family, model)| format!("{name} (family {family}, model {model})")))
 }
 
 /// Converts days since 1970-01-01 to a date such as 2026-11-21 (`civil_from_days` of H. Hinnant,
@@ -82,7 +90,7 @@ pub fn short_commit(commit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{day, most_memory, short_commit};
+    use super::{day, most_memory, processor_in, short_commit};
 
     #[test]
     fn a_short_commit_keeps_the_mark_of_changes() {
@@ -90,6 +98,16 @@ mod tests {
         assert_eq!(short_commit(long), "0123456789ab");
         assert_eq!(short_commit(&format!("{long}+changes")), "0123456789ab+changes");
         assert_eq!(short_commit("unknown"), "unknown");
+    }
+
+    #[test]
+    fn a_processor_is_named_with_its_generation() {
+        let of = |text: &str| processor_in(text);
+        let x86 = "vendor_id\t: AuthenticAMD\ncpu family\t: 25\nmodel\t\t: 1\nmodel name\t: AMD EPYC\n";
+        assert_eq!(of(x86).as_deref(), Some("AMD EPYC (family 25, model 1)"));
+        assert_eq!(of("processor\t: 0\nModel\t\t: a board\n").as_deref(), Some("a board"));
+        assert_eq!(of("model name\t:\nprocessor\t: 0\n"), None);
+        assert_eq!(of(""), None);
     }
 
     #[test]
