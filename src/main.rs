@@ -42,7 +42,7 @@ enum Command {
     /// Show a scene in a window: fly through it, switch and compare variants, change every setting
     #[cfg(feature = "window")]
     View(Box<command::view::ViewArgs>),
-    /// List all figures and their claims
+    /// List all figures; with -v also their claims
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),

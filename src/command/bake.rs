@@ -38,11 +38,11 @@ pub struct BakeArgs {
     #[arg(long, value_name = "LEVELS")]
     resident_levels: Option<u32>,
 
-    /// Prints levels, tiles, bytes and the peak memory of the bake, and writes nothing
+    /// Print levels, tiles, bytes and the peak memory of the bake, and write nothing
     #[arg(long)]
     dry_run: bool,
 
-    /// Replaces OUT, and discards an unfinished bake of another source or other settings
+    /// Replace OUT, and discard an unfinished bake of another source or other settings
     #[arg(long)]
     force: bool,
 }
@@ -51,7 +51,7 @@ pub struct BakeArgs {
 enum Format {
     /// 4 bytes per texel
     Rgba8,
-    /// half a byte per texel, no alpha
+    /// Half a byte per texel, no alpha
     Bc1,
 }
 

@@ -5,7 +5,8 @@ use ortelius::frame::Technique;
 use ortelius::renderer::Renderer;
 use ortelius::vk::Need;
 
-/// Prints the passes in order, each with its surfaces and the features it needs; then the memory by surface.
+/// Prints the device, the passes in order with their surfaces and features, features that belong to no listed pass, the
+/// instances, and the memory by surface.
 ///
 /// # Errors
 /// Errors of stdout.

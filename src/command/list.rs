@@ -1,4 +1,4 @@
-//! `ortelius list`: lists every figure and its claims.
+//! `ortelius list`: lists figures, and with -v or by name also their claims.
 
 use super::{Usage, say};
 use clap::Args;

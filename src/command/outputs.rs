@@ -111,7 +111,7 @@ impl Outputs {
     }
 
     /// Writes the last picture. `settled`: frame number of the settled picture in a sequence. If it is `None` and
-    /// the name contains `{frame}`, nothing is written, because the sequence's last picture already has been.
+    /// the name contains `{frame}`, nothing is written, because the sequence's last picture is already written.
     ///
     /// # Errors
     /// I/O errors, with the path; device lost.

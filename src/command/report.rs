@@ -14,8 +14,8 @@ pub struct ReportArgs {
     /// Show changes relative to stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
-    /// Exit with 1 if a claim has one of these verdicts; `changed` stands for a verdict other than in
-    /// --against
+    /// Exit with 1 if a claim has one of these verdicts. `changed`: another verdict than in --against;
+    /// `not-reproduced`: also "does not hold here"
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     fail_on: Vec<FailOn>,
     /// Also write the verdicts as JUnit XML

@@ -28,10 +28,10 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// At most 720 rows of pixels, each time measured in 12 runs (default)
+    /// At most 720 rows of pixels; most times are measured in 12 runs (default)
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Measure each time in at least 30 runs; takes hours on a software device
+    /// Measure most times in at least 30 runs; takes hours on a software device
     #[arg(long)]
     full: bool,
     /// The report's folder, created if absent
@@ -111,8 +111,8 @@ fn warn_of_load() {
     }
 }
 
-/// Starts a new child after each crash, until one exits. If that child failed, it has already printed the error; its
-/// exit code becomes ours.
+/// Starts a new child after each crash, until one ends without crashing. If that child failed, it has already printed
+/// the error; its exit code becomes ours.
 fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let worker = |from: usize| {

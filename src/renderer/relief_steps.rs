@@ -1,5 +1,5 @@
-//! The work of each pixel of a relief, for the window's overlay: steps of its ray, or texels that its projected widths
-//! visit.
+//! The work of each pixel of a relief, for the window's overlay: steps of the ray, or texels that the projected-width
+//! method visits.
 
 use super::plain::{PlainFilter, PlainSurfaces};
 use super::technique::Surfaces;

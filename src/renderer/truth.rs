@@ -22,7 +22,7 @@ use crate::texture::source::{TileFormat, TileSource};
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Largest deviation of a mesh of the reference from the full mesh, in pixels.
+/// Largest stated error of a mesh in the reference, in pixels.
 const MESH_PIXELS: f64 = 0.25;
 
 /// The reference keeps about 400 bytes for a triangle.
@@ -175,7 +175,7 @@ impl Plain {
     }
 }
 
-/// The seen instances of a model in the world, and a normal for each vertex.
+/// The visible instances of a model in world space, and a normal for each vertex.
 fn instances(model: &Model, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
     let vertices = &model.mesh.vertices;
     let positions: Vec<DVec3> = vertices.positions.iter().map(|at| DVec3::from(at.map(f64::from))).collect();

@@ -22,7 +22,7 @@ pub struct Key {
     pub least_and_most: Option<[Json; 2]>,
     /// Empty if there is none.
     pub unit: &'static str,
-    /// If the value is a relative path: the same path resolved against a folder.
+    /// Resolves a relative path against a folder; returns other values unchanged.
     pub(super) anchored: fn(&toml::Value, &Path) -> toml::Value,
 }
 

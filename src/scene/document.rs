@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-/// Larger than any scene, and small enough that one line of it can be shown.
+/// Far larger than any scene.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// An invalid value or key.

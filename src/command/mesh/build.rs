@@ -27,7 +27,7 @@ pub struct BuildArgs {
     #[arg(short, long, value_name = "OUT.pmesh")]
     output: PathBuf,
 
-    /// Faces of the coarsest level
+    /// Number of faces that the coarsest level should have
     #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces, allow_negative_numbers = true)]
     target_faces: usize,
 
@@ -35,8 +35,7 @@ pub struct BuildArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 
-    /// fast: one pass of the simplifier, whose error rises in jumps; best: two passes, so that the error rises
-    /// evenly
+    /// fast: one pass of the simplifier; the error rises in jumps. best: two passes; the error rises evenly
     #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
     effort: BuildEffort,
 
@@ -49,8 +48,8 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// Faces that may change their slots per split; determines the groups (default: 23 if --groups is not given
-    /// either)
+    /// At most this many faces per split move to another slot, on average over all splits; the groups follow from it
+    /// (default without --groups: that of the order)
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
@@ -210,7 +209,7 @@ fn groups(text: &str) -> Result<Groups, String> {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    // Below 1e-6, the ratio of two face counts rounds to 1, and no group would end.
+    // With much less, the ratio 1 + P/100 rounds to 1, and no group would end.
     let usable = |number: &f64| number.is_finite() && *number >= 1e-6;
     text.parse().ok().filter(usable).ok_or_else(|| "expected a number above 0".into())
 }

@@ -112,8 +112,8 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     }
 }
 
-/// A short coordinate whose offset from the centre rounds to the stored f32: in text the one with the fewest digits (at
-/// least six), in binary an f32. If none does, the exact sum, up to seventeen digits of which most are noise.
+/// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the one with the fewest digits, at least
+/// six. PLY: the nearest f32. If there is none, the f64 sum; most of its seventeen digits are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;

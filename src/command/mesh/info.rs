@@ -33,8 +33,9 @@ struct Info {
     pmesh_version: u32,
     births_in_place: bool,
     bytes: u64,
-    /// True if the end of the file is missing; the data below then describe the existing part.
+    /// True if the end of the file is missing; the data below `whole` then describe the existing part.
     cut: bool,
+    /// As the header states it.
     whole: Parts,
     chunks: u32,
     /// The last level's number plus one.
@@ -97,8 +98,8 @@ impl Info {
     fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
         // Each split is a level; on a seam it adds several vertices.
         let splits = f64::from(mesh.last_level().max(1));
-        // All levels of meshes of up to 100 000 faces, which take a few seconds; 256 levels of larger meshes.
-        // The paper's mean is over all levels.
+        // The paper's mean is over all levels. For 100 000 faces that takes a few seconds; larger meshes are sampled at
+        // 256 levels.
         let levels = sampled_levels(mesh, 100_000, 256);
         let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];
         let attributes = &mesh.vertices.attributes;

@@ -106,15 +106,15 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices move to their positions instead of popping. They have arrived when their error is
-        /// wanted, so levels of half the error are drawn, with about twice the faces.
+        /// New vertices do not pop: each moves to its position while the wanted error falls from twice to once the
+        /// error at which it would pop. So levels with half the wanted error are drawn, with about twice the faces.
         geomorph: bool = false;
-        /// The largest change of an instance's error in a frame, while it is in view: the instance follows the
-        /// wanted error in several frames. A governor's factor comes in addition. Default 1/16 with
-        /// `geomorph`, no limit without.
+        /// The largest change of an instance's error per frame while the instance is in view. It then follows the
+        /// wanted error over several frames. Changes of the governor's factor are not limited. By default 1/16 with
+        /// `geomorph`, and no limit without.
         octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
-        /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; a baseline requires
-        /// the classical order.
+        /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
+        /// classical order.
         order: FaceOrder = DEFAULT_ORDER;
         /// Which processor executes level changes.
         apply: Apply = Apply::Cpu;

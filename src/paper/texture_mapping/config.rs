@@ -31,8 +31,8 @@ choices! {
 }
 
 settings! {
-    /// A height field below a square plane with a plain texture (paper 3, sections H and I). It replaces the plane's
-    /// filter.
+    /// A height field below a square plane with a plain texture (paper 3: parallax mapping with filtering, and the
+    /// refined distance map). It replaces the plane's filter.
     pub struct ReliefKeys {
         /// How a pixel is filtered.
         method: ReliefMethod = ReliefMethod::ProjectedWidth;

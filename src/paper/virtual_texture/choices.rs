@@ -68,7 +68,8 @@ choices! {
         HostHash = "host-hash",
         /// Read-back: as host-hash, with one bit per triple and a memo instead of the hash set.
         HostBitmap = "host-bitmap",
-        /// What engines ship: the host lists the tiles of one pixel in 2^n per frame. The list lags and may lack tiles.
+        /// Common in engines: in each frame, the host lists the tiles of one pixel in 2^n. The list lags and may lack
+        /// tiles.
         Feedback = "feedback",
     }
 }
@@ -110,7 +111,7 @@ choices! {
     pub enum Compaction {
         /// The paper's: a geometry shader emits points for each block of the mask; transform feedback stores them.
         TransformFeedback = "transform-feedback",
-        /// Compute: each word of the mask reserves an entry per set bit by one atomic addition.
+        /// Compute: each word of the mask reserves entries for its set bits with one atomic addition.
         Append = "append",
         /// Compute: as append, with a prefix sum and one addition per subgroup.
         Subgroup = "subgroup",
