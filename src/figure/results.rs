@@ -61,7 +61,7 @@ pub struct CellRows {
 pub enum NoResults {
     #[error("not results of this program (a report's results.json): {0}")]
     Json(#[from] serde_json::Error),
-    #[error("results of {0}")]
+    #[error("the file has {0}")]
     Format(WrongFormat),
 }
 

@@ -26,7 +26,7 @@ impl Format {
 }
 
 impl Model {
-    /// Writes the model atomically. Reading it returns the same model to the last bit.
+    /// Writes the model atomically. Reading it returns the same model to the last bit; OBJ loses the alpha of colours.
     ///
     /// Only indices and lengths must be valid: all faces of an uncleaned mesh are written too.
     ///

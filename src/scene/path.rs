@@ -15,7 +15,8 @@ pub struct Path {
     pub motion: Motion,
 }
 
-/// The kind of motion. Steps are equal.
+/// The kind of motion. Every step changes the angle, the distance, or the logarithm of the altitude by the same amount;
+/// a teleport stays and jumps.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Motion {
@@ -210,8 +211,8 @@ mod tests {
         for frame in 0..=36 {
             let pose = path.pose(frame);
             is_orthonormal(&pose);
-            // The ellipsoid is not a sphere: keeping the altitude shifts the camera by up to 0.2 mrad of the
-            // distance.
+            // The ellipsoid is not a sphere: keeping the altitude moves the orbit's centre by up to 0.2 mrad,
+            // seen from the camera.
             let aside = (centre - pose.eye).normalize().cross(pose.forward).length();
             assert!(aside < 1e-3, "frame {frame}: {aside} rad");
         }

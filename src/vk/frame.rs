@@ -1,7 +1,7 @@
 //! A frame: a short list of passes, in a ring of [`FRAMES_IN_FLIGHT`].
 //!
-//! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. Nothing
-//! is declared, so nothing can be forgotten; passes never overlap, so their times add up.
+//! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. No pass
+//! declares what it reads or writes, so no dependency can be forgotten. Passes never overlap, so their times add up.
 
 use super::command::Cmd;
 use super::descriptors::Descriptors;

@@ -470,7 +470,7 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug)]
 pub struct SamplerInfo {
     pub filter: Filter,
-    /// Longitude wraps; latitude always clamps.
+    /// True: s repeats. False: s clamps. t always clamps.
     pub wraps_in_s: bool,
 }
 

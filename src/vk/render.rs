@@ -178,7 +178,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// An indexed mesh: all of its indices.
+    /// Draws all indices of a mesh.
     pub fn draw_mesh(
         &mut self,
         pipeline: &GraphicsPipeline,

@@ -38,7 +38,7 @@ fn level(file: &TileFile, level: u32) -> Picture {
 fn texels_that_are_not_means(finer: &Picture, coarser: &Picture) -> usize {
     // The baker computes in units of 2^-24 of linear light and rounds twice. A mean close to the boundary of
     // two codes may round either way. On the linear part of the sRGB curve, the mean of codes 3 and 4 is
-    // exactly on it.
+    // exactly on this boundary.
     let unit = 2f64.powi(-23);
     let mut wrong = 0;
     for y in 0..coarser.height {

@@ -57,7 +57,7 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
         let journal = beside(&output, ".journal");
         while !output.exists() && kills < 20 {
             let mut command = bake_command(&source, &output, &settings);
-            // The next kill comes after up to 300 more entries (of 24 bytes) of about 700.
+            // The next kill comes after fewer than 300 more of about 700 journal entries, each of 24 bytes.
             let end = length(&journal) + 24 * random.below(300);
             let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             kills += usize::from(kill_at(child, &journal, end));

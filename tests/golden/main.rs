@@ -3,7 +3,7 @@
 //! They must be bit-identical from commit to commit. After an intended change,
 //! `ORTELIUS_GOLDEN=write cargo test --release --test golden` records them again. Without that variable nothing is
 //! written, and a missing record fails the test. On a driver other than the recorded one only index buffers are
-//! compared. A picture that is recorded on other processors alone is not compared.
+//! compared. A picture that is recorded only on other processors is not compared.
 
 mod api;
 mod cases;

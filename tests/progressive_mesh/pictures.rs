@@ -185,7 +185,7 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     session.frame(&pose).unwrap();
     let wanted =
         session.technique.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
-    // Vertices have arrived at the wanted error: they start a band earlier.
+    // Vertices reach their positions at the wanted error, and start a band earlier.
     let band = f64::from(MORPH_BAND_LOG2);
     let moved = seen_vertices(&scene, wanted * (-band).exp2(), Some(band));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);

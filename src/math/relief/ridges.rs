@@ -1,4 +1,4 @@
-//! Ridges and valleys from 11 km down to 1 km where the samples have none: the half of the grid in Nepal comes from
+//! Ridges and valleys from 11 km down to 1.1 km where the samples have none: the half of the grid in Nepal comes from
 //! maps with few contour lines, and is as smooth as a dune.
 //!
 //! Ridged noise of several octaves (Musgrave 1998): 1 - |n| of smooth noise n has crests where n crosses 0. A

@@ -10,7 +10,7 @@
 //! # Means
 //! Beyond the base, the mean of four stored texels differs from the stored parent by what the new octave
 //! adds. The RMS difference is 1 to 7 codes where texels differ by 10 to 60, and 13 in the octave after the
-//! base (on the summit). The mean of a tile differs by at most 1.2 codes (tested).
+//! base (on the summit). The mean of a tile differs by at most 1.2 codes (the test allows 2.5).
 //!
 //! # Borders
 //! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
