@@ -291,7 +291,7 @@ pub fn cylinder(radius_m: f64, length_m: f64, columns: u32, rows: u32) -> Result
     Ok(mesh)
 }
 
-/// 2^26 quads are 2^27 triangles and about 10 GiB of vertices; more is a typing error.
+/// 2^26 quads are 2^27 triangles and up to 10 GiB of vertices; more is a typing error.
 const MOST_QUADS: u64 = 1 << 26;
 
 /// Every (row, column) of a grid, in blocks of 8 x 8. A block has 81 corners for 128 triangles; a cache of 32

@@ -151,7 +151,7 @@ impl Stage {
         })
     }
 
-    /// Drops a manual change: the key has the value of the scene, the variant or the front again.
+    /// Drops a manual change: the key has the value of the scene, the variant or the Pareto point again.
     ///
     /// # Errors
     /// As [`Stage::set`].

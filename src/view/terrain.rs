@@ -21,7 +21,8 @@ pub struct Terrain {
     heights: Arc<OnceLock<Vec<Heights>>>,
 }
 
-/// A grid of heights that are never below the mesh: the highest vertex of all triangles that overlap a cell.
+/// A grid of heights that are never below the mesh: for each cell, the highest vertex of all triangles whose bounding
+/// boxes overlap it.
 struct Heights {
     least: DVec2,
     cell: DVec2,

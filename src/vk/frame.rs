@@ -50,7 +50,7 @@ pub(crate) struct Ring {
     slots: Vec<Slot>,
     device: Arc<Device>,
     pub(super) submitted: u64,
-    /// The next frames count the work of their passes.
+    /// True if the next frames count the work of their passes.
     counting: bool,
 }
 

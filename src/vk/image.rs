@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub enum Format {
     /// Four bytes, sRGB: filtered in linear light.
     Rgba8Srgb,
-    /// Four bytes as they are.
+    /// Four bytes without sRGB decoding.
     Rgba8,
     /// Like `Rgba8` with blue first; the format of most windows.
     Bgra8,

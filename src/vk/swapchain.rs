@@ -61,7 +61,7 @@ pub struct Swapchain {
     /// The first that the window supports is taken.
     modes: Vec<PresentMode>,
     format: Format,
-    /// Images can be copied from.
+    /// True if the images can be copied from.
     read: bool,
     surface: WindowSurface,
 }

@@ -134,8 +134,8 @@ fn instances_are_upright_on_the_ellipsoid_also_far_from_the_tangent_point() {
         assert!(
             (stand.axes.z_axis - own.up).length() < 1e-12 && (stand.axes.x_axis - own.east).length() < 1e-12
         );
-        // Columns at -100 and 100 km; the ellipsoid is 3 km below the tangent plane at 141 km, which shifts them
-        // by 70 m.
+        // Columns at -100 and 100 km. At 141 km the ellipsoid is 1.6 km below the tangent plane, which shifts them
+        // by 25 m.
         let by = stand.foot - middle;
         let expected = [[-1e5, -1e5], [1e5, -1e5], [-1e5, 1e5], [1e5, 1e5]][n];
         assert!((by.dot(frame.east) - expected[0]).abs() < 200.0, "{by}");
