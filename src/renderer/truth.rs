@@ -175,7 +175,7 @@ impl Plain {
     }
 }
 
-/// The seen instances of a model in the world, and a normal for each vertex.
+/// The visible instances of a model in the world, and a normal for each vertex.
 fn instances(model: &Model, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
     let vertices = &model.mesh.vertices;
     let positions: Vec<DVec3> = vertices.positions.iter().map(|at| DVec3::from(at.map(f64::from))).collect();

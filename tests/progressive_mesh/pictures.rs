@@ -115,7 +115,7 @@ const RADIUS_PX: f64 = 1.0 / 128.0;
 const BOUND: f64 = 0.45 / 85.0;
 
 /// The number of pixels of the session's picture that differ by more than BOUND from the f64 picture, and the
-/// worst difference. Only pixels that are certainly inside one triangle or outside all count.
+/// worst difference. Only pixels that are certainly inside one triangle or outside all triangles count.
 fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);

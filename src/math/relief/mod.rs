@@ -34,8 +34,9 @@ const ROUGH_M: f64 = 90.0;
 /// Height of the synthetic ridges where the samples are too smooth.
 const RIDGE_M: f64 = 2400.0;
 
-/// The bed of a dry lake, synthetic as well: level ground for objects of a scene. Metres east and north of
-/// the summit, and above the sea. Level within the first radius, unchanged beyond the second.
+/// The bed of a dry lake, synthetic as well: level ground for objects of a scene. Its middle in metres east and north
+/// of the summit, and its height above the sea. The ground is level within the first radius and unchanged beyond the
+/// second.
 pub const PLAIN_M: [f64; 3] = [-16_800.0, -4600.0, 4150.0];
 const PLAIN_RADII_M: [f64; 2] = [1900.0, 3900.0];
 

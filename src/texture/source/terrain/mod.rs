@@ -18,8 +18,8 @@
 //! 1/64 of the area before the edges, so this is never visible.
 //!
 //! # Cost
-//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of
-//! border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
+//! The first terrain of a process computes the base: 0.9 s of processor time, on all cores. A tile of 512 with 4 texels
+//! of border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
 //! (2026-11-22; `earth` takes 13 ms on an idle core).
 
 mod base;
