@@ -133,7 +133,7 @@ impl Trade {
         self.front().into_iter().rfind(|setting| setting.error <= bound)
     }
 
-    /// The setting of the front with the smallest error and a median of at most `ms`.
+    /// Of the front's settings with a median of at most `ms`, the one with the smallest error.
     pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
         self.front().into_iter().find(|setting| setting.ms.median <= ms)
     }

@@ -17,7 +17,6 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt
 
 /// Batches of cases. A batch runs on one thread, because its cases share orders or tiles that take long to make.
 fn batches() -> Vec<Vec<Case>> {
-    // An order, or a texture's tiles, take up to seconds to make.
     let mut batches: Vec<Vec<Case>> = Vec::new();
     let all = [cases::progressive_mesh(), cases::virtual_texture(), cases::shipped()];
     for case in all.into_iter().flatten() {

@@ -235,8 +235,7 @@ fn instances_on_a_terrain_of_the_ellipsoid_rise_along_their_own_verticals() {
         let up = stand.axes.z_axis;
         let risen = stand.foot - before.foot;
         assert!((risen - up * risen.dot(up)).length() < 1e-6, "not along the vertical: {risen}");
-        // The grid's heights are -0.15 .. 0.15 of 60 km with the foot at 0; at 35 km the tangent plane is 0.1 km
-        // above the ellipsoid.
+        // The grid rises from 0 to at most 0.3 of 60 km. At 35 km the tangent plane is 0.1 km above the ellipsoid.
         assert!((0.0..20e3).contains(&risen.dot(up)), "{risen}");
     }
     assert!(of("terrain").stands[0].axes.z_axis == local_frame(46.0, 8.0).up);

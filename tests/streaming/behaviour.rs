@@ -297,7 +297,7 @@ fn alternating_cameras_at_the_cache_size_do_not_livelock() {
         for (list, wanted) in [(&fits, 16), (&too_many, 6)] {
             let report = bench.frame(list);
             assert_eq!((report.wanted, report.loads), (wanted, 0), "both sets stay in main memory");
-            // At most the 6 tiles by which the two sets exceed the cache.
+            // Together the two sets exceed the cache by 6 tiles.
             assert!(report.misses <= 6 && report.uploads <= 4, "{report:?}");
         }
     }
