@@ -244,7 +244,7 @@ pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
 /// north to south.
 ///
 /// # Errors
-/// [`MeshError::Grid`] unless the sides are positive and finite, and there are 1 .. 2^26 quads.
+/// [`MeshError::Grid`] unless the sides are positive and at most 10^30 m, and there are 1 to 2^26 quads.
 pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     let sides_fit = |side_m: f64| side_m > 0.0 && side_m <= 1e30;
     let quads = u64::from(columns) * u64::from(rows);
@@ -275,7 +275,7 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<Sou
 /// [`plane`]. The top appears twice (s = 0 and s = 1, equal positions).
 ///
 /// # Errors
-/// [`MeshError::Grid`] unless the sizes are positive and finite, and there are at least 3 columns and 1 .. 2^26 quads.
+/// As [`plane`]; [`MeshError::Grid`] unless there are at least 3 columns.
 pub fn cylinder(radius_m: f64, length_m: f64, columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     // A plane, rolled up.
     let mut mesh = plane(std::f64::consts::TAU * radius_m, length_m, columns, rows)?;

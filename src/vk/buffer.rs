@@ -150,7 +150,7 @@ pub struct TexelCopy {
 
 impl Gpu {
     /// # Errors
-    /// [`super::Error::OutOfMemory`] names the buffer and its bytes.
+    /// [`super::Error::OutOfMemory`] and [`super::Error::Limit`] name the buffer and its bytes.
     pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
         let (flags, location) = usage.flags();
         self.require_buffer(name, bytes, usage)?;

@@ -200,7 +200,7 @@ impl Gpu {
     /// time on some devices.
     ///
     /// # Panics
-    /// If the device was opened without [`Feature::PipelineStatistics`].
+    /// If `counting` is true and the device was opened without [`Feature::PipelineStatistics`].
     pub fn count_work(&self, counting: bool) {
         assert!(!counting || self.has(Feature::PipelineStatistics), "opened without pipeline statistics");
         self.ring.lock().expect("no panic while a frame is recorded").counting = counting;

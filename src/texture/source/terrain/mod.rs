@@ -51,7 +51,7 @@ impl Terrain {
     /// A terrain of this size. The first in a process computes the base (see `base`).
     ///
     /// # Errors
-    /// [`TerrainError`] unless the map is square.
+    /// [`TerrainError`] unless the map is square and at least 16 texels wide.
     pub fn new(pyramid: Pyramid) -> Result<Terrain, TerrainError> {
         let [m, n] = [pyramid.width_log2(), pyramid.height_log2()];
         if m != n || m < 4 {
