@@ -61,7 +61,7 @@ fn finish(generated: &Result<Generated, String>, text: impl Fn(&Generated) -> St
 }
 
 /// The commit that is built, for the manifests of reports. "+changes" is appended if the compiled files differ from the
-/// commit. "unknown" in a tree without history.
+/// commit. In a tree without history it is "unknown".
 fn commit() -> String {
     // A tarball unpacked inside another repository must not report that repository's commit.
     let ours = git(&["rev-parse", "--show-prefix"]).is_some_and(|prefix| prefix.is_empty());

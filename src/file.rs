@@ -5,8 +5,8 @@ use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
-/// Opens a regular file for reading. The type of the open file is checked, so it cannot be replaced between check and
-/// reading. Opening never waits for the other end of a FIFO.
+/// Opens a regular file for reading. The check is on the open file, so the file cannot be replaced between check
+/// and reading. Opening never waits for the other end of a FIFO.
 ///
 /// # Errors
 /// I/O errors, and anything that is not a regular file.

@@ -46,7 +46,7 @@ enum Command {
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
-    /// Find the cheapest setting of a scene for an error, or the most accurate for a time
+    /// Find the cheapest setting of a scene within an error, or the most accurate within a time
     Trade(Box<trade::TradeArgs>),
     /// Merge the parts of a run into one report
     Merge(merge::MergeArgs),

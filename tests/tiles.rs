@@ -27,7 +27,7 @@ fn baked(folder: &Path, source: SourceName, tile_side: u32, border_texels: u32) 
     output
 }
 
-/// Two tiles and five resident levels: 11 pages.
+/// Nine pages: the header, the index, five resident levels and two tiles.
 fn smallest(folder: &Path) -> PathBuf {
     baked(folder, SourceName::Ruler(5), 16, 2)
 }

@@ -9,15 +9,15 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Rounds before the timed ones: drivers compile shaders on first use. The second counts the work, because statistics
-/// queries may slow a device.
+/// Untimed rounds at the start, because drivers compile shaders on first use. The second one counts the work, so that
+/// statistics queries slow no timed round.
 const WARM_UP: usize = 3;
 const COUNTED: usize = 1;
 /// The warm-up takes at least this long: a GPU raises its clocks under load.
 const WARM_UP_TIME: Duration = Duration::from_millis(200);
 
-/// The order of `count` items in a round: a shuffle that is the same in every run. If each item always ran after the
-/// same one, the state that this one leaves (caches, clocks) would count as part of the next one's time.
+/// The order of `count` items in a round: a shuffle that is the same in every run. In a fixed
+/// order, the state that an item leaves (caches, clocks) would always count in the time of the same next item.
 fn order(round: usize, count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     let mut random = SplitMix64(round as u64);

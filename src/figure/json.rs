@@ -14,7 +14,7 @@ struct Outer {
 /// `value` as text with a final newline.
 ///
 /// # Panics
-/// If a map's key is not a string or a number is not finite; our own types have neither.
+/// If a map has a key that JSON cannot express; our own types have no such map.
 pub fn text(value: &impl Serialize, levels: usize) -> String {
     let mut bytes = Vec::new();
     let formatter = Outer { pretty: PrettyFormatter::new(), levels, depth: 0 };

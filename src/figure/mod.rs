@@ -78,9 +78,9 @@ pub struct Sweep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// At most 720 rows of pixels (extremes: 360), each time measured in 12 runs.
+    /// Most pictures have at most 720 rows of pixels, and most times are measured in 12 runs.
     Quick,
-    /// Each time measured in at least 30 runs.
+    /// Most times are measured in at least 30 runs.
     Full,
 }
 
@@ -130,11 +130,11 @@ pub enum Verdict {
     HoldsHere,
     InPartHere,
     NotHere,
-    /// A confidence interval contains its bound.
+    /// A confidence interval contains the bound.
     Undecided,
     /// The device lacks a feature that the measurement needs.
     NotMeasurable,
-    /// Some of its cells are missing, failed, or crashed the driver.
+    /// Some of the claim's cells are missing, failed, or crashed the driver.
     NotMeasured,
 }
 
@@ -203,7 +203,7 @@ impl Figure {
 
     /// What a quick run omits in addition to what [`Figure::about`] says, in words.
     pub fn quick_leaves_out(&self) -> String {
-        let runs = "two thirds of the runs of each timed pass".to_string();
+        let runs = "three fifths of the runs of each timed pass".to_string();
         let Some(Sweep { name, quick, full }) = &self.sweep else { return runs };
         let left: Vec<String> = full.iter().filter(|x| !quick.contains(x)).map(ToString::to_string).collect();
         match left.is_empty() {

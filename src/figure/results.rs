@@ -7,7 +7,8 @@ use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// `results.json`. In version 1, `version` was the program's version; version 3 adds verdicts and rounds.
+/// `results.json`. In format version 1, the key `version` held the program's version. Format version 3 added verdicts
+/// and rounds.
 pub const FORMAT: JsonFormat =
     JsonFormat { name: "ortelius-results", version: 3, oldest: 1, first_name: Some("ortelius results 1") };
 
@@ -61,7 +62,7 @@ pub struct CellRows {
 pub enum NoResults {
     #[error("not results of this program (a report's results.json): {0}")]
     Json(#[from] serde_json::Error),
-    #[error("results of {0}")]
+    #[error("the file has {0}")]
     Format(WrongFormat),
 }
 

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 ///
 /// Two fronts are the same within noise if, for every bound on the error, both sweeps choose the same
 /// setting, or settings whose times (over both sweeps) differ by at most [`ALIKE`] times the noise between
-/// the sweeps. The noise is measured: 95 of 100 settings took the same time in both sweeps up to this factor,
-/// relative to the scene's own frame.
+/// the sweeps. The noise is measured: it is the factor within which the times of 95 % of the settings agree, each as
+/// a multiple of the scene's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Same {
     /// Settings in both sweeps.
@@ -99,7 +99,7 @@ impl Same {
         lines.extend(self.choices.iter().map(|choices| {
             let (earlier, later) = (name(&choices.earlier), name(&choices.later));
             let apart = match choices.factor.is_finite() {
-                true => format!("{} apart, at most {}", percent(choices.factor), percent(self.bound())),
+                true => format!("{} apart (allowed: {})", percent(choices.factor), percent(self.bound())),
                 false => "no setting to compare with".to_string(),
             };
             format!("  for an error of {:.2e}: then {earlier}, now {later}: {apart}", choices.bound)
@@ -234,7 +234,7 @@ pub(super) mod tests {
         let lines = same.lines();
         assert!(lines[0].starts_with("another Pareto front: "), "{lines:?}");
         assert!(
-            lines[1].contains("then coarsest, now coarser") && lines[1].contains("at most 5.0 %"),
+            lines[1].contains("then coarsest, now coarser") && lines[1].contains("(allowed: 5.0 %)"),
             "{lines:?}"
         );
     }

@@ -20,7 +20,7 @@ pub struct Trade {
     /// The reference picture, and the pixels that are compared.
     pub truth: String,
     pub machine: Machine,
-    /// Least timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
+    /// Fewest timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
     pub runs: usize,
     pub most_runs: usize,
     /// Least and greatest median of the scene's own setting, milliseconds: the drift of times during the
@@ -73,7 +73,7 @@ pub struct Errors {
     pub max: f64,
 }
 
-/// A streaming budget: frames until the picture has settled, and the error of that frame.
+/// A streaming budget: frames until the picture has settled, and the time of the settled frame.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Budgeted {
     /// Its changes to the scene, as arguments of `-D`.
@@ -83,7 +83,7 @@ pub struct Budgeted {
     pub wall_ms: f64,
     /// Time of the settled frame; `None` if the device has no timestamps.
     pub ms: Option<Summary>,
-    /// Error of the settled picture against that of the scene's own setting.
+    /// Bytes of the settled picture that differ from the picture of the scene's own setting.
     pub differing_bytes: usize,
 }
 
@@ -133,7 +133,7 @@ impl Trade {
         self.front().into_iter().rfind(|setting| setting.error <= bound)
     }
 
-    /// The setting of the front with the smallest error and a median of at most `ms`.
+    /// Of the front's settings with a median of at most `ms`, the one with the smallest error.
     pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
         self.front().into_iter().find(|setting| setting.ms.median <= ms)
     }

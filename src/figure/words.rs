@@ -39,7 +39,7 @@ fn trimmed(text: &str) -> &str {
     }
 }
 
-/// 1 234 567 with narrow no-break spaces (ISO 80000-1), from five digits on.
+/// Groups the digits by narrow no-break spaces (ISO 80000-1), from five digits on: 1 234 567.
 fn grouped(whole: f64) -> String {
     let digits = format!("{:.0}", whole.abs());
     let sign = if whole < 0.0 { "-" } else { "" };

@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 const SUMMARY: JsonFormat = JsonFormat::new("ortelius-summary", 1);
 /// `FIGURE.json`
 const FIGURE: JsonFormat = JsonFormat::new("ortelius-figure", 1);
-/// `manifest.json`. Before version 2, `version` was the program's version.
+/// `manifest.json`. Before format version 2, the key `version` held the program's version.
 const MANIFEST: JsonFormat = JsonFormat::new("ortelius-manifest", 2);
 
 /// Indented levels of the files: a measured row is one line.

@@ -16,7 +16,7 @@ impl<R> Records<R> {
         Records::last_ones(usize::MAX)
     }
 
-    /// A ring of the last `most`.
+    /// Keeps the last `most` records.
     pub fn last_ones(most: usize) -> Records<R> {
         Records { kept: Vec::new(), most, tap: None }
     }

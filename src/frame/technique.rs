@@ -70,8 +70,8 @@ pub trait Technique {
     /// Out of memory.
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), Self::Error>;
 
-    /// Lifts or restores the time budgets of streaming. [`super::Run::settle`] lifts them: its frames are not shown, and a
-    /// slow frame must not delay what it waits for.
+    /// Lifts or restores the time budgets of streaming. [`super::Run::settle`] lifts them: its frames are not shown, so
+    /// slow frames do no harm, and all tiles arrive as soon as possible.
     fn lift_budgets(&mut self, _lifted: bool) {}
 
     /// Progress as of the last frame.

@@ -44,7 +44,7 @@ impl Rows {
     }
 
     /// Appends an item to row `index`. A row that outgrows its capacity moves, and its old space is never
-    /// reused. The unused space of all rows together is smaller than their largest total size.
+    /// reused. All old spaces of a row together are smaller than its capacity.
     ///
     /// # Panics
     /// If there is no such row.

@@ -20,7 +20,8 @@ const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// the order in which faces use them. The model may have no faces.
 ///
 /// # Panics
-/// If an index or a length does not fit, or there are more than 2^27 vertices or faces (readers refuse such files).
+/// If an index is out of range, a list of attributes has a wrong length, or there are more than 2^27 vertices or faces
+/// (readers refuse such files).
 pub fn clean(raw: &Raw) -> (Model, MeshReport) {
     let vertices = raw.positions.len();
     assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());

@@ -135,8 +135,8 @@ impl Faces {
 
     /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction. Then, if the
     /// corners at a point fall into several fans without a common edge, each fan but the first gets its own position,
-    /// appended to the existing ones. Two faces at a cut edge that are still connected through other faces around both
-    /// of its ends keep sharing it. Returns the number of cut edges and of added positions.
+    /// appended to the existing ones. Two faces at a cut edge keep sharing the edge if other faces connect them around
+    /// both of its ends. Returns the number of cut edges and of added positions.
     ///
     /// Afterwards every edge is manifold: a fan of faces around a point has at most two ends, so at most two of the
     /// faces that met at a cut edge are in the same fan, and they run along the edge in opposite directions.
@@ -212,7 +212,8 @@ mod tests {
         assert_eq!((report.non_manifold_edges, report.split_positions), (1, 2));
         assert_eq!((model.topology().components, model.topology().boundary_edges), (2, 16 + 3));
         assert_eq!(model.faces[..32], below.faces);
-        // If no other faces connect the three at either end, it is undecidable which two belong together.
+        // If no other faces connect the three faces at either end of the edge, it is undecidable which two belong
+        // together.
         let mut positions = SQUARE.to_vec();
         positions.push([0.5, 0.5, 1.0]);
         let (model, _) = cleaned(&raw(&positions, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]));

@@ -55,7 +55,7 @@ pub struct SourceMesh {
 pub struct MeshVertex {
     /// World metres, rounded to the nearest float.
     pub position_high: [f32; 3],
-    /// The rounding error. The sum is within 2^-48 of the coordinate (1e-8 m on the earth).
+    /// The rounding error. The sum of both has a relative error of at most 2^-48 (2e-8 m on the earth).
     pub position_low: [f32; 3],
     /// Corner (s, t) of the triangle's cell in units of 2^-32: a multiple of 2^22, shared by the triangle's vertices.
     pub origin: [u32; 2],
@@ -244,7 +244,7 @@ pub fn earth(columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
 /// north to south.
 ///
 /// # Errors
-/// [`MeshError::Grid`] unless the sides are positive and finite, and there are 1 .. 2^26 quads.
+/// [`MeshError::Grid`] unless the sides are positive and at most 10^30 m, and there are 1 to 2^26 quads.
 pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     let sides_fit = |side_m: f64| side_m > 0.0 && side_m <= 1e30;
     let quads = u64::from(columns) * u64::from(rows);
@@ -275,7 +275,7 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> Result<Sou
 /// [`plane`]. The top appears twice (s = 0 and s = 1, equal positions).
 ///
 /// # Errors
-/// [`MeshError::Grid`] unless the sizes are positive and finite, and there are at least 3 columns and 1 .. 2^26 quads.
+/// As [`plane`]; [`MeshError::Grid`] unless there are at least 3 columns.
 pub fn cylinder(radius_m: f64, length_m: f64, columns: u32, rows: u32) -> Result<SourceMesh, MeshError> {
     // A plane, rolled up.
     let mut mesh = plane(std::f64::consts::TAU * radius_m, length_m, columns, rows)?;
@@ -291,7 +291,7 @@ pub fn cylinder(radius_m: f64, length_m: f64, columns: u32, rows: u32) -> Result
     Ok(mesh)
 }
 
-/// 2^26 quads are 2^27 triangles and about 10 GiB of vertices; more is a typing error.
+/// 2^26 quads are 2^27 triangles and up to 10 GiB of vertices; more is a typing error.
 const MOST_QUADS: u64 = 1 << 26;
 
 /// Every (row, column) of a grid, in blocks of 8 x 8. A block has 81 corners for 128 triangles; a cache of 32

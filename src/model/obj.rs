@@ -1,5 +1,5 @@
 //! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. Everything else (groups, materials, lines, points)
-//! is skipped. Numbers are read as f64: a scan in map coordinates has no shape in f32.
+//! is skipped. Numbers are read as f64: in f32 a scan in map coordinates would lose its shape.
 
 use super::error::Fault;
 use super::raw::{MOST, Raw};

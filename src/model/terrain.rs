@@ -1,5 +1,5 @@
-//! Real heights of Mount Everest and up to 59 km around it, from a 30" grid (scenes/everest.NOTICE), and the same with
-//! synthetic detail, for appearance.
+//! Real heights of Mount Everest and up to 59 km around it, from a 30" grid (scenes/everest.NOTICE), and most of this
+//! area with synthetic detail, for appearance.
 
 use super::{Model, Raw, generate};
 use crate::math::relief::{AREA_M, EAST_M, NORTH_M, SIDE, relief};
@@ -17,15 +17,15 @@ pub(super) fn everest() -> Model {
     })
 }
 
-/// Fraction of [`AREA_M`] that the model `valley` covers. Beyond the map's edge, the texture wraps to the opposite
-/// side.
+/// Fraction of [`AREA_M`] that the model `valley` covers. Less than 1, because a filter at the texture's edge reads
+/// texels of the opposite side.
 const SHOWN: f64 = 31.0 / 32.0;
 /// Spacing of the middle rows relative to the mean: most faces are around the summit.
 const MIDDLE: f64 = 0.42;
 
-/// The surface of [`crate::math::relief`] with `side` x `side` positions, normals, and texture coordinates over the
-/// whole area (s from west to east, t from north to south, 1/64 to 63/64): 2 (side - 1)^2 faces, open, no seam. In
-/// metres, like [`everest`]; rows and columns are densest at the summit.
+/// The surface of [`crate::math::relief`] with `side` x `side` positions: 2 (side - 1)^2 faces, open, without seams,
+/// with normals. Texture coordinates run from 1/64 to 63/64, s from west to east and t from north to south. In metres,
+/// like [`everest`]; rows and columns are densest at the summit.
 ///
 /// # Panics
 /// Unless `side` is in 3 ..= 2^10 + 1.

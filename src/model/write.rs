@@ -26,7 +26,7 @@ impl Format {
 }
 
 impl Model {
-    /// Writes the model atomically. Reading it returns the same model to the last bit.
+    /// Writes the model atomically. Reading it returns the same model to the last bit; OBJ loses the alpha of colours.
     ///
     /// Only indices and lengths must be valid: all faces of an uncleaned mesh are written too.
     ///
@@ -34,7 +34,7 @@ impl Model {
     /// [`FileError`] names the path.
     ///
     /// # Panics
-    /// If an index or a length does not fit.
+    /// May panic if an index or a length is not valid.
     pub fn write(&self, path: &Path, format: Format) -> Result<(), FileError> {
         write_whole(path, |out| match format {
             Format::Ply => self.write_ply(out),

@@ -35,9 +35,9 @@ pub struct SrgbTable {
     linear: [i32; 256],
     /// The code at the lower end of each bucket of 2^12 units.
     bucket_code: [u8; ((LINEAR_ONE >> BUCKET_LOG2) + 1) as usize],
-    /// Entry c: smallest value that encodes to more than c.
+    /// Entry c: smallest fixed-point value of code c + 1.
     next_threshold: [i32; 256],
-    /// Entry c: smallest linear value of code c+1.
+    /// The same thresholds as unrounded fractions of 1.
     thresholds_f64: [f64; 255],
 }
 

@@ -19,15 +19,15 @@ pub struct Triangles<'a> {
 /// Distances between two surfaces, in the surfaces' units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// Mean over the points of both surfaces.
+    /// Mean over the spread points of both surfaces.
     pub mean: f64,
-    /// Root mean square.
+    /// Root mean square over the same points.
     pub rms: f64,
-    /// The largest, vertices included: a lower bound of the Hausdorff distance.
+    /// The largest distance, vertices included: a lower bound of the Hausdorff distance.
     pub hausdorff: f64,
-    /// The largest from the first surface to the second.
+    /// The largest distance from the first surface to the second.
     pub forth: f64,
-    /// The largest from the second surface to the first.
+    /// The largest distance from the second surface to the first.
     pub back: f64,
 }
 

@@ -20,7 +20,7 @@ pub fn coordinate(eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
     // The nearer root, without cancellation.
     let t = c / (discriminant.sqrt() - b);
     let [x, y, z] = [0, 1, 2].map(|axis| eye[axis] + t * direction[axis]);
-    // The normal's slope against the equator.
+    // Geodetic latitude: the angle between the normal and the equatorial plane.
     let latitude = (z * AXES_M[0].powi(2)).atan2(x.hypot(y) * AXES_M[2].powi(2));
     Some([y.atan2(x) / TAU + 0.5, (FRAC_PI_2 - latitude) / PI])
 }

@@ -1,5 +1,5 @@
 //! The reference ("truth"): an f64 rasteriser, an f64 texture filter and the distance between surfaces.
-//! Simple, slow, and without any code shared with what they check.
+//! It is simple and slow, and computes nothing with the code that it checks.
 
 mod candidates;
 pub mod cylinder;

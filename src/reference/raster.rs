@@ -61,8 +61,8 @@ pub(super) struct Setup {
     depth: Linear,
     /// 1 for a triangle that is clockwise in the picture (y down), else -1.
     facing: f64,
-    /// Rounding bound of an edge's value: 2^-48 of the corners' products, at positions up to 2 from the
-    /// middle.
+    /// Rounding bound of an edge's value: 2^-48 of the corners' products, at positions up to 2 (in normalised device
+    /// coordinates) from the picture's middle.
     doubt: f64,
     /// |determinant| of the corners: twice the area times the three w.
     scale: f64,
@@ -218,7 +218,7 @@ impl Setup {
         })
     }
 
-    /// True if a position is certainly outside, despite rounding; holds for most triangles of a bin.
+    /// True if a position is certainly outside, despite rounding; true for most triangles of a bin.
     fn misses(&self, place: DVec3) -> bool {
         self.edges.iter().any(|edge| edge.dot(place) < -self.doubt)
     }

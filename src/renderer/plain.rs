@@ -31,7 +31,7 @@ pub struct PlainSurfaces {
 pub enum PlainFilter {
     /// The sampler's trilinear filter.
     Trilinear,
-    /// The ellipse: its largest ratio of axes, and the texels along its minor semi-axis.
+    /// The ellipse: its largest axis ratio, and the fewest texels along its minor semi-axis.
     Ellipse([u32; 2]),
     Relief(ReliefMethod),
 }

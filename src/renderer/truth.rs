@@ -64,10 +64,10 @@ struct Plain {
 /// The reason.
 pub fn check(scene: &Scene, tiles: Option<TileFormat>) -> Result<(), &'static str> {
     if scene.surfaces.keys().any(|name| scene.has(&["surface", name, "relief"])) {
-        return Err("the reference does not follow reliefs");
+        return Err("the reference cannot show reliefs");
     }
     match tiles {
-        Some(TileFormat::Bc1) => Err("the reference reads RGBA8 tiles, not blocks"),
+        Some(TileFormat::Bc1) => Err("the reference reads RGBA8 tiles, not BC1 tiles"),
         _ => Ok(()),
     }
 }

@@ -134,7 +134,7 @@ impl Document {
         if let Some(change) = self.changes.iter().rfind(|change| change.sets(key)) {
             return Origin::Change(change);
         }
-        // The text parsed before, so this cannot fail; the file's start is a safe fallback.
+        // The text was parsed before, so this cannot fail; the file's start is a safe fallback.
         let Ok(root) = DeTable::parse(&self.text) else { return Origin::Text(0..0) };
         let (mut table, mut span) = (root.get_ref(), 0..0);
         for (depth, part) in key.iter().enumerate() {

@@ -65,7 +65,7 @@ impl Change {
     /// Inserts the value into a scene, creating tables as needed. Unknown keys are detected when their table is read.
     ///
     /// # Errors
-    /// A camera, path or surface that does not exist, unless the value is a complete table, or `all` changes
+    /// A camera, path or surface that does not exist, unless the value is a complete table or the changes in `all`
     /// together position a new camera; a key of the previous format.
     pub fn apply(&self, scene: &mut Table, all: &[Change]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();

@@ -32,10 +32,10 @@ fn rounded(error: f64) -> f64 {
     format!("{error:.2e}").parse().expect("what was just printed")
 }
 
-/// Indices of the front's members in `choices`, from the smallest error to the least time. `choices` starts
-/// with the simplest. Each member is clearly faster than all members with a smaller error. For each choice
-/// that is left out, some member has no larger error and is not clearly slower. Among choices with the same
-/// error, the simplest one whose time is at most [`ALIKE`] times the least time is kept.
+/// Indices of the front's members in `choices`, from the smallest error to the least time. `choices` is in order of
+/// simplicity, the simplest first. Each member is clearly faster than all members with a smaller error. For each choice
+/// that is left out, some member has no larger error and is not clearly slower. Among choices with the same error, the
+/// simplest one whose time is at most [`ALIKE`] times the least time is kept.
 pub fn front(choices: &[Choice]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..choices.len()).collect();
     places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));

@@ -28,8 +28,8 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Reads the tiles that were copied two frames ago, and copies those of `words`, the image of levels shown, left of
-    /// column `split`.
+    /// Reads the tiles that were copied two frames ago. Copies the tiles of this frame left of column `split` from
+    /// `words`, the image that [`super::levels`] draws.
     ///
     /// # Errors
     /// Out of memory.

@@ -9,7 +9,7 @@ use ortelius::scene::Scene;
 use ortelius::stats::percentile;
 use std::time::Instant;
 
-/// Steps per pass. Of 240 times, the 99th percentile is the third-longest.
+/// Steps per pass. Of 240 times, the 99th percentile lies between the fourth- and the third-longest.
 const STEPS: usize = 240;
 
 /// Names of the passes, in order.

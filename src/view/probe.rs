@@ -160,7 +160,7 @@ pub struct Ellipse {
 }
 
 impl Texel {
-    /// The footprint of section 2.1 as an ellipse: the image of a disc one pixel wide, in a texture of `size`
+    /// The footprint of paper 1, section 2.1, as an ellipse: the image of a disc one pixel wide, in a texture of `size`
     /// texels. The axes are the singular values of the Jacobian. `None` if the Jacobian is not finite.
     pub fn ellipse(&self, size: [u32; 2]) -> Option<Ellipse> {
         let [s_x, t_x, s_y, t_y] = self.derivatives.map(f64::from);

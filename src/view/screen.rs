@@ -97,8 +97,8 @@ impl Screen {
         self.copy.take()
     }
 
-    /// The window may have another size. Not every system reports that when an image is presented: under Wayland the
-    /// images determine the window's size.
+    /// Call this if the window may have another size. Not every system reports a new size when an image is presented:
+    /// under Wayland the images determine the window's size.
     pub fn note_resize(&mut self) {
         self.resized = true;
     }

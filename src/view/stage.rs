@@ -151,7 +151,7 @@ impl Stage {
         })
     }
 
-    /// Drops a manual change: the key has the value of the scene, the variant or the front again.
+    /// Drops a manual change: the key has the value of the scene, the variant or the Pareto point again.
     ///
     /// # Errors
     /// As [`Stage::set`].
@@ -385,7 +385,7 @@ mod tests {
             for (side, renderer) in [("left", &mut stage.renderer), ("right", second)] {
                 let loaded = loads(renderer);
                 match key {
-                    // They ask for tiles that were not visible before.
+                    // These settings make tiles visible that were not visible before.
                     "variant.level_bias" | "surface.land.filter.max_anisotropy" => {}
                     _ => assert_eq!(
                         loaded > 0,

@@ -10,7 +10,7 @@ use ortelius::scene::{Geometry, Scene};
 use std::sync::Arc;
 use std::sync::OnceLock;
 
-/// Cells per side. In the shipped terrain, a cell is as wide as the spacing of the vertices.
+/// Cells per side. In the shipped terrain a cell is 97 m wide, less than the smallest spacing of vertices (130 m).
 const CELLS: usize = 1024;
 
 /// The heights of a scene. A thread computes them once from the meshes.
@@ -21,7 +21,8 @@ pub struct Terrain {
     heights: Arc<OnceLock<Vec<Heights>>>,
 }
 
-/// A grid of heights that are never below the mesh: the highest vertex of all triangles that overlap a cell.
+/// A grid of heights that are never below the mesh: for each cell, the highest vertex of all triangles whose bounding
+/// boxes overlap it.
 struct Heights {
     least: DVec2,
     cell: DVec2,

@@ -57,7 +57,7 @@ impl IndexType {
         (3 * self.bytes() * faces).next_multiple_of(4)
     }
 
-    /// Indices in the form of a buffer.
+    /// The bytes of an index buffer of this type.
     pub fn packed(self, indices: &[u32]) -> Vec<u8> {
         match self {
             IndexType::U16 => indices.iter().flat_map(|&index| (index as u16).to_ne_bytes()).collect(),
@@ -95,7 +95,7 @@ impl BufferUse {
             BufferUse::Vertices => {
                 (U::VERTEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
-            // Index buffers that only copies write are also read as storage.
+            // Shaders also read index buffers as storage, even those that only copies write.
             BufferUse::Indices(_) | BufferUse::WritableIndices(_) => (
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
@@ -150,7 +150,7 @@ pub struct TexelCopy {
 
 impl Gpu {
     /// # Errors
-    /// [`super::Error::OutOfMemory`] names the buffer and its bytes.
+    /// [`super::Error::OutOfMemory`] and [`super::Error::Limit`] name the buffer and its bytes.
     pub fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
         let (flags, location) = usage.flags();
         self.require_buffer(name, bytes, usage)?;

@@ -147,7 +147,8 @@ impl Cmd<'_> {
         Ok(Some(set))
     }
 
-    /// Vertex and index buffers may be larger than what shaders can address, as long as no shader reads them.
+    /// Checks that shaders can address all of a storage buffer. Vertex and index buffers may be larger, as long as no
+    /// shader reads them.
     fn check_range(&self, kind: DescriptorKind, resource: &Resource<'_>, pipeline: &str) -> Result<()> {
         let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
         match resource {

@@ -5,7 +5,7 @@ use super::shader::DescriptorKind;
 use super::{Check, Result};
 use ash::vk;
 
-/// Sets of a pool, and descriptors of each kind. No shader has more bindings of one kind than that.
+/// Capacity of a pool: sets, and descriptors of each kind. No shader has more bindings of one kind.
 const SETS: u32 = 128;
 const DESCRIPTORS: u32 = 256;
 
@@ -53,8 +53,9 @@ impl Left {
 /// All sets are freed together, by [`Descriptors::reset`].
 pub(super) struct Descriptors {
     pools: Vec<vk::DescriptorPool>,
-    /// Sets come from this pool, of which this is left.
+    /// Index of the pool that new sets come from.
     current: usize,
+    /// What that pool can still give.
     left: Left,
 }
 

@@ -19,7 +19,7 @@ pub enum Error {
     #[error("no device {wanted:?}; available: {found}")]
     DeviceChoice { wanted: String, found: String },
     #[error(
-        "the validation layer VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers), or omit --validate"
+        "the validation layer VK_LAYER_KHRONOS_validation is not installed; install it (Debian: vulkan-validationlayers), or omit --validate"
     )]
     NoValidationLayer,
     #[error("{device}: pass {pass:?} needs {feature}, which this device lacks; {without}")]

@@ -3,7 +3,7 @@
 use super::{Error, Result};
 use ash::{ext, vk};
 
-/// An optional feature of Vulkan 1.3 that one of our passes can use.
+/// An optional device feature that one of our passes can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Feature {
     GeometryShader,

@@ -1,7 +1,7 @@
 //! A frame: a short list of passes, in a ring of [`FRAMES_IN_FLIGHT`].
 //!
-//! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. Nothing
-//! is declared, so nothing can be forgotten; passes never overlap, so their times add up.
+//! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. No pass
+//! declares what it reads or writes, so no dependency can be forgotten. Passes never overlap, so their times add up.
 
 use super::command::Cmd;
 use super::descriptors::Descriptors;
@@ -50,7 +50,7 @@ pub(crate) struct Ring {
     slots: Vec<Slot>,
     device: Arc<Device>,
     pub(super) submitted: u64,
-    /// The next frames count the work of their passes.
+    /// True if the next frames count the work of their passes.
     counting: bool,
 }
 
@@ -200,7 +200,7 @@ impl Gpu {
     /// time on some devices.
     ///
     /// # Panics
-    /// If the device was opened without [`Feature::PipelineStatistics`].
+    /// If `counting` is true and the device was opened without [`Feature::PipelineStatistics`].
     pub fn count_work(&self, counting: bool) {
         assert!(!counting || self.has(Feature::PipelineStatistics), "opened without pipeline statistics");
         self.ring.lock().expect("no panic while a frame is recorded").counting = counting;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub enum Format {
     /// Four bytes, sRGB: filtered in linear light.
     Rgba8Srgb,
-    /// Four bytes as they are.
+    /// Four bytes without sRGB decoding.
     Rgba8,
     /// Like `Rgba8` with blue first; the format of most windows.
     Bgra8,
@@ -470,7 +470,7 @@ pub enum Filter {
 #[derive(Clone, Copy, Debug)]
 pub struct SamplerInfo {
     pub filter: Filter,
-    /// Longitude wraps; latitude always clamps.
+    /// True: s repeats. False: s clamps. t always clamps.
     pub wraps_in_s: bool,
 }
 

@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each
-/// [`Instance`] loads and unloads them, and NVIDIA 580.159 fails after about 30 times in one process.
+/// [`Instance`] loads and unloads them, and NVIDIA 580.159 fails after about 30 loads in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
 /// The Vulkan instance. Surface extensions are enabled only if there is a window to present to.

@@ -22,9 +22,9 @@ pub struct Message {
 const ACCEPTED: &[(&str, &str)] = &[
     (
         "Decoration not allowed on struct members: SpvDecorationInvariant",
-        "Mesa 22.3's SPIR-V reader, not the layer: the decoration is legal on gl_PerVertex's members and takes effect",
+        "from Mesa 22.3's SPIR-V reader, not the layer; the decoration is legal on gl_PerVertex's members and works",
     ),
-    // The layer's warning for an image in GENERAL where another layout is faster; see the design, section 2.
+    // The layer's warning for an image in GENERAL where another layout is faster.
     ("For optimal performance", "advice: images stay in GENERAL, which rules out missing layout transitions"),
 ];
 

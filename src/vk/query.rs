@@ -12,7 +12,7 @@ pub struct StreamQuery {
     device: Arc<Device>,
 }
 
-/// `needed > written`: the buffer was too small. Only this query reports it; the counter is clipped.
+/// `needed > written` means that the buffer was too small. Only this query reports that; the counter is clipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamCount {
     pub written: u64,

@@ -30,7 +30,7 @@ pub struct DepthTarget<'a> {
 #[derive(Clone, Copy)]
 pub struct TransformFeedback<'a> {
     pub buffer: &'a Buffer,
-    /// Receives the bytes written; 4 bytes at 0.
+    /// Receives the number of bytes written, in 4 bytes at offset 0.
     pub counter: &'a Buffer,
     pub query: &'a StreamQuery,
     pub query_index: u32,
@@ -178,7 +178,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// An indexed mesh: all of its indices.
+    /// Draws all indices of a mesh.
     pub fn draw_mesh(
         &mut self,
         pipeline: &GraphicsPipeline,

@@ -9,11 +9,11 @@ use super::{
 
 /// Features that the self-test needs.
 pub const NEEDS: [Need; 2] = [
-    Need { feature: Feature::GeometryShader, pass: "self-test", without: "the papers' own variants need it" },
+    Need { feature: Feature::GeometryShader, pass: "self-test", without: "paper 1's own variants need it" },
     Need {
         feature: Feature::TransformFeedback,
         pass: "self-test",
-        without: "the papers' own variants need it",
+        without: "paper 1's own variants need it",
     },
 ];
 

@@ -61,7 +61,7 @@ pub struct Swapchain {
     /// The first that the window supports is taken.
     modes: Vec<PresentMode>,
     format: Format,
-    /// Images can be copied from.
+    /// True if the images can be copied from.
     read: bool,
     surface: WindowSurface,
 }
@@ -252,7 +252,7 @@ impl Swapchain {
         }
         let next = (self.next + 1) % self.acquired.len();
         let (semaphore, fence) = (self.acquired[next].handle, vk::Fence::null());
-        // SAFETY: the frame that waited for the semaphore has ended: one more of them than frames in flight.
+        // SAFETY: the frame that waited for the semaphore has ended: there is one semaphore more than frames in flight.
         match unsafe { self.calls.acquire_next_image(self.handle, PATIENCE_NS, semaphore, fence) } {
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Busy),
             Err(stale) if is_stale(stale) => Ok(Acquired::Stale),
@@ -266,7 +266,7 @@ impl Swapchain {
     }
 
     /// Presents image `number` once the submission that drew it has ended. Returns whether the images can
-    /// still be used. Images that are suboptimal for another reason than their size stay: new ones would be so, too.
+    /// still be used. Suboptimal images of the right size stay, because new ones would be suboptimal too.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -381,7 +381,7 @@ fn is_stale(result: vk::Result) -> bool {
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
     match capabilities.current_extent {
-        // The surface takes the size of its images.
+        // The window takes the size of its images.
         vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
             width: width.clamp(least.width, most.width),
             height: height.clamp(least.height, most.height),
@@ -409,7 +409,7 @@ impl Drop for Swapchain {
 
 impl Drop for WindowSurface {
     fn drop(&mut self) {
-        // SAFETY: its swapchain is destroyed: it is dropped before the surface that it owns.
+        // SAFETY: the swapchain owns the surface and was destroyed before it.
         unsafe { self.calls.destroy_surface(self.handle, None) };
     }
 }

@@ -38,7 +38,7 @@ fn level(file: &TileFile, level: u32) -> Picture {
 fn texels_that_are_not_means(finer: &Picture, coarser: &Picture) -> usize {
     // The baker computes in units of 2^-24 of linear light and rounds twice. A mean close to the boundary of
     // two codes may round either way. On the linear part of the sRGB curve, the mean of codes 3 and 4 is
-    // exactly on it.
+    // exactly on this boundary.
     let unit = 2f64.powi(-23);
     let mut wrong = 0;
     for y in 0..coarser.height {
@@ -264,8 +264,8 @@ fn a_jpeg_enlarged_and_averaged_agrees_with_the_area_averaged_earth_source() {
     let output = folder.path().join("earth.tiles");
     baked(Path::new("earth:9"), &output, &["--tile", "64"]);
     let earth = level(&TileFile::open(&output).unwrap(), 0);
-    // The filters differ: cubic enlargement and box filters against box filters of other sizes. That gives at
-    // most one code on average. A shift by one column of 512 gives several codes.
+    // The filters differ: cubic enlargement and box filters in the baked file, box filters of other sizes in `earth`.
+    // That gives at most one code on average. A shift by one column of 512 gives several codes.
     let (here, beside) = (mean_difference(&from_jpeg, &earth, 0), mean_difference(&from_jpeg, &earth, 1));
     println!("{here} codes, {beside} one column off");
     assert!(here < 1.0 && beside > 3.0 * here, "{here}, {beside}");

@@ -57,7 +57,7 @@ fn a_bake_killed_at_20_random_moments_resumes_to_the_same_bytes() {
         let journal = beside(&output, ".journal");
         while !output.exists() && kills < 20 {
             let mut command = bake_command(&source, &output, &settings);
-            // The next kill comes after up to 300 more entries (of 24 bytes) of about 700.
+            // The next kill comes after fewer than 300 more of about 880 journal entries, each of 24 bytes.
             let end = length(&journal) + 24 * random.below(300);
             let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             kills += usize::from(kill_at(child, &journal, end));
@@ -373,10 +373,10 @@ fn unfinished_work_of_another_source_is_rejected_and_dropped_by_force() {
 fn a_bake_of_a_picture_larger_than_its_memory_stays_under_the_stated_bound() {
     let folder = tempfile::tempdir().unwrap();
     let (source, output) = (folder.path().join("tall.tif"), folder.path().join("tall.tiles"));
-    // 192 MiB as RGBA8, enlarged in width from 1500 to 2048.
+    // 188 MiB as RGBA8, enlarged in width from 1500 to 2048.
     write_tall_tiff(&source, 1500, 32_768);
     let bound = stated(&bake(&source, &output, &["--dry-run"]), "memory bytes");
-    assert!(bound < 100 << 20, "the bound, {bound}, is too large to test a picture of 192 MiB");
+    assert!(bound < 100 << 20, "the bound, {bound}, is too large to test a picture of 188 MiB");
     let mut child = bake_command(&source, &output, &[]).stderr(Stdio::null()).spawn().unwrap();
     // The kernel's high-water mark never falls, so the last sample is the peak of all but the last 2 ms.
     let mut peak = 0;

@@ -1,4 +1,4 @@
-//! PNG files that the `png` encoder cannot write: interlaced, palettes. Uncompressed (stored) deflate blocks. Source:
+//! Writes PNG files that the `png` encoder cannot write (interlaced, palettes), in uncompressed deflate blocks. Source:
 //! the PNG specification, third edition.
 
 use std::fs;

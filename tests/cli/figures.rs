@@ -127,7 +127,7 @@ pub fn signal(name: &str, process: &str) {
 }
 
 /// SIGABRT simulates a driver crash (Rust's runtime ignores the first external segmentation fault). Measures
-/// two of the six cells of vt.address: the smallest and another.
+/// two of the six cells of vt.address: both scenes at 360 rows.
 #[test]
 fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worker() {
     let folder = folder();

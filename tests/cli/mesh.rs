@@ -91,8 +91,8 @@ fn an_order_is_chosen_and_reported() {
     assert!(classical.0 == 0.0 && classical.1 > 3.5, "{classical:?}");
     assert!((10.0..=23.0).contains(&tail.0) && tail.1 < 1.8, "{tail:?}");
     assert!((2.0..=8.0).contains(&few.0) && few.1 < 2.2, "{few:?}");
-    // Each split adds two faces, of which 1/3, 2/3 and 3/3 move. The faces of the coarsest level move as
-    // well.
+    // Each split adds two faces. The permutations of the three groups move 1/3, 2/3 and all of the added faces, on
+    // average 4 faces per split, and the faces of the coarsest level.
     assert!((3.0..4.2).contains(&groups.0), "three groups: {groups:?}");
     for order in ["tail-10", "in-place-10"] {
         let few = moved(&["--order", order]);

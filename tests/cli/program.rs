@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// Twice the current size. Line tables alone would add 80 MB.
+/// A fifth more than the current size. Line tables alone would add 80 MB.
 const MOST_BYTES: u64 = 40_000_000;
 
 #[test]

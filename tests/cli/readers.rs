@@ -1,4 +1,4 @@
-//! The readers in docs/readers, written only from the documents, on new files.
+//! Runs the readers in docs/readers, which were written only from the documents, on new files.
 
 use super::*;
 use ortelius::paper::progressive_mesh::cache::drawn_faces;

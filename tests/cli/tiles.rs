@@ -146,8 +146,8 @@ fn bc1_tiles_give_nearly_the_same_picture_and_request_the_feature() {
     // Tiles encoded while reading equal those of the file.
     rendered(&folder, &["pure.toml", "-D", "surface.land.texture.format=bc1", "-o", "on-the-fly.png"]);
     assert_eq!(difference(&bc1, &picture(&folder.path().join("on-the-fly.png"))), (0, 0.0));
-    // The encoder's own error is 1.9 to 3.8 codes on imagery of 10 km per texel and finer. Here a texel is 20
-    // km, with more contrast in a block (4.6 measured). The colours of a coast are not on BC1's line of four
+    // The encoder's own error is 1.9 to 3.8 codes on texels of 2.5 to 5 km. Here a texel is 20 km, with more
+    // contrast in a block (4.6 measured). The colours of a coast are not on BC1's line of four
     // colours, so single pixels err by a quarter of the range.
     assert!(worst <= 80 && rms < 6.0, "worst {worst}, root mean square {rms}");
     let (worst, rms) = difference(&other, &pure);

@@ -2,8 +2,8 @@
 //! `layer.rs` injects the fault. Either the run prints one line, ends with the exit code of the fault and
 //! leaves no file, or it does not need the call, succeeds and writes the same files.
 //!
-//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=N lets N calls fail, and in
-//! every shipped scene, too; ORTELIUS_FAULTS=all every call, which takes some hours.
+//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=N lets N calls fail, also in
+//! every shipped scene. ORTELIUS_FAULTS=all lets every call fail, which takes some hours.
 
 use ortelius::scene::SHIPPED;
 use std::fmt::Display;

@@ -131,11 +131,11 @@ fn foreign_files_are_rejected() {
         ("[1", "not results of this program"),
         (
             "{\"format\": \"ortelius-results\", \"version\": 4}",
-            "results of format \"ortelius-results\" version 4; this program reads format \"ortelius-results\" versions 1 to 3",
+            "the file has format \"ortelius-results\" version 4; this program reads format \"ortelius-results\" versions 1 to 3",
         ),
         (
             "{\"format\": \"ortelius results 7\"}",
-            "results of format \"ortelius results 7\"; this program reads",
+            "the file has format \"ortelius results 7\"; this program reads",
         ),
     ] {
         let line = Results::parse(text).unwrap_err().to_string();

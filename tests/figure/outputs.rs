@@ -107,7 +107,7 @@ fn the_page_has_every_claim_verdict_and_plot_and_is_self_contained() {
         assert!(page.contains(&format!(">{verdict}</span>")), "no {verdict:?}");
     }
     assert!(page.contains(
-        "Quick run, without two thirds of the runs of each timed pass, and side, texels: 2, 3, 4."
+        "Quick run, without three fifths of the runs of each timed pass, and side, texels: 2, 3, 4."
     ));
     assert!(page.contains("the disk is on fire") && page.contains("do not predict GPU rankings"));
     // Plots: a sweep in each of two scenes; bars and a series; a sweep, and bars for each of 5 values, in

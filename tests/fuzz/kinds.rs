@@ -17,7 +17,7 @@ use xxhash_rust::xxh3::xxh3_64;
 pub struct Kind {
     /// The name of its test, and of its folder under `corpus`.
     pub name: &'static str,
-    /// Damaged files in `./x test`.
+    /// Number of damaged files that `./x test` reads.
     pub cases: usize,
     /// Reads the file; an error is a message. Panics if the content breaks an invariant.
     pub read: fn(&Path) -> Result<(), String>,
@@ -28,7 +28,7 @@ pub struct Kind {
 pub const KINDS: [Kind; 9] = [
     Kind { name: "scene", cases: 2000, read: scene, reseal: unsealed },
     Kind { name: "tiles", cases: 2000, read: tiles, reseal: reseal_tiles },
-    // The tests of src/paper/progressive_mesh/file read ten thousand files with repaired checksums in every chunk.
+    // Checksums are not repaired here: the tests of src/paper/progressive_mesh/file do that with ten thousand files.
     Kind { name: "pmesh", cases: 2000, read: pmesh, reseal: unsealed },
     Kind { name: "ply", cases: 6000, read: model, reseal: unsealed },
     Kind { name: "obj", cases: 2000, read: model, reseal: unsealed },

@@ -3,7 +3,7 @@
 //! They must be bit-identical from commit to commit. After an intended change,
 //! `ORTELIUS_GOLDEN=write cargo test --release --test golden` records them again. Without that variable nothing is
 //! written, and a missing record fails the test. On a driver other than the recorded one only index buffers are
-//! compared. A picture that is recorded on other processors alone is not compared.
+//! compared. A picture that is recorded only on other processors is not compared.
 
 mod api;
 mod cases;
@@ -17,7 +17,6 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt
 
 /// Batches of cases. A batch runs on one thread, because its cases share orders or tiles that take long to make.
 fn batches() -> Vec<Vec<Case>> {
-    // An order, or a texture's tiles, take up to seconds to make.
     let mut batches: Vec<Vec<Case>> = Vec::new();
     let all = [cases::progressive_mesh(), cases::virtual_texture(), cases::shipped()];
     for case in all.into_iter().flatten() {

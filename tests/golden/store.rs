@@ -96,7 +96,8 @@ pub fn read(text: &str) -> Recorded {
     Recorded { driver: driver.to_owned(), hashes }
 }
 
-/// The record after `found`: its hashes, and other processors' pictures of the cases that did not change here.
+/// The record to write after a run that gave `found`: the hashes of `found`, and from `recorded` the picture hashes of
+/// other processors for cases whose picture did not change on this processor.
 pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded {
     let mut hashes = found.hashes.clone();
     for (key @ (name, what), hash) in &recorded.hashes {
@@ -110,7 +111,7 @@ pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded 
 }
 
 /// A line for each hash that is missing, additional or different. On another driver only index buffers are compared. A
-/// picture that is recorded on other processors alone is not compared. `picture` is [`picture_here`].
+/// picture that is recorded only on other processors is not compared. `picture` is [`picture_here`].
 pub fn differences(recorded: &Recorded, found: &Recorded, picture: &str) -> Vec<String> {
     let same_driver = recorded.driver == found.driver;
     let is_of_this_processor = |what: &str| !what.starts_with("picture@") || what == picture;

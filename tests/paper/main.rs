@@ -1,4 +1,4 @@
-//! A paper outside the crate: a surface, a setting, a technique, a figure and a claim in less than 60 lines, without a
+//! A paper outside the crate: a surface, a setting, a technique, a figure and a claim in fewer than 60 lines, without a
 //! change in `scene`, `frame`, `figure` or `vk`.
 
 mod fog;

@@ -158,7 +158,7 @@ pub struct Made {
     pub wedges: Vec<u32>,
 }
 
-/// The classical order with random permutations, at one of `swap_every` levels.
+/// The classical order with random permutations, at one of every `swap_every` levels.
 pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: &mut Random) -> Made {
     let levels = collapses.errors.len();
     let births: Vec<usize> = (0..levels).rev().collect();

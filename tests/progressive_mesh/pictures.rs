@@ -115,7 +115,7 @@ const RADIUS_PX: f64 = 1.0 / 128.0;
 const BOUND: f64 = 0.45 / 85.0;
 
 /// The number of pixels of the session's picture that differ by more than BOUND from the f64 picture, and the
-/// worst difference. Only pixels that are certainly inside one triangle or outside all count.
+/// worst difference. Only pixels that are certainly inside one triangle or outside all triangles count.
 fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
@@ -185,7 +185,7 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     session.frame(&pose).unwrap();
     let wanted =
         session.technique.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
-    // Vertices have arrived at the wanted error: they start a band earlier.
+    // Vertices reach their positions at the wanted error, and start a band earlier.
     let band = f64::from(MORPH_BAND_LOG2);
     let moved = seen_vertices(&scene, wanted * (-band).exp2(), Some(band));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);

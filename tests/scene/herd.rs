@@ -134,8 +134,8 @@ fn instances_are_upright_on_the_ellipsoid_also_far_from_the_tangent_point() {
         assert!(
             (stand.axes.z_axis - own.up).length() < 1e-12 && (stand.axes.x_axis - own.east).length() < 1e-12
         );
-        // Columns at -100 and 100 km; the ellipsoid is 3 km below the tangent plane at 141 km, which shifts them
-        // by 70 m.
+        // Columns at -100 and 100 km. At 141 km the ellipsoid is 1.6 km below the tangent plane, which shifts them
+        // by 25 m.
         let by = stand.foot - middle;
         let expected = [[-1e5, -1e5], [1e5, -1e5], [-1e5, 1e5], [1e5, 1e5]][n];
         assert!((by.dot(frame.east) - expected[0]).abs() < 200.0, "{by}");
@@ -235,8 +235,7 @@ fn instances_on_a_terrain_of_the_ellipsoid_rise_along_their_own_verticals() {
         let up = stand.axes.z_axis;
         let risen = stand.foot - before.foot;
         assert!((risen - up * risen.dot(up)).length() < 1e-6, "not along the vertical: {risen}");
-        // The grid's heights are -0.15 .. 0.15 of 60 km with the foot at 0; at 35 km the tangent plane is 0.1 km
-        // above the ellipsoid.
+        // The grid rises from 0 to at most 0.3 of 60 km. At 35 km the tangent plane is 0.1 km above the ellipsoid.
         assert!((0.0..20e3).contains(&risen.dot(up)), "{risen}");
     }
     assert!(of("terrain").stands[0].axes.z_axis == local_frame(46.0, 8.0).up);

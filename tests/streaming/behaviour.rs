@@ -181,7 +181,7 @@ fn a_load_no_longer_needed_loses_its_slot_to_a_visible_tile() {
     // And back again: the second load of A has another generation than the first.
     bench.frame(&[A]);
     bench.source.set_gate(false);
-    // The first load of A, and that of B; the three may end in any order.
+    // Two loads are stale: the first load of A, and that of B. The three loads may end in any order.
     let mut stale = 0;
     let reports = bench.until(&[A], |bench, report| {
         stale += report.stale_loads;
@@ -285,7 +285,7 @@ fn a_still_camera_settles_at_any_cache_size() {
 
 #[test]
 fn alternating_cameras_at_the_cache_size_do_not_livelock() {
-    // 16 tiles fit exactly. 20 tiles need bias 1, which are 6 coarser tiles. Together these are 22, more than
+    // 16 tiles fit exactly. 20 tiles do not: with bias 1 they become 6 coarser tiles. 16 and 6 are 22, more than
     // N1 = 16.
     let (fits, too_many) = (block(4, 4), block(4, 5));
     let mut bench = Bench::new(TestSource::default(), counting(16, 32, 4, 4));
@@ -297,7 +297,7 @@ fn alternating_cameras_at_the_cache_size_do_not_livelock() {
         for (list, wanted) in [(&fits, 16), (&too_many, 6)] {
             let report = bench.frame(list);
             assert_eq!((report.wanted, report.loads), (wanted, 0), "both sets stay in main memory");
-            // At most the 6 tiles by which the two sets exceed the cache.
+            // Together the two sets exceed the cache by 6 tiles.
             assert!(report.misses <= 6 && report.uploads <= 4, "{report:?}");
         }
     }

@@ -85,7 +85,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
 fn a_cycle_of_samples_contains_each_pixel_once() {
     let gpu = device();
     let scene = scene("earth");
-    // No block size divides this size.
+    // No block size above one pixel divides this size.
     let (width, height) = (125, 71);
     for format in [RequestFormat::Rgba32, RequestFormat::Packed] {
         let mut renderer =

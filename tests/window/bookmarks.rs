@@ -60,7 +60,7 @@ fn no_flight_goes_below_the_valleys_ground() {
     let display = Display::start();
     let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels"]);
     window.settled_picture();
-    // The camera starts 4,480 m above sea level, over a lake bed at about 4,400 m.
+    // The camera starts 4,480 m above sea level, near a lake bed at 4,150 m.
     window.hold(key::Q, 2500);
     window.until("the camera stays above the ground", |window| {
         window.press(key::Q);

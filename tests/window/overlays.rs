@@ -108,7 +108,7 @@ fn the_work_of_a_relief_colours_its_pixels() {
     window.press(key::G);
     window.until("work as colours", |window| count(&window.picture(), cold) > 5000);
     window.settled_picture();
-    // This is the scene's only overlay, because the reference follows no relief.
+    // This is the scene's only overlay, because the reference cannot show reliefs.
     window.press(key::G);
     window.until("the picture alone", |window| window.picture().0 == plain.0);
     window.press(key::ESCAPE);

@@ -46,7 +46,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("tswap", "permutation of the index buffer at chosen levels, to restore its vertex-cache locality"),
     (
         "undecided (noise)",
-        "the 95 % interval of a ratio contains its bound; the reason beside it estimates how many rounds would decide it",
+        "the 95 % confidence interval contains the bound; the reason estimates how many rounds would decide",
     ),
     ("[a .. b]", "95 % confidence interval of the median of the per-round ratios"),
 ];

@@ -69,9 +69,9 @@ impl Scale {
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    /// Round values to label. Linear: about `count` multiples of 1, 2 or 5 times a power of ten. Logarithmic:
-    /// above 2.2 decades powers of ten (every n-th if there are many), above 1.2 decades also 3 times these,
-    /// above 0.6 decades 1, 2 and 5 times these, otherwise as linear.
+    /// Round values to label. On a linear scale: about `count` multiples of 1, 2 or 5 times a power of ten. On a
+    /// logarithmic scale: powers of ten (every n-th if there are many); up to 2.2 decades also 3 times these; up to
+    /// 1.2 decades 1, 2 and 5 times these; up to 0.6 decades as on a linear scale.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
         if !self.log {
             return self.linear_ticks(count);

@@ -19,7 +19,7 @@ const FALL: f64 = 0.45;
 /// Metres to add at a point with this smooth slope. `ridge_m`: height of the point above its surroundings.
 pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, finest_m: f64) -> f64 {
     let (mut east, mut north) = (smooth.east, smooth.north);
-    // Crests and floors have no slope, but are rough if their surroundings are.
+    // Crests and floors have no slope; their height above or below the surroundings replaces it.
     let rough = east * east + north * north + ridge_m * ridge_m * 4e-6;
     let strength = rough / (rough + 0.14);
     let (mut height, mut wide_m, mut high_m) = (0.0, WIDEST_M, STEEPNESS * WIDEST_M * strength);
@@ -43,7 +43,8 @@ pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, fines
     height
 }
 
-/// The wave's value, -1 ..= 1, and roughly its slope, at a point in units of cells.
+/// The wave's value, -1 ..= 1, and its approximate slope (the change of the weights is ignored), at a point in units
+/// of cells.
 fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
     let (column, row) = (x.floor(), y.floor());
     let (mut value, mut rise, mut weights) = (0.0, 0.0, 0.0);
@@ -68,8 +69,8 @@ fn wave([x, y]: [f64; 2], across: [f64; 2], octave: u32) -> (f64, [f64; 2]) {
     (value / weights, [rise * across[0], rise * across[1]])
 }
 
-/// A wave and roughly its slope after `t` full turns: a sharp crest of 1 at whole numbers, a round floor of
-/// -1 halfway.
+/// A wave after `t` full turns, and -1/8 of its slope. The wave has a sharp crest of 1 at whole numbers and a round
+/// floor of -1 halfway.
 fn turn(t: f64) -> (f64, f64) {
     let t = t - (t + 0.5).floor();
     let away = 2.0 * t.abs();

@@ -34,8 +34,9 @@ const ROUGH_M: f64 = 90.0;
 /// Height of the synthetic ridges where the samples are too smooth.
 const RIDGE_M: f64 = 2400.0;
 
-/// The bed of a dry lake, synthetic as well: level ground for objects of a scene. Metres east and north of
-/// the summit, and above the sea. Level within the first radius, unchanged beyond the second.
+/// The bed of a dry lake, synthetic as well: level ground for objects of a scene. Its middle in metres east and north
+/// of the summit, and its height above the sea. The ground is level within the first radius and unchanged beyond the
+/// second.
 pub const PLAIN_M: [f64; 3] = [-16_800.0, -4600.0, 4150.0];
 const PLAIN_RADII_M: [f64; 2] = [1900.0, 3900.0];
 
@@ -85,7 +86,7 @@ fn above(samples: &[f64]) -> Vec<f64> {
     (0..side * side).map(|index| at(index % side, index / side) - mean(index % side, index / side)).collect()
 }
 
-/// How far the 9 x 9 mean of [`Relief::above`] is below that of rough ground.
+/// 0 for rough ground, 1 for smooth: 1.25 minus the 9 x 9 mean of |[`Relief::above`]| in units of [`ROUGH_M`].
 fn lacking(above: &[f64]) -> Vec<f64> {
     let side = i64::from(SIDE);
     let at = |x: i64, y: i64| above[(y.clamp(0, side - 1) * side + x.clamp(0, side - 1)) as usize];
@@ -153,7 +154,7 @@ impl Relief {
         let real = self.real(east_m, north_m);
         let ridge = Relief::through(&self.above, east_m, north_m);
         let lacking = Relief::through(&self.lacking, east_m, north_m).height.clamp(0.0, 1.0);
-        // Foothills are lower than the mountains.
+        // The added ridges are lower in the foothills.
         let high_m = RIDGE_M * lacking * ((real.height + 1200.0) / 5500.0).clamp(0.0, 1.0);
         let more = ridges::ridges(east_m, north_m);
         let smooth = Slope {

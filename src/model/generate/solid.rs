@@ -15,8 +15,8 @@ const FILLET: f64 = 0.125;
 const ROWS: u32 = 4;
 
 /// A plate of 3 x 2 cells of side 2: rounded and counterbored holes, and bosses with a fillet at the foot and a
-/// chamfer. Each cell side has `detail` quads, and each hole 4 `detail` around it. At 16 there are 16 384 faces; their
-/// number is proportional to `detail`.
+/// chamfer. Each cell side has `detail` quads, and each hole 4 `detail` around its edge. At 16 there are 16 384 faces;
+/// their number is proportional to `detail`.
 /// # Panics
 /// Unless `detail` is a power of two in 4 ..= 2^12; otherwise corners of adjacent cells would differ in their bits.
 pub fn solid(detail: u32) -> Model {

@@ -13,7 +13,7 @@ use std::fmt;
 const BAND_BYTES: u64 = 32 << 20;
 /// The program, its threads' stacks and the allocator's overhead: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;
-/// Decoding (44 MB), storing (34 MB) and measuring the strength of the Earth's base picture: measured 105 MiB.
+/// Memory for the Earth's base picture: decoding (44 MB), storing (34 MB) and computing its strength; 105 MiB measured.
 const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.

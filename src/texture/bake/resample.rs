@@ -48,7 +48,7 @@ impl Taps {
 fn weighted(values: [i32; 4], weights: [i32; 4]) -> i32 {
     let sum: i64 =
         std::iter::zip(values, weights).map(|(value, weight)| i64::from(value) * i64::from(weight)).sum();
-    // At most 1.25 times 2^24: overshoot is clamped only when the byte is made.
+    // At most 1.3 times 2^24 after both axes: overshoot is clamped only when the byte is made.
     ((sum + (1 << (WEIGHT_LOG2 - 1))) >> WEIGHT_LOG2) as i32
 }
 

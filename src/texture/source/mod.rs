@@ -67,6 +67,6 @@ pub trait TileSource: Send + Sync {
     /// the north.
     ///
     /// # Errors
-    /// A message naming the file and the level.
+    /// [`TileError`] names the file and the level.
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError>;
 }

@@ -16,7 +16,7 @@ const MAGIC: [u8; 8] = *b"\x89ORT\r\n\x1a\n";
 pub(super) const VERSION: u32 = 1;
 /// Checksums are the last 8 bytes of header and index.
 const CHECKSUM_BYTES: usize = 8;
-/// Keeps the index, which a reader holds in memory, below 512 MiB.
+/// Keeps the index, which a reader holds in memory, at 512 MiB or less.
 const MOST_TILES: u64 = 1 << 26;
 
 /// Parameters that a `.tiles` file cannot store.

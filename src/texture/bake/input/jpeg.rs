@@ -1,5 +1,5 @@
-//! JPEG. It has no random access, so the whole picture is decoded into memory, up to a limit. Scalar code
-//! (the crate is built without SIMD), so that every machine bakes the same bytes.
+//! JPEG. It has no random access, so the whole picture is decoded into memory, up to a limit. The decoder
+//! is built without SIMD, so that every machine bakes the same bytes.
 
 use super::{Rows, Samples, check_size};
 use crate::file;

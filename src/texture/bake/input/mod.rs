@@ -1,6 +1,6 @@
 //! Source pictures, read in bands of rows from the north.
 //!
-//! 8-bit grey or RGB, with or without alpha. Colours are taken as sRGB (profiles and gamma chunks are
+//! Pictures are 8-bit grey or RGB, with or without alpha. Colours are taken as sRGB (profiles and gamma chunks are
 //! ignored), alpha as linear. A TIFF with georeferencing must cover the whole Earth.
 
 mod geo;

@@ -69,7 +69,7 @@ impl Earth {
     /// An Earth of this size. The first in a process decodes the imagery (about half a second).
     ///
     /// # Errors
-    /// [`EarthError::Shape`] unless the height is half the width.
+    /// [`EarthError::Shape`] unless the height is half the width; as [`finest_imagery`].
     pub fn new(pyramid: Pyramid) -> Result<Self, EarthError> {
         let [m, n] = [pyramid.width_log2(), pyramid.height_log2()];
         if m != n + 1 {

@@ -82,7 +82,8 @@ fn blend(from: i32, to: i32, weight: i32) -> i32 {
 
 /// The noise at a texel's centre, within -32768 ..= 32767.
 ///
-/// Unrolled, in wrapping arithmetic of values with the ranges above: most of a tile's time is spent here.
+/// The code is unrolled and its arithmetic wraps, because most of a tile's time is spent here. With the ranges above,
+/// only the hash overflows.
 #[inline(always)]
 pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
     let [step_x, step_y, step_z] = STEP;

@@ -9,9 +9,9 @@
 /// Texels that a prediction reads on each side.
 pub const REACH: usize = 2;
 
-/// Half the difference of the two halves of the middle of five texels. Before rounding it is exact up to degree 4.
-/// Rounds towards zero, so that mirrored input gives mirrored output. The numerator is at most 25 times the texels'
-/// range of 2^24, which fits i32.
+/// Splits the middle one of five texels: half the difference of the means of its two halves. Before rounding it is
+/// exact up to degree 4. Rounds towards zero, so that mirrored input gives mirrored output. The numerator is at most 25
+/// times the texels' range of 2^24, which fits i32.
 #[inline(always)]
 fn slope<const N: usize>(before: [&[i32; N]; 2], after: [&[i32; N]; 2]) -> [i32; N] {
     let numerator = |n: usize| 22 * (after[0][n] - before[1][n]) - 3 * (after[1][n] - before[0][n]);

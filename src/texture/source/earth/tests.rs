@@ -227,8 +227,8 @@ fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
 
 #[test]
 fn neither_the_antimeridian_nor_a_pole_has_a_visible_seam() {
-    // Kamchatka's latitude; the Arctic Ocean; Antarctica. A level of 2^14 texels, 4 for each texel of the
-    // imagery.
+    // Kamchatka's latitude; the Arctic Ocean; Antarctica. A level of 2^14 texels, 4 x 4 for each texel of
+    // the imagery.
     for (axis, left, top) in [(0, -32, 1100), (1, 5000, -32), (1, 9000, 8192 - 32)] {
         let [edge, most, torn] = steps(14, axis, [left, top]);
         // The imagery's own step at that edge. Antarctica's snow is nearly white, so detail with the same

@@ -1,7 +1,7 @@
 //! The surface cover of a slope, and its colour: snow, glacier ice, rock with strata, scree, dry ground,
 //! meadow and forest.
 //!
-//! Albedo only, without sunlight. Hollows are up to 30 % darker and crests up to 30 % brighter: a hollow sees
+//! Albedo only, without sunlight. Hollows are up to 38 % darker and crests up to 12 % brighter: a hollow sees
 //! less sky, and the mesh has no triangles as small as a gully.
 
 use crate::picture::srgb;

@@ -10,7 +10,7 @@
 //! # Means
 //! Beyond the base, the mean of four stored texels differs from the stored parent by what the new octave
 //! adds. The RMS difference is 1 to 7 codes where texels differ by 10 to 60, and 13 in the octave after the
-//! base (on the summit). The mean of a tile differs by at most 1.2 codes (tested).
+//! base (on the summit). The mean of a tile differs by at most 1.2 codes (the test allows 2.5).
 //!
 //! # Borders
 //! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
@@ -18,8 +18,8 @@
 //! 1/64 of the area before the edges, so this is never visible.
 //!
 //! # Cost
-//! The first terrain of a process computes the base: 0.9 s of one core, in parallel. A tile of 512 with 4 texels of
-//! border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
+//! The first terrain of a process computes the base: 0.9 s of processor time, on all cores. A tile of 512 with 4 texels
+//! of border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
 //! (2026-11-22; `earth` takes 13 ms on an idle core).
 
 mod base;
@@ -51,7 +51,7 @@ impl Terrain {
     /// A terrain of this size. The first in a process computes the base (see `base`).
     ///
     /// # Errors
-    /// [`TerrainError`] unless the map is square.
+    /// [`TerrainError`] unless the map is square and at least 16 texels wide.
     pub fn new(pyramid: Pyramid) -> Result<Terrain, TerrainError> {
         let [m, n] = [pyramid.width_log2(), pyramid.height_log2()];
         if m != n || m < 4 {

@@ -1,7 +1,7 @@
 //! Smooth noise of one octave on the plane, two values at once.
 //!
-//! A square lattice, 1.6 texels apart and rotated by atan(3/4), so that its rows and columns do not line up
-//! with the texels'. A 32-bit hash at each point gives 16 bits to each value; smoothstep interpolates.
+//! The lattice is square, has a spacing of 1.6 texels, and is rotated by atan(3/4), so that its rows and columns do not
+//! line up with the texels'. A 32-bit hash at each point gives 16 bits to each value; smoothstep interpolates.
 
 /// Subdivisions of a cell: texel centres lie at whole eighths of the lattice.
 const PARTS: i32 = 8;
