@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform FaceView {
     uint levels;
 } view;
 
-// Instance; face; first level with the face; (that level scaled to 0 .. 255) << 8 | misses.
+// Four words: instance, face, the first level with the face, and (that level scaled to 0 .. 255) << 8 | misses.
 layout(location = 0) flat out uvec4 face;
 layout(location = 1) out vec3 corner;
 
