@@ -66,7 +66,7 @@ pub const POP: Figure = Figure {
     claims: &[
         Claim::ours(
             "geomorph-tames",
-            "Geomorphing makes the largest change of a frame at least 2 times smaller.",
+            "Geomorphing at least halves the largest change of a frame.",
             &[Test::ratio(one(LARGEST_FRAME, AT_ONCE), one(LARGEST_FRAME, GEOMORPH), AtLeast(2.0))],
         ),
         Claim::ours(
