@@ -11,7 +11,7 @@ use crate::picture::srgb::from_linear_f64;
 use crate::stats::Summary;
 use anyhow::Context;
 
-/// Name, geomorphing, and the frames that the error drawn takes for an octave.
+/// Name, true with geomorphing, and the number of frames in which the drawn error falls by an octave.
 const VARIANTS: [(&str, bool, usize); 5] = [
     (AT_ONCE, false, 16),
     (AT_ONCE_SLOWLY, false, 64),
