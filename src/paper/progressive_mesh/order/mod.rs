@@ -32,7 +32,7 @@
 //! - An order that uses all 16 entries reaches 1.24 on a torus, but costs 0.05 more at the levels after it. The
 //!   optimizer therefore simulates 15 entries, which improves 1.54 to 1.52.
 //! - No split follows the last level, so its order is the best of eight greedies. Small meshes try seven starting
-//!   faces with each: 1.29 on a torus, against 1.44 with one starting face and 1.78 with one greedy.
+//!   faces with each. On a torus the full mesh then costs 1.29; with one starting face 1.44, with one greedy 1.78.
 //! - Optimizing for the level half-way to the next tswap, with the corners that the faces have there, saves 0.01 at
 //!   23 moved faces per split and 0.04 at 10, and evens out the levels. Optimizing a quarter of the way ahead saves
 //!   less. Optimizing for the level of the next tswap saves as much there, but costs as much at the levels before.
