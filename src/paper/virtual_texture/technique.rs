@@ -278,8 +278,8 @@ impl VirtualTexture {
             let why = if report.oversubscribed {
                 "the visible tiles exceed cache.gpu_tiles"
             } else {
-                "they fit \
-                cache.gpu_tiles"
+                "the visible \
+                tiles fit cache.gpu_tiles"
             };
             tracing::info!("frame {}: level bias {} -> {bias}: {why}", view.frame, self.bias);
             self.bias = bias;
