@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform FaceView {
     mat4 object_to_clip;
     uint first_face;  // in the index buffer
     uint stride;      // words of a vertex
-    uint instance;    // counted over all surfaces
+    uint instance;    // counted over the visible instances of all surfaces
     uint levels;
 } view;
 
