@@ -33,8 +33,7 @@ pub enum Edge {
 }
 
 impl Kernel {
-    /// Formula (4) with sigma 0.4 of the footprint's radius: the support has a diameter of 1 and covers the
-    /// pixel's disc r <= 1.
+    /// Formula (4) with sigma 0.4 of the support's radius, as in step C's body. The radius is one pixel.
     pub const FORMULA_4: Kernel = Kernel { radius_px: 1.0, alpha: 3.125 };
     /// The other reading: the support's diameter is one pixel. It hardly antialiases.
     pub const DIAMETER_1: Kernel = Kernel { radius_px: 0.5, alpha: 3.125 };
