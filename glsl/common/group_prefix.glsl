@@ -1,7 +1,7 @@
 // Prefix sums over a workgroup in shared memory. Include after local_size.
 shared uint prefix_sums[gl_WorkGroupSize.x];
 
-// x: the exclusive prefix sum of `value`, y: the sum over the workgroup. All invocations must call it.
+// Returns the exclusive prefix sum of `value` (x) and the sum over the workgroup (y). All invocations must call it.
 uvec2 group_prefix(uint value) {
     uint self = gl_LocalInvocationIndex;
     prefix_sums[self] = value;

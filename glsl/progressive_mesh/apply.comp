@@ -39,7 +39,8 @@ void write(uint n) {
 
 void move(uint n) {
     bool keep = applying.kind == 1;
-    // Step 1 reads the face from its source slot: the second of the two words going up, the first going down.
+    // Kind 1 reads the source slot of the face, kind 2 writes its destination. Going up, the destination is the first
+    // of the two words; going down, it is the second.
     uint slot = program.words[applying.first + 2 * n + uint(keep == (applying.down == 0))];
     uint face = applying.slice + 3 * slot;
     uint own = applying.kept_first + 3 * n;

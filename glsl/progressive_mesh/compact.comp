@@ -1,10 +1,10 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
-// Compaction baseline: copies the live faces of a level. They keep the vertex-cache order in which meshoptimizer puts
-// the full mesh, and each corner is replaced by the vertex that is live at the level. Step 0 counts the live faces of
-// each workgroup. Step 1 sums the counts of the earlier workgroups and writes the workgroup's faces. Prefix sums
-// replace atomic additions, so the copied faces keep the order of `ranked`.
+// Compaction baseline: copies the live faces of a level in meshoptimizer's vertex-cache order of the full mesh. Each
+// corner is replaced by the vertex that is live at the level. Step 0 counts the live faces of each workgroup. Step 1
+// sums the counts of the earlier workgroups and writes the workgroup's faces. Prefix sums replace atomic additions, so
+// the copied faces keep the order of `ranked`.
 
 layout(local_size_x = 256) in;
 

@@ -12,11 +12,11 @@ layout(push_constant, scalar) uniform FaceView {
     mat4 object_to_clip;
     uint first_face;  // in the index buffer
     uint stride;      // words of a vertex
-    uint instance;    // counted over all surfaces
+    uint instance;    // counted over the visible instances of all surfaces
     uint levels;
 } view;
 
-// Instance; face; first level with the face; (that level scaled to 0 .. 255) << 8 | misses.
+// Four words: instance, face, the first level with the face, and (that level scaled to 0 .. 255) << 8 | misses.
 layout(location = 0) flat out uvec4 face;
 layout(location = 1) out vec3 corner;
 

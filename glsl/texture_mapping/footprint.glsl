@@ -1,6 +1,6 @@
 // Step A of paper 3: the ellipse of a footprint. Symmetric matrices are stored as (11, 12, 22).
 
-// A footprint with a longer semi-axis gets the texture's mean: its squares do not fit f32.
+// A footprint with a longer semi-axis gets the texture's mean. No texture has a longer side.
 const float MOST_MAJOR_TEXELS = 1048576.0;
 
 // J J^T.

@@ -1,4 +1,4 @@
-// Computes a pixel of the plane with each variant of `Coordinates` (method.rs). Needs plane.glsl.
+// Computes a pixel of the plane with the selected variant of `Coordinates` (method.rs). Needs plane.glsl.
 #include "texture_mapping/coordinates_row.glsl"
 
 layout(constant_id = 3) const uint COORDINATES = 0;  // the index of the variant of `Coordinates`

@@ -16,7 +16,7 @@ layout(binding = 3, scalar) readonly buffer Relief {
     uint side;       // texels
     uint layers;     // of the distance map
     float depth;     // texels
-    float map_unit;  // 1: the map's distances are texels
+    float map_unit;  // 1, because the map's distances are in texels
     float size_m;    // of the plane
 } relief;
 layout(binding = 4, scalar) readonly buffer Heights { float texels[]; } heights;
@@ -118,7 +118,7 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     return sum.colour / sum.weight;
 }
 
-// One ray; the texture at its hit is filtered with the plane's derivatives, as Donnelly does.
+// Traces one ray, and filters the texture at its hit with the plane's derivatives (Donnelly, GPU Gems 2, chapter 8).
 vec3 by_tracing(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     Hit found = traced(at, ray);
     work = float(found.steps);

@@ -5,7 +5,7 @@
 // Draws the window's picture: one picture, two beside a divider, or their difference; and the magnifier.
 layout(binding = 0) uniform texture2D left;   // sRGB codes, not decoded
 layout(binding = 1) uniform texture2D right;
-layout(binding = 2) uniform utexture2D words;  // overlay of the left picture: tiles (shown.frag) or faces (faces.frag)
+layout(binding = 2) uniform utexture2D words;  // for overlays: shown.frag, faces.frag or relief_surface.frag
 layout(push_constant, scalar) uniform Present {
     uint split;      // first column of the right picture
     float gain;      // factor of the difference; 0 shows the pictures
@@ -25,7 +25,7 @@ const uint MISSES = 4;     // faces by their vertex-cache misses
 
 layout(location = 0) out vec4 colour;  // sRGB codes, as the window's format stores them
 
-// The divider is 2 pixels wide.
+// Colour of the divider, which is 1 pixel wide, and of the magnifier's edge.
 const vec3 DIVIDER = vec3(1.0, 0.72, 0.1);
 
 // A hue for each level, as in src/view/panels.rs.

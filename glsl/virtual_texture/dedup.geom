@@ -5,8 +5,8 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// A point has 5 components (position and mask), and Vulkan guarantees 1024 components per invocation. So p = 4, with
-// 256 texels, is split into two invocations of half a block each.
+// A point has 5 components (position and mask), and Vulkan guarantees 1024 components per invocation. So a block of
+// 16 x 16 texels (p = 4) is split into two invocations of half a block each.
 #define SIDE (1 << BLOCK_LOG2)
 #define INVOCATIONS (BLOCK_LOG2 > 3 ? 2 : 1)
 layout(points, invocations = INVOCATIONS) in;

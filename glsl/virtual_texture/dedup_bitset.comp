@@ -6,8 +6,8 @@
 #include "virtual_texture/dedup.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
-layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // log2 of the side of an invocation's square of pixels
-layout(constant_id = 9) const uint WORDS = 1;      // one bit per tile of the whole pyramid
+layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // n: an invocation reads 2^n x 2^n pixels
+layout(constant_id = 9) const uint WORDS = 1;      // words that hold one bit per tile of the pyramid
 
 layout(binding = 1, scalar) buffer TileMask { uint words[]; } tile_mask;
 

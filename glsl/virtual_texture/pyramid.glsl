@@ -3,7 +3,7 @@ layout(constant_id = 0) const uint WIDTH_LOG2 = 18;           // m
 layout(constant_id = 1) const uint HEIGHT_LOG2 = 17;          // n
 layout(constant_id = 2) const uint TILE_LOG2 = 9;             // k
 layout(constant_id = 3) const uint FIRST_RESIDENT_LEVEL = 9;  // L-L'+1: the finest level of the resident tail
-layout(constant_id = 4) const uint REQUESTS_PACKED = 0;       // 1: a texel of the request image is one word, 0: three
+layout(constant_id = 4) const uint REQUESTS_PACKED = 0;       // 1: a texel of the request image is one word, 0: 3 or 4
 layout(constant_id = 30) const uint BORDER = 4;                // width of a tile's border in texels
 layout(constant_id = 31) const uint REACHES = 0;               // 1: a filter may reach beyond a tile's border
 

@@ -13,8 +13,8 @@ layout(binding = 2) uniform texture2DArray j1;  // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
-// 1 + the number of wrong texels; 0 without landscape. Bit 30: the resident tail is shown. Bit 31: the pixel's own tile
-// is not resident.
+// 1 + the number of wrong texels; 0 for the background. Bit 30: the resident tail is shown. Bit 31: the pixel's own
+// tile is not resident.
 layout(location = 0) out uint verdict;
 
 // Same as in src/texture/source/ruler.rs.

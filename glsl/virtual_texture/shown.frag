@@ -12,7 +12,7 @@ layout(push_constant, scalar) uniform Shown {
     uint level_bias;  // levels added to the stored q if the caches are too small
 } shown;
 
-layout(location = 0) out uvec4 tile;  // level, row, column, level shown; all ones without landscape
+layout(location = 0) out uvec4 tile;  // level, row, column, level shown; all ones for the background
 
 void main() {
     uvec4 stored = texelFetch(requests, ivec2(gl_FragCoord.xy), 0);

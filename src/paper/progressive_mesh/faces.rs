@@ -16,10 +16,11 @@ use std::sync::Arc;
 
 /// The picture of faces, and its passes.
 pub struct Faces {
-    /// Four words per pixel: instance (counted over all surfaces), face, level at which the face appears, and
-    /// the last word of faces.frag. All ones where there is no mesh.
+    /// Four words per pixel: instance (counted over the visible instances of all surfaces), face, level at which the
+    /// face appears, and the last word of faces.frag. All ones where there is no mesh.
     pub image: Image,
-    /// Counts the cache misses where a level has changed since the last count. Without it, they are old or 0.
+    /// True to count the cache misses again where levels or visible instances have changed. Otherwise the counts are
+    /// old or 0.
     pub counts_misses: bool,
     depth: Image,
     /// The depth of the finished picture, with which hidden faces are discarded.

@@ -314,7 +314,7 @@ impl Copies {
         self.parts.push((surface, at, bytes.len() as u64));
     }
 
-    /// Copies the words to mapped memory, which grows if necessary.
+    /// Copies the bytes to the staging buffer, which grows if necessary.
     fn stage(&self, gpu: &Gpu, staging: &mut Buffer) -> Result<()> {
         let bytes = &self.bytes;
         if staging.bytes() < bytes.len() as u64 {

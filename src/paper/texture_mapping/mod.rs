@@ -25,7 +25,7 @@
 //! Errata. Each formula that can run is built twice, as printed and as corrected:
 //! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right
 //!   only where J is diagonal or a similarity. The exact form is `r^2 = |J^-1 q|^2`.
-//! - (2) has no reconstruction term: at 88 degrees of tilt a fifth of the footprints hold no texel, and the sum of
+//! - (2) has no reconstruction term: at 88 degrees of tilt a sixth of the footprints hold no texel, and their sum of
 //!   weights is 0. We add `k` to the diagonal of `J J^T`.
 //! - (9) prints the denominator of d/dx in all four derivatives, and increments that it does not define.
 //! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".

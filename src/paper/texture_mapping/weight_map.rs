@@ -7,7 +7,7 @@
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
-    /// x and y: `entries` squared.
+    /// x and y: `entries` x `entries` values.
     Square,
     /// |x| and |y|: a quarter of the size at the same resolution.
     Quadrant,

@@ -2,8 +2,8 @@
 //!
 //! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis
 //! prints no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`Kernel`]). If the
-//! ellipse's edge cuts a texel, step C uses as its weight the part of a Gaussian body's volume (sigma 0.2 texels) on
-//! the inner side of the cut, `V1(d) = Phi(d / 0.2)`. Here d is the signed distance in texels from the texel's centre
+//! ellipse's edge cuts a texel, step C weights it by `V1(d) = Phi(d / 0.2)`, the part of a Gaussian body's volume
+//! (sigma 0.2 texels) on the inner side of the cut. Here d is the signed distance in texels from the texel's centre
 //! to the edge, positive inside. Texels with `d > -1/2` contribute.
 
 /// The Gaussian's support in the picture plane and its fall-off.
@@ -33,8 +33,7 @@ pub enum Edge {
 }
 
 impl Kernel {
-    /// Formula (4) with sigma 0.4 of the footprint's radius: the support has a diameter of 1 and covers the
-    /// pixel's disc r <= 1.
+    /// Formula (4) with sigma 0.4 of the support's radius, as in step C's body. The radius is one pixel.
     pub const FORMULA_4: Kernel = Kernel { radius_px: 1.0, alpha: 3.125 };
     /// The other reading: the support's diameter is one pixel. It hardly antialiases.
     pub const DIAMETER_1: Kernel = Kernel { radius_px: 0.5, alpha: 3.125 };

@@ -3,7 +3,7 @@
 //! in the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw.
 //!
 //! Differences: points are drawn at texel centres (the printed corners lose the tiles of row 0 and of column 0). p = 4
-//! is split over two invocations, because 256 points of 5 components exceed the 1024 that Vulkan guarantees.
+//! is split over two invocations, because 256 points of 5 components exceed the 1024 components that Vulkan guarantees.
 
 use super::choices::Dedup;
 use super::{Config, TileAddress, footprint::Footprint, pyramid_constants, tile_mask::TileMask, with};

@@ -10,11 +10,11 @@ use crate::vk::{self, Depth, Gpu, Image};
 
 /// Inputs and outputs of stage 1 for each pixel, from the top left.
 pub struct FootprintPicture {
-    /// s, t; NaN for pixels without landscape.
+    /// s, t; NaN for the background.
     pub coordinates: Vec<[f32; 2]>,
     /// ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse filter, after the limit on the footprint's length.
     pub derivatives: Vec<[f32; 4]>,
-    /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for pixels without landscape.
+    /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for the background.
     pub triples: Vec<[u32; 3]>,
     /// The neighbouring tiles that the filter also needs, as bits of [`reach`].
     pub reaches: Vec<u32>,

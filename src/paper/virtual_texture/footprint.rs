@@ -2,8 +2,8 @@
 //! coordinate, and q the level for its footprint.
 //!
 //! Differences from the paper: `floor(log2)` is the exponent of a float, so that q is exact. A footprint of length 0
-//! gives level 0; one that is not finite gives the resident mip tail (the paper's G1). Pixels without landscape hold
-//! q = -1.
+//! gives level 0; one that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface covers
+//! hold q = -1, [`BACKGROUND`].
 
 use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{Onto, Seen};
@@ -130,7 +130,7 @@ impl Footprint {
 
 /// A stage 1 that also writes its inputs: for `--dump-footprint` and for comparison with the reference.
 pub struct FootprintDump {
-    /// s, t, 0, 0 for each pixel; NaN where there is no landscape.
+    /// s, t, 0, 0 for each pixel; NaN for the background.
     pub coordinates: Image,
     /// ds/dx, dt/dx, ds/dy, dt/dy for each pixel.
     pub derivatives: Image,

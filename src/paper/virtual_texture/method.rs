@@ -48,7 +48,7 @@ impl Method {
         Ok(Method::Staged { stage1, list_passes, texturing })
     }
 
-    /// Stage 1; a fused variant has none.
+    /// Stage 1, which draws the request image; `None` for fused variants.
     pub fn stage1(&self) -> Option<&Footprint> {
         match self {
             Method::Staged { stage1, .. } => Some(stage1),

@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1.0 / (1 << 18) as f64;
 /// Relative error of a world coordinate stored as the sum of two floats.
 const DOUBLE_SINGLE: f64 = 1.0 / (1u64 << 44) as f64;
 
-/// Bound of the distance in pixels by which snapping moves a vertex: half a step of 1/16 along each axis.
+/// Bound of the distance in pixels by which snapping moves a vertex. Half a step of 1/16 along each axis is 0.044.
 const SNAPPING_PX: f64 = 1.0 / 16.0;
 
 /// Cluster culling for one camera, computed from the numbers that the vertex shader gets.

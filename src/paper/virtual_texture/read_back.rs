@@ -9,8 +9,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, Result, TexelCopy};
 use std::collections::{BTreeMap, HashSet};
 
-/// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8 GiB for 2^20 x 2^20 texels in
-/// tiles of 16.
+/// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8.5 GiB for 2^20 x 2^20 texels
+/// in tiles of 16.
 const MOST_BITMAP_BYTES: u64 = 1 << 30;
 
 /// The CPU's pass over the request image.

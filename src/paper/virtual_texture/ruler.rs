@@ -21,7 +21,7 @@ pub struct RulerCheck {
 /// Pixel counts of the check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verdicts {
-    /// Pixels that the landscape covers.
+    /// Pixels that the textured surface covers.
     pub covered: u64,
     /// Covered pixels with at least one wrong texel.
     pub wrong: u64,

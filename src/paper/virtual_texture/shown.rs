@@ -15,7 +15,7 @@ use crate::vk::{
 
 /// The picture of levels, and its pass.
 pub struct ShownLevels {
-    /// Level, row and column of the requested tile, and the level shown. Pixels without landscape hold all ones.
+    /// Level, row and column of the requested tile, and the level shown. All ones for the background.
     pub image: Image,
     pipeline: GraphicsPipeline,
 }

@@ -77,7 +77,7 @@ pub struct VirtualTexture {
     bias: u32,
 }
 
-/// The name of the memory of shapes in the world, in [`Technique::memory`].
+/// Name under which [`Technique::memory`] reports the world-space shapes.
 pub const MESH: &str = "mesh";
 
 /// The streaming report of a frame in flight.
@@ -140,7 +140,7 @@ impl VirtualTexture {
         })
     }
 
-    /// A session with one mesh in the world and nothing else.
+    /// A session with a single world-space mesh.
     ///
     /// # Errors
     /// As [`VirtualTexture::new`].
@@ -205,7 +205,7 @@ impl VirtualTexture {
         Ok(())
     }
 
-    /// Stage 1; a fused variant has none.
+    /// Stage 1, which draws the request image; `None` for fused variants.
     pub fn stage1(&self) -> Option<&Footprint> {
         self.method.stage1()
     }
@@ -278,8 +278,8 @@ impl VirtualTexture {
             let why = if report.oversubscribed {
                 "the visible tiles exceed cache.gpu_tiles"
             } else {
-                "they fit \
-                cache.gpu_tiles"
+                "the visible \
+                tiles fit cache.gpu_tiles"
             };
             tracing::info!("frame {}: level bias {} -> {bias}: {why}", view.frame, self.bias);
             self.bias = bias;

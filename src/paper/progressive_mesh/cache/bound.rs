@@ -1,10 +1,11 @@
 //! A lower bound on the transforms of any order of a mesh's faces, for a FIFO of k entries.
 //!
-//! Let a vertex be transformed once, as the n-th transform. The (n + k)-th evicts it. A face that uses it before may
-//! then transform its two other corners, as the (n + k)-th and the next. So a neighbour that is also transformed once
-//! is at most k + 1 transforms away, and a vertex at the end of a path of r such neighbours at most r (k + 1). All
-//! transforms are different: if every vertex within r edges of a vertex is transformed once, there are at most
-//! 2 r (k + 1) + 1 of them. In a larger ball some vertex is transformed twice. Balls without a common vertex add up.
+//! Let a vertex be transformed once, as the n-th transform. Transform n + k evicts it. The last face that finds it in
+//! the cache may transform its two other corners, as transforms n + k and n + k + 1. So a neighbour that is also
+//! transformed once is at most k + 1 transforms away, and a vertex at the end of a path of r such neighbours at most r
+//! (k + 1). All transforms are different: if every vertex within r edges of a vertex is transformed once, there are at
+//! most 2 r (k + 1) + 1 of them. In a larger ball some vertex is transformed twice. The bounds of
+//! disjoint balls add up.
 
 use std::collections::VecDeque;
 

@@ -15,10 +15,10 @@ pub const BUILD: Figure = Figure {
     about: "The optimizer runs once per model and is not bound to real time (section 2). How long do the \
             steps of a build take, and how much memory? The steps are reading and cleaning a file, \
             simplifying to 64 faces, ordering (tail-23), writing the .pmesh file, and reading it. They use \
-            one core, except for counting levels. `torus` is generated with about as many faces as the scan \
-            `dragon` has in its four resolutions; the dragon is measured if `ortelius fetch` has downloaded \
-            it. Each build runs six times, each in its own process (`ortelius mesh build`). Memory is the \
-            maximum resident memory of that process.",
+            one core. `torus` is generated with about as many faces as the scan `dragon` has in its four \
+            resolutions; the dragon is measured if `ortelius fetch` has downloaded it. Each build runs six \
+            times, each in its own process (`ortelius mesh build`). Memory is the maximum resident memory \
+            of that process.",
     scenes: &["torus", "dragon"],
     variants,
     paper: &[],

@@ -1,5 +1,5 @@
 //! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
-//! skip lists take less than half of that memory, so that the comparison would be unfair to them.
+//! skip lists take only 44 to 63 % of this memory, so comparing them at that ratio would be unfair to them.
 
 use super::super::baselines::{Baseline, Prepared, baseline_costs};
 use super::super::cache::Cache;
@@ -49,7 +49,7 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
         (prepared.list_bytes(index) as f64, prepared.listed_faces() as f64)
     };
     let (faces, face_bytes) = (plain.faces.len() as f64, 3.0 * index.bytes() as f64);
-    // The corners that level changes write take nearly as much at any ratio.
+    // The corners that level changes write take nearly the same memory at every ratio.
     let (some_bytes, some_faces) = lists(0.9);
     let most_listed = (most_bytes - some_bytes) / face_bytes + some_faces;
     let mut ratio = 1.0 - faces / most_listed;

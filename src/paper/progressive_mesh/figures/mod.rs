@@ -48,7 +48,7 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
     Ok((Scene::load_with(scene, changes)?, eye))
 }
 
-/// A session of a scene on the run's device. `change` is the last change of the settings.
+/// A session of a scene on the run's device. `change` edits the settings last.
 fn session(
     bench: &Bench,
     scene: &Scene,

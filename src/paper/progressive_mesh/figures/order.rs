@@ -16,15 +16,16 @@ pub const ORDER: Figure = Figure {
     title: "Transforms per vertex at every level",
     about: "How often is a vertex transformed at each level of detail (section 2)? The lower bound is 1; \
             without reuse it is 3 x faces / vertices, about 6. The models are the shipped closed models \
-            `bunny`, `sphere`, `torus`, `knot` and `solid`, simplified to 64 faces. Classical: faces in the \
-            order in which splits add them. Paper: section 5 as described (a greedy without a valence term; \
-            64 equal groups). Tail: a greedy with a valence term, and groups of one ratio; new faces stay at \
-            the tail until the next tswap. In place: new faces are beside their neighbours before they are \
-            born, and degenerate. 23 and 10 are moved faces per split. The baselines are random order, \
-            reordering by meshoptimizer at every level, the compacted order of the full mesh, skip lists, \
-            and a discrete chain. Vertices are positions; `solid` has seams, and pm.average also has its \
-            cost on wedges, which a device shades. The scans `dragon_res4` and, with --full, `dragon` are \
-            measured if they have been fetched; claims use only the shipped models.",
+            `bunny`, `sphere`, `torus`, `knot` and `solid`, simplified to 64 faces. `classical` keeps the \
+            order in which splits add the faces. `paper` is section 5 as described (a greedy without a \
+            valence term; 64 equal groups). `tail-23` and `tail-10` use a greedy with a valence term and \
+            groups of one ratio; new faces stay at the tail until the next tswap. In `in-place-23` and \
+            `in-place-10`, new faces are beside their neighbours, and degenerate until their split. 23 and \
+            10 are the moved faces per split. The baselines are random order, reordering by meshoptimizer \
+            at every level, the compacted order of the full mesh, skip lists, and a discrete chain. \
+            Vertices are positions. `solid` has seams; pm.average also shows its cost with wedges as \
+            vertices, which is what a device shades. The scans `dragon_res4` and, with --full, `dragon` \
+            are measured if they have been fetched; claims use only the shipped models.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],

@@ -58,7 +58,7 @@ impl Live {
 
     /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open
     /// fans come first, ordered by their first faces; then closed rings, each from its lowest face. Takes time
-    /// linear in the faces, each of which costs a bit in the file.
+    /// linear in the faces around `vertex`. Each has a bit in the file, so a small file cannot cause much work.
     pub(super) fn ring(&mut self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];

@@ -29,8 +29,8 @@ pub(super) struct SplitModels {
     pub neighbour: Number,
     /// Otherwise the age of the replaced vertex.
     pub age: Number,
-    /// Whether a face changes. Chosen by the changes along the ring so far, the index in the ring, and the
-    /// previous face.
+    /// Whether a face changes. The model depends on the changes along the ring so far, the index in the ring, and
+    /// the previous face.
     pub takes: [[[Bit; 3]; 8]; 4],
 }
 

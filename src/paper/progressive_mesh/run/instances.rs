@@ -7,8 +7,8 @@ use super::touched::{DirtyBlocks, WriteObserver};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Instances of one mesh. The mesh is shared. An instance has 12 bytes of state and a slice of the index buffer with
-/// its live faces: three indices each, plus slack (see [`Slices`]).
+/// Instances of one mesh. The mesh is shared. An instance has about 95 bytes of state (pm.cpu: 500 instances of about
+/// 1000 faces) and a slice of the index buffer with its live faces: three indices each, plus slack (see [`Slices`]).
 #[derive(Clone, Debug)]
 pub struct Instances<I: Index = u32> {
     program: Arc<Program>,

@@ -36,7 +36,7 @@ use super::mesh::Level;
 /// If there are no levels.
 pub fn level_for_error(levels: &[Level], error: f32) -> u32 {
     let last = u32::try_from(levels.len() - 1).expect("fewer than 2^32 levels");
-    // Every comparison with NaN counts as exceeding it, so no level satisfies NaN.
+    // An error compared with NaN counts as too large, so NaN gives the last level.
     let coarser =
         levels.partition_point(|level| level.error.partial_cmp(&error).is_none_or(|order| order.is_gt()));
     (coarser as u32).min(last)

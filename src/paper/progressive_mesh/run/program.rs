@@ -13,7 +13,7 @@ use std::ops::Range;
 pub struct Program {
     pub(super) levels: Vec<Level>,
     /// For each level the number of faces drawn, from the start of the index buffer. With births in place
-    /// this exceeds the live faces.
+    /// this may exceed the live faces.
     pub(super) drawn: Vec<u32>,
     /// The index buffer (the paper's F) at level 0, with the slots of all levels. A slot that level 0 does
     /// not draw has its face as first drawn.

@@ -112,7 +112,7 @@ impl Shape {
         (least.0, self.new[least.1].0)
     }
 
-    /// Half the sum of the old triangles' cross products.
+    /// The total area of the old triangles.
     pub fn area(&self) -> f64 {
         self.normals.iter().map(|[cross, _]| cross.length() / 2.0).sum()
     }

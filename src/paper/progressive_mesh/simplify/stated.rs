@@ -1,9 +1,9 @@
 //! The stated error of each collapse: not below the deviation, and rising evenly.
 
 /// Smallest and largest power of (faces before / faces after a collapse) by which the stated error grows. On
-/// a smooth surface the deviation grows with power 1. With at least 0.5, a requested error 1 % larger gives
-/// at most 2 % fewer faces and one collapse. With at most 4, it gives at least one collapse from 1000 faces
-/// on.
+/// a smooth surface the deviation grows with power 1. With at least 0.5, a requested error 1 % larger
+/// removes at most 2 % of the faces plus those of one collapse. With at most 4, it gives at least one collapse from
+/// 1000 faces on.
 const GROWTH: [f64; 2] = [0.5, 4.0];
 
 /// Largest factor by which errors before a jump are raised to even out the jump. Flat parts keep a small error up to

@@ -333,17 +333,17 @@ impl Baselines {
         let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes(index));
         match self.prepared.baseline() {
             Baseline::Compacted => {
-                format!("{name}: a pass, and a slot and three corners of each face on the device")
+                format!("{name}: a pass; the device stores a slot and three corners for each face")
             }
             Baseline::Discrete { .. } => {
                 format!(
-                    "{name}: {lists} meshes of {bytes} bytes in the index buffer, shared; the levels are the chain's"
+                    "{name}: {lists} meshes of {bytes} bytes in total in the index buffer, shared by all instances"
                 )
             }
             Baseline::SkipLists { .. } => {
                 format!(
-                    "{name}: {lists} lists of {bytes} bytes on the host, and each instance's copy of one; a change to \
-                     another list copies all of it"
+                    "{name}: {lists} lists of {bytes} bytes in total on the host, and a copy of one list for each \
+                     instance; a change to another list copies all of it"
                 )
             }
             _ => format!("{name}: a level change reorders and copies all faces"),

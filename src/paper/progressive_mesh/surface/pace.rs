@@ -5,7 +5,7 @@ use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 
-/// With geomorphing, unless the scene says otherwise: as fast as an approach that halves the distance in 16 frames.
+/// Default of `octaves_per_frame` with geomorphing: the pace of an approach that halves the distance in 16 frames.
 const OCTAVES_PER_FRAME: f64 = 1.0 / 16.0;
 
 /// How instances of one mesh follow the wanted error. Errors are in object units.
@@ -14,7 +14,8 @@ pub struct Pace {
     /// log2 of the errors beyond which a picture does not change.
     range: [f64; 2],
     octaves_per_frame: Option<f64>,
-    /// New vertices start moving so many octaves before the error is wanted, and arrive when it is.
+    /// New vertices move while the shown error falls by this many octaves, and arrive at the error at which they would
+    /// appear without geomorphing. 0 without geomorphing.
     ahead: f64,
 }
 
@@ -29,7 +30,8 @@ impl Pace {
         Pace { range, octaves_per_frame: surface.octaves_per_frame.or(of_geomorph), ahead }
     }
 
-    /// The error drawn after `before`, the last frame's if the instance was in it, towards `wanted`.
+    /// The error to show next: one step towards `wanted` from `before`, the error shown in the last frame. `None`: the
+    /// last frame did not draw the instance, so `wanted` is shown at once.
     pub fn next(&self, before: Option<f64>, wanted: f64) -> f64 {
         let (Some(most), Some(before)) = (self.octaves_per_frame, before) else { return wanted };
         let [least, largest] = self.range;
@@ -38,12 +40,12 @@ impl Pace {
         if (to - from).abs() <= most { wanted } else { (from + (to - from).clamp(-most, most)).exp2() }
     }
 
-    /// The error by which levels and vertices are chosen where `shown` is drawn.
+    /// The error that selects the level and moves the vertices: smaller than the shown error by `ahead` octaves.
     pub fn chosen(&self, shown: f64) -> f64 {
         if self.ahead > 0.0 { shown * (-self.ahead).exp2() } else { shown }
     }
 
-    /// The level where `shown` is drawn.
+    /// The level that is drawn at the shown error.
     pub fn level(&self, levels: &[Level], shown: f64) -> u32 {
         level_for_error(levels, self.chosen(shown) as f32)
     }

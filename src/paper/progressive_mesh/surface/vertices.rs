@@ -22,7 +22,7 @@ pub struct SurfaceVertex {
 pub struct MorphVertex {
     pub position: [f32; 3],
     /// log2 of the error of the last level without the vertex, in object units. The vertex is live for
-    /// smaller wanted errors.
+    /// smaller chosen errors (`Pace::chosen`).
     pub birth_log2: f32,
     pub normal: [f32; 3],
     /// The vertex from whose position it starts; its own index if it replaces none.
@@ -36,7 +36,7 @@ pub const MORPH_BAND_LOG2: f32 = 1.0;
 
 /// A `birth_log2` above all errors, for vertices of level 0 and vertices that replace none.
 pub const ALWAYS_LOG2: f32 = 1000.0;
-/// log2 of a wanted error that is so small that every vertex has reached its position.
+/// log2 of a chosen error so small that every vertex has reached its position.
 pub const EXACT_LOG2: f32 = -1000.0;
 
 /// One unit normal per vertex: the model's own, or else the area-weighted mean over the full mesh's faces at

@@ -89,7 +89,7 @@ pub struct RowConstants {
     /// Numerators of du/dy and dv/dy at the first pixel's centre, and their steps.
     pub dy: [f64; 2],
     pub dy_step: [f64; 2],
-    /// H.
+    /// H, the step of w to the next row.
     pub step_y: f64,
 }
 

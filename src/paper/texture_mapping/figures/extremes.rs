@@ -92,7 +92,7 @@ const FRAGMENTS: &str = "fragments a pixel";
 
 const SIZE: [u32; 2] = [64, 48];
 
-/// The picture shows the plane at 88.5 to 89.5 degrees, so no horizon.
+/// Each pixel's ray meets the plane at 88.5 to 89.5 degrees, so the horizon lies outside the picture.
 const OVERDRAWN: Tilt = Tilt {
     tilt_degrees: 89.0,
     roll_degrees: 0.0,

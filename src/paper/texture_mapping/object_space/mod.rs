@@ -1,4 +1,4 @@
-//! Object-space texturing, filtered in the screen plane (paper 3, section G).
+//! Object-space texturing, filtered in the screen plane (paper 3, step G).
 //!
 //! Each polygon is rotated parallel to the screen (first about x, then about y). All of its points then have one
 //! depth and so one level of detail. In this position the polygon is sampled at lattice points, which are called

@@ -46,7 +46,7 @@ fn widened(ellipse: &Ellipse, pixel: &Pixel) -> (Symmetric, f64) {
     (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
 }
 
-/// True if the footprint is too large for squares in f32; its value is the texture's mean.
+/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]; its value is then the texture's mean.
 fn sees_all(v: Symmetric) -> bool {
     v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
 }

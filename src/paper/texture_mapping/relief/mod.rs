@@ -1,5 +1,5 @@
-//! Relief: a height field below a polygon, and the tracing of view rays through it (section I). [`parallax`] filters
-//! it (section H).
+//! Relief: a height field below a polygon, and the tracing of view rays through it (step I of paper 3). [`parallax`]
+//! filters it (step H).
 //!
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
 //! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005)

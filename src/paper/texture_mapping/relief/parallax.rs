@@ -1,5 +1,5 @@
-//! Parallax mapping with filtering: a pixel's colour where a relief moves, deforms and hides parts of its footprint.
-//! Section H.
+//! Parallax mapping with filtering (step H of paper 3): a pixel's colour where a relief moves, deforms and hides parts
+//! of its footprint.
 //!
 //! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula
 //! for the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.

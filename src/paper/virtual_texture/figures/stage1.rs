@@ -20,7 +20,7 @@ pub struct Stage1Check {
 /// Upper bound of a device's position error, in pixels: twice the sum of two errors. The device snaps vertices to 1/256
 /// pixel (lavapipe's subPixelPrecisionBits = 8), which moves an edge by at most half of that. Clip coordinates are f32
 /// sums of 4 products with a relative error of 2^-22. In pixels, the products are at most 10 times the picture's longer
-/// side. The error is then at most 1/218 pixel at 1920 columns, and 1/26 at 16384.
+/// side, so this second error is at most 1/218 pixel at 1920 columns, and 1/26 at 16384.
 pub fn radius_px(size: [u32; 2]) -> f64 {
     let clip_px = 2f64.powi(-22) * 10.0 * f64::from(size[0].max(size[1]));
     2.0 * (1.0 / 512.0 + clip_px)

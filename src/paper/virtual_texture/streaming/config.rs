@@ -81,7 +81,7 @@ pub enum StreamingError {
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
-    /// True if the same loader serves both: with time budgets any, with counted budgets only one of the same sizes.
+    /// True if one loader serves both settings. With counted budgets, the number of loads per frame must be equal.
     pub fn same_loader(&self, other: &StreamingConfig) -> bool {
         let counted = |config: &StreamingConfig| config.load_tiles_per_frame.min(config.host_tiles);
         self.deterministic == other.deterministic && (!self.deterministic || counted(self) == counted(other))
@@ -102,7 +102,7 @@ impl StreamingConfig {
                 return Err(StreamingError::NoTime { setting });
             }
         }
-        // The tables store a slot as an i32, which allows more. 2^20 slots of the smallest tile already take 2 GiB.
+        // The tables store a slot as an i32, which allows more. 2^20 slots of the smallest RGBA8 tile take 1.25 GiB.
         let most = 1 << 20;
         if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=most).contains(value)) {
             return Err(StreamingError::OutOfRange { setting, value, most });

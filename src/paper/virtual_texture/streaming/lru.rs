@@ -8,7 +8,7 @@ const NONE: u32 = u32::MAX;
 struct Link {
     older: u32,
     newer: u32,
-    /// The paper's t; valid while `listed`.
+    /// The paper's t, the time of the last use; valid while `listed`.
     last_use: u64,
     listed: bool,
 }

@@ -233,7 +233,7 @@ impl Streaming {
     /// As [`Streaming::new`]; nothing has changed then.
     ///
     /// # Panics
-    /// `deterministic` differs, or with it a number that the loader was created for.
+    /// If `deterministic` differs, or, with counted budgets, the number of loads per frame.
     pub fn reconfigure(&mut self, config: StreamingConfig) -> Result<(), StreamingError> {
         config.check(&self.pyramid)?;
         assert!(self.config.same_loader(&config), "the loader is for {:?}, not {config:?}", self.config);
@@ -275,7 +275,7 @@ impl Streaming {
         }
     }
 
-    /// The settings given to [`Streaming::new`].
+    /// The current settings.
     pub fn config(&self) -> &StreamingConfig {
         &self.config
     }

@@ -12,7 +12,8 @@ use std::collections::{HashMap, HashSet};
 /// Replacement policy: which tile is evicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Belady's optimum: the tile that is never used again, or else used latest. Needs the whole path.
+    /// Belady's optimum: a tile that is never used again, or else the one whose next use is latest. Needs the whole
+    /// path.
     Optimum,
     /// The tile that was wanted least recently.
     LeastRecent,

@@ -190,7 +190,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// Number of `expected` indices of `bytes` bytes that `found` lacks or has another value for.
+/// Number of indices in `expected`, of `bytes` bytes each, that are missing in `found` or differ there.
 fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
     let pairs = found.chunks_exact(bytes).zip(expected.chunks_exact(bytes));
     expected.len() / bytes - pairs.filter(|(a, b)| a == b).count()

@@ -1,4 +1,4 @@
-//! The extremes: landscape, camera, and the risk that each tests.
+//! The extremes: what each draws, from which camera, and the risk that it tests.
 
 use super::shapes;
 use crate::math::camera::Pose;

@@ -31,8 +31,8 @@ fn delays(tiles: &[TileId], seen: &[Vec<TileId>]) -> Vec<Vec<u64>> {
     delays
 }
 
-/// A picture of which pixels' tiles are in a frame's samples (grey) or missing from them (red). Pixels that need no
-/// tile are black.
+/// A map of the pixels: grey if the pixel's tile is among a frame's samples, red if it is missing, black if the pixel
+/// needs no tile.
 fn map(size: [u32; 2], triples: &[[u32; 3]], seen: &[TileId], first_resident_level: u32) -> Srgb8Picture {
     let colour = |&[level, i, j]: &[u32; 3]| match level {
         level if level >= first_resident_level => [0, 0, 0, 255],

@@ -1,4 +1,5 @@
-//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] in the whole picture, [`na`] at any tilt.
+//! The effect of filters and borders on the picture: [`seams`] at tiles' edges, [`filter`] in the whole picture,
+//! [`na`] at any tilt.
 
 pub mod filter;
 pub mod na;

@@ -18,7 +18,7 @@ pub struct Truth {
     pub picture: Picture,
     size: [u32; 2],
     windows: Windows,
-    /// True for pixels inside the landscape: it covers the pixel and its neighbours.
+    /// True for pixels that the textured surface covers together with all their neighbours.
     inside: Vec<bool>,
 }
 
@@ -82,8 +82,8 @@ impl Truth {
         Ok(Truth { picture: Picture::new(columns, rows, rgba), size, windows, inside })
     }
 
-    /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the landscape's outline are black, as in
-    /// the reference.
+    /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the textured surface's outline are black,
+    /// as in the reference.
     pub fn cut(&self, bytes: &[u8]) -> Picture {
         let Picture { width, height, .. } = self.picture;
         assert_eq!(
@@ -114,7 +114,7 @@ impl Truth {
         };
         format!(
             "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's footprint, \
-             {place}: {counted} of {} pixels; the others lie beyond the landscape or at its outline and are left out.",
+             {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its outline.",
             self.inside.len()
         )
     }
@@ -122,7 +122,7 @@ impl Truth {
 
 const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// True if the landscape covers a pixel and its neighbours.
+/// True if the textured surface covers a pixel and its neighbours.
 fn covered(view: &ReferenceView, [x, y]: [u32; 2]) -> bool {
     let [width, height] = view.size();
     let [right, bottom] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];
