@@ -1,8 +1,8 @@
 //! Bookmarks persist between runs, and the camera stays above the ground.
 
 use crate::display::{Display, key};
-use crate::open;
 use crate::program::Program;
+use crate::{FAST, open};
 
 /// A value of the camera that the key C prints.
 fn camera_value(window: &mut Program<'_>, name: &str) -> f64 {
@@ -58,7 +58,7 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
 #[test]
 fn no_flight_goes_below_the_valleys_ground() {
     let display = Display::start();
-    let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels"]);
+    let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels", "-D", FAST]);
     window.settled_picture();
     // The camera starts 4,480 m above sea level, near a lake bed at 4,150 m.
     window.hold(key::Q, 2500);

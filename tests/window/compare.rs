@@ -18,7 +18,8 @@ fn divider(picture: &Srgb8Picture) -> Option<u32> {
 fn two_variants_share_the_window_and_their_difference_is_shown() {
     let display = Display::start();
     // The second variant shows levels that are 4 too coarse.
-    let arguments = ["globe", "--size", "256x144", "--no-panels", "--variant", "view.width=256", "--variant"];
+    let arguments =
+        ["globe", "--size", "256x144", "--no-panels", "-D", FAST, "--variant", "view.width=256", "--variant"];
     let mut window = open(&display, &[&arguments[..], &["variant.level_bias=4"]].concat());
     let alone = window.settled_picture();
     assert_eq!(divider(&alone.0), None);

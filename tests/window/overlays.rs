@@ -1,8 +1,8 @@
 //! The overlays, and the values of a pixel.
 
 use crate::display::{Display, key};
-use crate::open;
 use crate::program::Seen;
+use crate::{FAST, open};
 
 /// The number of pixels whose colour satisfies `holds`.
 fn count(seen: &Seen, holds: impl Fn([u8; 3]) -> bool) -> usize {
@@ -18,7 +18,7 @@ fn pixel(seen: &Seen, [x, y]: [u32; 2]) -> [u8; 3] {
 fn levels_and_what_is_missing_of_them_colour_the_picture() {
     let display = Display::start();
     // With this bias, each pixel shows a level one coarser than it requests, except at the coarsest level.
-    let arguments = ["globe", "--size", "320x180", "--no-panels", "-D", "variant.level_bias=1"];
+    let arguments = ["globe", "--size", "320x180", "--no-panels", "-D", FAST, "-D", "variant.level_bias=1"];
     let mut window = open(&display, &arguments);
     let plain = window.settled_picture();
     let saturated = |rgb: [u8; 3]| rgb.iter().max().unwrap() - rgb.iter().min().unwrap() > 90;

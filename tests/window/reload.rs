@@ -1,5 +1,6 @@
 //! F5 recompiles the shaders while the window is open.
 
+use crate::FAST;
 use crate::display::{Display, key};
 use crate::program::{Program, Seen};
 use std::path::Path;
@@ -29,7 +30,8 @@ fn a_syntax_error_leaves_the_picture_and_the_mended_shader_changes_it() {
     let built = std::fs::read_to_string(&shader).unwrap();
     let write = |text: &str| std::fs::write(&shader, text).unwrap();
     let sources = [("ORTELIUS_SOURCES", folder.path().to_str().unwrap())];
-    let mut window = Program::start(&display, &["globe", "--size", "320x300", "--no-panels"], &sources);
+    let mut window =
+        Program::start(&display, &["globe", "--size", "320x300", "--no-panels", "-D", FAST], &sources);
     let first = window.settled_picture();
 
     write(&format!("{built}\nvoid broken( {{\n"));

@@ -1,5 +1,6 @@
 //! Random input must neither lose the device nor make memory grow.
 
+use crate::FAST;
 use crate::display::{Display, key};
 use crate::program::Program;
 use ortelius::math::splitmix::SplitMix64;
@@ -56,7 +57,7 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(96, |text| text.parse().unwrap());
     // With one arena, memory that was freed by another thread is used again. The paper's filter: lavapipe keeps
     // memory for each pipeline that it compiles, and more of it for a longer shader.
-    let scene = ["globe", "--size", "300x200", "-D", "surface.land.filter={}"];
+    let scene = ["globe", "--size", "300x200", "-D", FAST];
     let mut window = Program::start(&display, &scene, &[("MALLOC_ARENA_MAX", "1")]);
     window.settled_picture();
     let mut random = SplitMix64(SEED);
