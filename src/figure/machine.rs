@@ -62,7 +62,7 @@ fn processor_in(text: &str) -> Option<String> {
     };
     // "model name" on x86, "Model" on some ARM boards; others report only numbers.
     let name = value("model name").or_else(|| value("Model"))?;
-    // Virtual machines shorten the name to "AMD EPYC", which generations of very different speed share.
+    // A virtual machine shortens the name, for example to "AMD EPYC", which says nothing of the generation.
     let numbers = value("cpu family").zip(value("model"));
     Some(numbers.map_or(name.into(), |(family, model)| format!("{name} (family {family}, model {model})")))
 }
