@@ -58,8 +58,8 @@ pub fn choose(
     place: &Place<'_>,
     progress: impl Fn(usize, usize),
 ) -> anyhow::Result<Chosen> {
-    // The paper's filter, from which the sweep starts.
-    let base = scene.with(&[format!("surface.{surface}.filter={{}}")])?;
+    // The sweep starts from one sample, which suits every border.
+    let base = scene.with(&[format!("surface.{surface}.filter={{max_anisotropy=1}}")])?;
     let bench = Bench::new(Effort::Quick, place.device.map(str::to_owned), PathBuf::new());
     let machine = Machine::here(bench.gpu(&[])?.physical());
     let kept = place.cache.as_ref().map(|folder| folder.join(file_name(&base, place)));

@@ -372,7 +372,7 @@ fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<()
         minor_texels: filter.minor_texels,
         ..Filter::DEFAULT
     };
-    if !is_owner && ![Filter::DEFAULT, for_plain].contains(&filter) {
+    if !is_owner && ![Filter::DEFAULT, Filter::ONE_SAMPLE, for_plain].contains(&filter) {
         let what = "a plain texture has two filters: the sampler's trilinear filter, and kind = \"ellipse\" \
                     with max_anisotropy and minor_texels; use one of these, or a virtual texture";
         return fault("filter", what);

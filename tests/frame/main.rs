@@ -7,7 +7,7 @@ use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes, load};
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{
-    self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, PAPER, Settings, TileAddress,
+    self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, ONE_SAMPLE, Settings, TileAddress,
     VirtualTexture, all_needs,
 };
 use ortelius::picture::Target;
@@ -119,15 +119,15 @@ fn settled(mut run: Run<VirtualTexture>, pose: &Pose, frames: u64) -> Vec<u8> {
 fn twenty_resizes_give_the_pictures_of_new_processes_without_leaks() {
     let gpu = device();
     let landscape = Landscape::new();
-    let exact = Config { dedup: Dedup::FusedExact, compact: Compaction::Append, ..PAPER };
+    let exact = Config { dedup: Dedup::FusedExact, compact: Compaction::Append, ..ONE_SAMPLE };
     let draw = |[n, config]: Case| {
-        let run = landscape.run(&gpu, SIZES[n as usize], [PAPER, exact][config as usize]);
+        let run = landscape.run(&gpu, SIZES[n as usize], [ONE_SAMPLE, exact][config as usize]);
         settled(run, &landscape.pose, 0)
     };
     if drew_a_case(draw) {
         return;
     }
-    for (number, config) in [PAPER, exact].into_iter().enumerate() {
+    for (number, config) in [ONE_SAMPLE, exact].into_iter().enumerate() {
         let mut run = landscape.run(&gpu, SIZES[0], config);
         run.settle(&landscape.pose).unwrap();
         run.drain().unwrap();
@@ -174,7 +174,7 @@ fn meshes_are_resized_too() {
 /// Configurations that contain each variant of each setting at least once. Consecutive ones differ in many
 /// settings.
 fn variants(landscape: &Landscape) -> Vec<Config> {
-    let base = Config { feedback_log2: 2, ..PAPER };
+    let base = Config { feedback_log2: 2, ..ONE_SAMPLE };
     let mut variants = vec![base];
     for (n, &dedup) in Dedup::ALL.iter().enumerate() {
         let address = if n % 2 == 0 { TileAddress::OwnLevel } else { TileAddress::Level0 };
@@ -247,24 +247,24 @@ fn one_run_switches_to_every_variant_and_keeps_the_caches() {
 fn a_switch_that_fails_keeps_the_old_variant() {
     let gpu = device();
     let landscape = Landscape::new();
-    let mut run = landscape.run(&gpu, [64, 36], PAPER);
+    let mut run = landscape.run(&gpu, [64, 36], ONE_SAMPLE);
     run.settle(&landscape.pose).unwrap();
     let before = run.picture_bytes().unwrap();
     // Level-0 tile addresses have several bits for each tile.
-    let wrong = Config { dedup: Dedup::Bitset, compact: Compaction::Append, ..PAPER };
+    let wrong = Config { dedup: Dedup::Bitset, compact: Compaction::Append, ..ONE_SAMPLE };
     let error = run.reconfigure(|technique, gpu, target| switch(technique, gpu, wrong, target));
     let error = error.unwrap_err().to_string();
     assert!(error.contains("own-level"), "{error}");
     run.settle(&landscape.pose).unwrap();
     assert!(run.picture_bytes().unwrap() == before);
-    assert_eq!(run.technique.settings.config, PAPER);
+    assert_eq!(run.technique.settings.config, ONE_SAMPLE);
 }
 
 #[test]
 fn frames_wait_for_semaphores_and_signal_them() {
     let gpu = device();
     let landscape = Landscape::new();
-    let [mut first, mut second] = [(); 2].map(|()| landscape.run(&gpu, [64, 36], PAPER));
+    let [mut first, mut second] = [(); 2].map(|()| landscape.run(&gpu, [64, 36], ONE_SAMPLE));
     for _ in 0..4 {
         let semaphore = gpu.semaphore("first is drawn").unwrap();
         first.frame_between(&landscape.pose, &[], &[&semaphore]).unwrap();
@@ -280,7 +280,7 @@ fn frames_wait_for_semaphores_and_signal_them() {
 fn a_run_asks_for_the_features_of_its_variant() {
     let gpu = device();
     let landscape = Landscape::new();
-    let needs = virtual_texture::needs(&PAPER, landscape.source.format());
-    assert_eq!(landscape.run(&gpu, [8, 8], PAPER).technique.needs().len(), needs.len());
+    let needs = virtual_texture::needs(&ONE_SAMPLE, landscape.source.format());
+    assert_eq!(landscape.run(&gpu, [8, 8], ONE_SAMPLE).technique.needs().len(), needs.len());
     assert!(!needs.is_empty());
 }

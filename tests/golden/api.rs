@@ -8,7 +8,7 @@ use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::config::surface;
 use ortelius::paper::progressive_mesh::stand::stands;
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
-use ortelius::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
+use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::renderer::{Options, Renderer};
@@ -43,7 +43,7 @@ pub struct Shared {
     mesh: Option<(String, Model)>,
 }
 
-/// The case's scene with its changes, each with the section of its key.
+/// The case's scene with one sample per pixel and its changes, each with the section of its key.
 fn scene(case: &Case) -> Scene {
     let section = |change: &str| match change.split('=').next().unwrap() {
         "order" | "apply" | "geomorph" => format!("surface.{}.geometry", case.scene),
@@ -56,7 +56,7 @@ fn scene(case: &Case) -> Scene {
         None => format!("{}.{change}", section(change)),
     };
     let changes: Vec<String> = case.changes.iter().map(|change| key(change)).collect();
-    papers_scene(case.scene).unwrap().with(&changes).unwrap()
+    one_sample_scene(case.scene).unwrap().with(&changes).unwrap()
 }
 
 fn pose(scene: &Scene, view: &View) -> Pose {

@@ -5,7 +5,8 @@
 pub struct Case {
     pub scene: &'static str,
     pub paper: Paper,
-    /// `key=value`, as in a scene, without the name of the section.
+    /// `key=value`, as in a scene, without the name of the section. The cases of paper 1 have `max_anisotropy=1` unless
+    /// they state another number.
     pub changes: Vec<String>,
     pub views: &'static [View],
 }
@@ -28,10 +29,12 @@ pub enum View {
 }
 
 impl Case {
-    /// `earth/headline/dedup=runs,address=own-level`; `paper` if nothing is changed, `shipped` for the shipped scene.
+    /// `earth/headline/dedup=runs,address=own-level`; `shipped` for the shipped scene. If nothing is changed, `paper`
+    /// for paper 2 and `max_anisotropy=1` for paper 1.
     pub fn name(&self, view: &View) -> String {
         let changes = match (self.paper, self.changes.is_empty()) {
             (Paper::Shipped, _) => "shipped".to_owned(),
+            (Paper::VirtualTexture, true) => "max_anisotropy=1".to_owned(),
             (_, true) => "paper".to_owned(),
             (_, false) => self.changes.join(","),
         };
@@ -97,7 +100,7 @@ fn staged() -> Vec<String> {
 }
 
 /// The variants other than those of stages 2 and 3.
-const OTHERS: [&str; 13] = [
+const OTHERS: [&str; 15] = [
     "",
     "list=host-hash",
     "list=host-bitmap",
@@ -105,6 +108,8 @@ const OTHERS: [&str; 13] = [
     "filter=bilinear",
     "filter=stochastic,samples=2",
     "max_anisotropy=4",
+    "max_anisotropy=16",
+    "max_anisotropy=16,dedup=fused-exact,compact=fused-append",
     "max_anisotropy=4,filter=stochastic,samples=4",
     "interpolation=literal",
     "request_format=rgba32",
@@ -114,8 +119,9 @@ const OTHERS: [&str; 13] = [
 ];
 
 /// The variants of scenes that do not run every variant.
-const FEW: [&str; 5] = [
+const FEW: [&str; 6] = [
     "",
+    "max_anisotropy=16",
     "dedup=runs,compact=ordered,address=own-level",
     "dedup=fused-exact,compact=fused-append",
     "list=host-bitmap",

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use ortelius::frame::Technique;
 use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::{self, Model};
-use ortelius::paper::virtual_texture::config::papers_scene;
+use ortelius::paper::virtual_texture::config::one_sample_scene;
 use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::Target;
@@ -125,7 +125,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
 /// The shipped scene of both papers: a terrain of 204,800 faces and 500 meshes on it.
 #[test]
 fn the_valleys_visible_set_is_that_of_the_reference() {
-    let scene = papers_scene("valley").unwrap();
+    let scene = one_sample_scene("valley").unwrap();
     let renderer = settled(&scene, Target::Srgb8);
     let check = against_reference(&scene, &renderer, "");
     println!("{} of {} pixels differ", check.differing, check.pixels);
@@ -272,6 +272,10 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         "texture = \"land\"\nfilter = { kind = \"bilinear\" }",
     );
     assert!(shared.contains("parts.toml:") && shared.contains("one filter"), "{shared}");
+    // The paper's 16 samples are the default, and are not reduced to suit the texture.
+    let line = "filter = { max_anisotropy = 1 }\n[surface.land.texture]";
+    let border = refused(&["land"], "", line, "[surface.land.texture]\nborder = 0");
+    assert!(border.contains("surface.land.filter.max_anisotropy") && border.contains("up to 16"), "{border}");
     let bunny = refused(
         &["land", "bunny"],
         "",

@@ -10,6 +10,7 @@ pub const SIZE: [u32; 2] = [160, 90];
 const LAND: &str = r#"
 [surface.land]
 geometry = { kind = "plane", width_m = 2000.0, height_m = 1000.0, columns = 16, rows = 8 }
+filter = { max_anisotropy = 1 }
 [surface.land.texture]
 kind = "virtual"
 source = "ruler"

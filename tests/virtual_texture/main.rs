@@ -18,7 +18,7 @@ mod variants;
 use ortelius::frame::Run;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
-use ortelius::paper::virtual_texture::config::{open_texture, owner, papers_scene, source_mesh};
+use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, owner, source_mesh};
 use ortelius::paper::virtual_texture::{Settings, VirtualTexture, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::{SHIPPED, Scene};
@@ -55,8 +55,9 @@ fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Setti
     open_with(gpu, scene, size, open_texture(scene).unwrap(), change)
 }
 
+/// A shipped scene with one sample per pixel; tests of filters set another number.
 fn scene(name: &str) -> Scene {
-    papers_scene(name).unwrap()
+    one_sample_scene(name).unwrap()
 }
 
 /// A scene with another tile border.

@@ -7,7 +7,7 @@ use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::read_words;
 use ortelius::paper::virtual_texture::tile_mask::TileMask;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, MaskLayout, PAPER, RequestFormat};
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, MaskLayout, ONE_SAMPLE, RequestFormat};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{
     Blend, BufferUse, Clear, ColorTarget, Filter, Format, Gpu, GraphicsInfo, Image, Resource, Sampler,
@@ -88,7 +88,7 @@ fn marked(
     native: bool,
 ) -> TileMask {
     assert_eq!(dedup.layout(), MaskLayout::Texels);
-    let mask = TileMask::new(gpu, pyramid, &Config { dedup, ..PAPER }).unwrap();
+    let mask = TileMask::new(gpu, pyramid, &Config { dedup, ..ONE_SAMPLE }).unwrap();
     let pipeline = gpu.compute_pipeline(shader.name, shader, &constants(shader, native)).unwrap();
     let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
     let texels: Sampler = gpu.sampler("request image texels", texels).unwrap();
@@ -110,7 +110,7 @@ fn marked(
 
 /// The geometry shader's points with p = 3 and memo, combined by logic OR.
 fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, native: bool) -> TileMask {
-    let mask = TileMask::new(gpu, pyramid, &PAPER).unwrap();
+    let mask = TileMask::new(gpu, pyramid, &ONE_SAMPLE).unwrap();
     let shader = &glsl::dedup_geom::SHADERS[3];
     let pipeline = gpu
         .graphics_pipeline(&GraphicsInfo {
@@ -165,7 +165,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
     let gpu = device();
     let [m, n, k] = TEXTURE;
     let pyramid = Pyramid::new(m, n, k, 2, None).unwrap();
-    let config = Config { request_format: Some(RequestFormat::Rgba32), ..PAPER };
+    let config = Config { request_format: Some(RequestFormat::Rgba32), ..ONE_SAMPLE };
     let requests = Footprint::new(&gpu, &pyramid, &config, SIZE).unwrap().requests;
     let triples = triples();
     upload(&gpu, &requests, &triples);

@@ -15,7 +15,7 @@ use ortelius::paper::virtual_texture::list_passes::Stage3;
 use ortelius::paper::virtual_texture::prepass::Culling;
 use ortelius::paper::virtual_texture::read_requests;
 use ortelius::paper::virtual_texture::tile_pool::TilePool;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, RequestFormat, TileAddress};
+use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, ONE_SAMPLE, RequestFormat, TileAddress};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::vk::{Format, Gpu, Image, ImageInfo};
 use std::time::Instant;
@@ -91,7 +91,7 @@ impl Drawn<'_> {
             compact: Compaction::FusedAppend,
             address: TileAddress::OwnLevel,
             request_format: Some(RequestFormat::Packed),
-            ..PAPER
+            ..ONE_SAMPLE
         };
         let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
         let resident = TilePool::new(gpu, &Ruler::new(pyramid), 1).unwrap();

@@ -3,7 +3,7 @@
 use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh, texture};
-use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::paper::virtual_texture::{PAPER, Settings, VirtualTexture};
 use ortelius::picture::Target;
 
 #[test]
@@ -57,7 +57,7 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
         (["surface.land.texture.width_log2=12", "surface.land.texture.height_log2=11"], "corner"),
     ] {
         let overrides = change.map(String::from);
-        let scene = ortelius::scene::Scene::load_with("ruler", &overrides).unwrap();
+        let scene = scene("ruler").with(&overrides).unwrap();
         // About 100 MB of tiles for each size.
         let gpu_tiles =
             100_000_000 / texture(&scene).unwrap().pyramid().unwrap().unwrap().tile_bytes_rgba8() as u32;
@@ -74,7 +74,8 @@ fn texels_stay_right_on_the_largest_texture_and_with_small_tiles() {
 #[test]
 fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
     let gpu = device();
-    for (border, max_anisotropy, refused) in [(0, 1, false), (1, 2, true), (2, 16, false)] {
+    assert_eq!(PAPER.filter.max_anisotropy, 16);
+    for (border, max_anisotropy, refused) in [(0, 1, false), (0, 16, true), (1, 2, true), (2, 16, false)] {
         let scene = bordered("earth", border);
         let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
         settings.size = [64, 36];

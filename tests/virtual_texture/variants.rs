@@ -11,7 +11,7 @@ use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::needs;
 use ortelius::paper::virtual_texture::streaming::TileAddress;
 use ortelius::paper::virtual_texture::{
-    Compaction, Config, Dedup, MaskLayout, PAPER, RequestFormat, reference,
+    Compaction, Config, Dedup, MaskLayout, ONE_SAMPLE, RequestFormat, reference,
 };
 use ortelius::texture::source::TileFormat;
 use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy, Watched};
@@ -208,7 +208,7 @@ fn variants_with_subgroups_list_the_reference_set() {
     println!("{} has subgroups of {}", gpu.physical().name, gpu.physical().subgroup_size);
     let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let size = [122, 67];
-    let base = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
+    let base = Config { request_format: Some(RequestFormat::Packed), ..ONE_SAMPLE };
     let stage1 = Footprint::new(&gpu, &pyramid, &base, size).unwrap();
     let requests = hashed_triples(&pyramid, size);
     let [columns, rows] = pyramid.tile_grid(0);
@@ -264,15 +264,15 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
 fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
     let paper = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let seventeen_levels = Pyramid::new(20, 20, 4, 2, None).unwrap();
-    let fused = Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..PAPER };
-    let base = Config { compact: Compaction::Append, ..PAPER };
+    let fused = Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..ONE_SAMPLE };
+    let base = Config { compact: Compaction::Append, ..ONE_SAMPLE };
     let bits = Config { dedup: Dedup::Bitset, address: TileAddress::OwnLevel, ..base };
     let bytes = Config { dedup: Dedup::MarkBytes, ..base };
     for (config, pyramid, words) in [
         (Config { address: TileAddress::Level0, ..bits }, paper, ["bitset", "address = \"own-level\""]),
         (Config { compact: Compaction::TransformFeedback, ..bits }, paper, ["transform-feedback", "append"]),
         (Config { compact: Compaction::TransformFeedback, ..bytes }, paper, ["transform-feedback", "append"]),
-        (PAPER, seventeen_levels, ["16 streamed levels", "larger tiles"]),
+        (ONE_SAMPLE, seventeen_levels, ["16 streamed levels", "larger tiles"]),
         (Config { dedup: Dedup::TestOr, ..fused }, paper, ["fused-append", "fused-exact"]),
         (fused, seventeen_levels, ["32 bits", "larger tiles"]),
         (
@@ -284,7 +284,7 @@ fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
         let line = config.check(&pyramid).unwrap_err().to_string();
         assert!(words.iter().all(|word| line.contains(word)), "{line}");
     }
-    let fits = [(bits, paper), (bytes, paper), (base, seventeen_levels), (PAPER, paper), (fused, paper)];
+    let fits = [(bits, paper), (bytes, paper), (base, seventeen_levels), (ONE_SAMPLE, paper), (fused, paper)];
     for (config, pyramid) in fits {
         assert_eq!(config.check(&pyramid), Ok(()));
     }
@@ -301,7 +301,7 @@ fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
 
 #[test]
 fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
-    let compute = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..PAPER };
+    let compute = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..ONE_SAMPLE };
     assert!(needs(&compute, TileFormat::Rgba8).is_empty());
     let gpu = Watched::open(&GpuOptions::default());
     let scene = scene("earth");
@@ -314,7 +314,7 @@ fn a_device_opened_for_compute_variants_has_no_geometry_shader_and_runs_them() {
     let refused = DedupPass::new(
         &gpu,
         &renderer.technique.source.pyramid(),
-        &PAPER,
+        &ONE_SAMPLE,
         renderer.technique.stage1().unwrap(),
     )
     .err()

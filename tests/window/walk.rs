@@ -55,7 +55,7 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let display = Display::start();
     // Steps and not seconds: the same walk on every machine.
     let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(96, |text| text.parse().unwrap());
-    // With one arena, memory that was freed by another thread is used again. The paper's filter: lavapipe keeps
+    // With one arena, memory that was freed by another thread is used again. One sample per pixel: lavapipe keeps
     // memory for each pipeline that it compiles, and more of it for a longer shader.
     let scene = ["globe", "--size", "300x200", "-D", FAST];
     let mut window = Program::start(&display, &scene, &[("MALLOC_ARENA_MAX", "1")]);

@@ -48,8 +48,9 @@ settings! {
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// The most samples along a footprint (the paper's NA). For `"ellipse"`: the greatest ratio of its axes.
-        max_anisotropy: u32 = 1, in 1..=16;
+        /// The most samples along a footprint (the paper's NA, the maximum of today's hardware). For `"ellipse"`: the
+        /// greatest ratio of its axes. The sampler of a plain texture takes one sample.
+        max_anisotropy: u32 = 16, in 1..=16;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
         /// as many texels and reduces the error (scene.filters).
         minor_texels: u32 = 2, in 1..=4, unit "texels";
@@ -107,6 +108,9 @@ fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), Fau
 
 /// The paper's settings, which are the defaults of scenes.
 pub const PAPER: Config = Config::DEFAULT;
+
+/// The paper's settings with NA = 1, for figures and tests of something other than anisotropy.
+pub const ONE_SAMPLE: Config = Config { filter: Filter::ONE_SAMPLE, ..PAPER };
 
 impl RequestFormat {
     pub fn image_format(self) -> Format {
@@ -200,6 +204,9 @@ pub fn check_opened(
 }
 
 impl Filter {
+    /// The paper's filter with NA = 1: one trilinear sample per pixel.
+    pub const ONE_SAMPLE: Filter = Filter { max_anisotropy: 1, ..Filter::DEFAULT };
+
     /// The narrowest border of a tile, in texels. With several samples, each looks up its own tile and reads both of
     /// the tile's levels, up to 2 texels beyond the tile. A single sample works without a border but shows seams, as
     /// the paper's tiles do. Filters that fetch single texels need no border.
@@ -216,8 +223,10 @@ impl Filter {
         let least = self.least_border();
         if border < least {
             let what = format!(
-                "a sample reads up to {least} texels beyond a tile's edge, but the texture's border has {border}; \
-                use a wider border, max_anisotropy = 1, or kind = \"ellipse\" or \"stochastic\""
+                "with several samples (here up to {}) a sample reads up to {least} texels beyond a tile's edge, but \
+                the texture's border has {border}; use a wider border, max_anisotropy = 1, or kind = \"ellipse\" or \
+                \"stochastic\"",
+                self.max_anisotropy
             );
             return Some(("max_anisotropy", what));
         }
@@ -227,8 +236,8 @@ impl Filter {
         let what = || {
             let wanted = self.max_anisotropy;
             format!(
-                "{wanted} samples reach further than half a tile of {tile_size} texels; use at most {most}, or a \
-                     border of {wanted}"
+                "{wanted} samples reach further than half a tile of {tile_size} texels; use at most {most}, or \
+                larger tiles"
             )
         };
         wide.then(|| ("max_anisotropy", what()))
@@ -259,13 +268,17 @@ pub fn filter(scene: &Scene, surface: &Surface) -> std::result::Result<Filter, S
     }
 }
 
-/// The scene with paper 1's filter, one trilinear sample.
+/// The scene with paper 1's filter: trilinear samples along the footprint, at most 16.
 ///
 /// # Errors
 /// An invalid scene.
 pub fn with_papers_filter(scene: &Scene) -> std::result::Result<Scene, SceneError> {
+    with_filter(scene, "{}")
+}
+
+fn with_filter(scene: &Scene, filter: &str) -> std::result::Result<Scene, SceneError> {
     match owner(scene)? {
-        Some(surface) => scene.with(&[format!("surface.{}.filter={{}}", surface.name)]),
+        Some(surface) => scene.with(&[format!("surface.{}.filter={filter}", surface.name)]),
         None => Ok(scene.clone()),
     }
 }
@@ -276,6 +289,14 @@ pub fn with_papers_filter(scene: &Scene) -> std::result::Result<Scene, SceneErro
 /// No shipped scene has this name.
 pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
     with_papers_filter(&Scene::embedded(name)?)
+}
+
+/// A shipped scene with the filter [`Filter::ONE_SAMPLE`].
+///
+/// # Errors
+/// No shipped scene has this name.
+pub fn one_sample_scene(name: &str) -> std::result::Result<Scene, SceneError> {
+    with_filter(&Scene::embedded(name)?, "{max_anisotropy=1}")
 }
 
 /// Everything that a renderer needs besides the mesh and the texture.

@@ -34,7 +34,7 @@
 //! | H2, k2 | states in the host cache | [`streaming`] |
 //! | Q1, Q2 | upload queue, load queue | [`streaming`] |
 //! | A1, A2, A3 | update, upload, loader threads | [`streaming`] |
-//! | NA | the most samples along a footprint | [`texturing`] |
+//! | NA | the most samples along a footprint, 16 | [`texturing`] |
 //!
 //! Differences from the printed paper (errata):
 //! - 2.2: points are drawn at texel centres, not corners.
@@ -75,7 +75,7 @@ pub mod visible_list;
 
 pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 pub use compare::{Again, PlainComparison};
-pub use config::{Config, PAPER, Settings, needs};
+pub use config::{Config, ONE_SAMPLE, PAPER, Settings, needs};
 pub use dump::{FootprintPicture, read_requests, read_words};
 pub use record::FrameRecord;
 pub use technique::{VirtualTexture, VirtualTextureError};

@@ -71,7 +71,8 @@ pub struct TextureReport {
     pub list_overflows: usize,
 }
 
-/// `--compare-plain`: medians over interleaved runs in this process. Both frames take one trilinear sample per pixel.
+/// `--compare-plain`: medians over interleaved runs in this process. The settled frame has paper 1's
+/// filter, up to 16 samples per pixel; the plain one takes one trilinear sample.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture. The two are

@@ -15,7 +15,7 @@ pub const KEYING: Figure = Figure {
             q up to 4^q times, once per cell, and the host must remove the repeats. Own-level tile addresses set bit \
             q of texel (i >> q, j >> q) instead: one bit per tile. The figure compares the lengths of both lists, \
             the time of stages 2 and 3 (the paper's shaders over blocks of 8 x 8 pixels, with memo) and the host's \
-            time to turn triples into sorted, distinct tiles. Quick and full runs differ only in the picture \
+            time to turn triples into sorted, distinct tiles. The levels are those of the paper's NA = 16. Quick and full runs differ only in the picture \
             heights.",
     scenes: &["globe/africa", "earth/oblique"],
     variants,

@@ -12,7 +12,12 @@ use crate::scene::path::Path;
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
-/// A shipped scene with one of its cameras (`earth/oblique`) or paths (`earth/pan`).
+/// A border that contains the paper's 16 samples. As in the paper, a pixel then needs the tile of its triple alone: no
+/// sample lies in a neighbouring tile.
+const PAPERS_BORDER: &str = "surface.land.texture.border=16";
+
+/// A shipped scene with the paper's filter, in tiles with a border of 16 texels, and one of the scene's cameras
+/// (`earth/oblique`) or paths (`earth/pan`).
 pub struct SceneView {
     pub scene: Scene,
     /// The camera's pose, or the path's first one.
@@ -33,7 +38,7 @@ impl SceneView {
     /// No shipped scene, path or camera has this name.
     pub fn find(name: &str) -> anyhow::Result<SceneView> {
         let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/CAMERA"))?;
-        let scene = papers_scene(scene)?;
+        let scene = papers_scene(scene)?.with(&[PAPERS_BORDER.into()])?;
         let path = scene.paths.get(eye).cloned();
         let pose = match &path {
             Some(path) => path.pose(0),

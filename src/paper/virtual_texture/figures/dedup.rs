@@ -17,7 +17,7 @@ pub const DEDUP: Figure = Figure {
     about: "Section 2.2: rendering a vertex for each pixel costs too much, so a geometry shader handles blocks of \
             2^p x 2^p pixels. With the memo it emits a point only if the triple differs from the last one. The paper \
             gives no numbers and no p. The figure shows the time of stage 2 alone over the same packed request image \
-            (1280 x 720 in quick runs, 1920 x 1080 in full ones). The variants are: p = 0 to 4 without and with \
+            (1280 x 720 in quick runs, 1920 x 1080 in full ones), whose levels are those of the paper's NA = 16. The variants are: p = 0 to 4 without and with \
             memo; a vertex for each pixel without geometry shader (the paper's naive baseline); and the compute \
             variants. The reference counts the emitted points exactly from the request image. The synthetic view \
             `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` keeps one bit per tile \

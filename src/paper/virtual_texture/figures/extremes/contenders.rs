@@ -4,7 +4,7 @@
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::Footprint;
 use crate::paper::virtual_texture::list_passes::ListPasses;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, TileAddress};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, ONE_SAMPLE, TileAddress};
 use crate::vk::{self, Gpu};
 
 /// A variant that is ready, or the reason why it is refused.
@@ -51,12 +51,12 @@ pub fn variants() -> Vec<(String, Config)> {
     };
     for address in [TileAddress::Level0, TileAddress::OwnLevel] {
         let fits = |&(dedup, compact): &(Dedup, Compaction)| {
-            Config { dedup, compact, address, ..PAPER }.check(&papers_pyramid()).is_ok()
+            Config { dedup, compact, address, ..ONE_SAMPLE }.check(&papers_pyramid()).is_ok()
         };
         for [block_log2, compact_block_log2, memo] in [[0, 0, 0], [3, 1, 0], [3, 2, 1], [4, 2, 1]] {
-            add(Config { block_log2, compact_block_log2, memo: memo == 1, address, ..PAPER });
+            add(Config { block_log2, compact_block_log2, memo: memo == 1, address, ..ONE_SAMPLE });
         }
-        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, address, ..PAPER };
+        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, address, ..ONE_SAMPLE };
         for dedup in Dedup::staged() {
             Compaction::ALL.iter().map(|&compact| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
@@ -66,10 +66,10 @@ pub fn variants() -> Vec<(String, Config)> {
             staged.into_iter().rev().map(|dedup| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for list in [Listing::HostHash, Listing::HostBitmap, Listing::Feedback] {
-            add(Config { list, feedback_log2: 0, address, ..PAPER });
+            add(Config { list, feedback_log2: 0, address, ..ONE_SAMPLE });
         }
         for (dedup, compact) in FUSED {
-            add(Config { dedup, compact, address, ..PAPER });
+            add(Config { dedup, compact, address, ..ONE_SAMPLE });
         }
     }
     configs.into_iter().map(|config| (name(&config), config)).collect()

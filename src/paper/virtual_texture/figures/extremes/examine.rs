@@ -12,7 +12,7 @@ use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
 use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::tile_pool::{TilePool, TilePoolError};
-use crate::paper::virtual_texture::{Config, PAPER, TileAddress, reference};
+use crate::paper::virtual_texture::{Config, ONE_SAMPLE, TileAddress, reference};
 use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_requests};
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
@@ -114,7 +114,7 @@ impl Examiner {
             })
             .collect::<vk::Result<Vec<_>>>()?;
         // The settled picture is made with the paper's variant.
-        let papers = contenders.iter().position(|contender| contender.config == PAPER);
+        let papers = contenders.iter().position(|contender| contender.config == ONE_SAMPLE);
         let shown = papers.is_some_and(|at| matches!(variants[at].1, Outcome::Listed { .. }));
         let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
         Ok(Examination {
@@ -129,7 +129,7 @@ impl Examiner {
 
 fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
-    let stage1 = Footprint::new(gpu, &pyramid, &PAPER, sight.size)?;
+    let stage1 = Footprint::new(gpu, &pyramid, &ONE_SAMPLE, sight.size)?;
     // The exact fused draws also need the position-only vertices.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
@@ -155,7 +155,7 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     let [width, height] = sight.size;
     let clip = sight.pose.world_to_clip(width, height);
     let view = ReferenceView::new(&sight.source, &clip, sight.pose.eye, sight.size);
-    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, 1)
+    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, ONE_SAMPLE.filter.max_anisotropy)
 }
 
 /// Resources for fused draws. Only the resident tail is present, because the list does not depend on other tiles.
@@ -237,7 +237,7 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
 fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
     let mut settings = Settings::of_scene(&scene, Target::Linear32).expect("shipped");
-    settings.size = sight.size;
+    (settings.size, settings.config) = (sight.size, ONE_SAMPLE);
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));
     let mut session = VirtualTexture::run(gpu.clone(), source, &sight.mesh, settings)?;

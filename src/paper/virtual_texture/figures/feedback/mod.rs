@@ -9,6 +9,7 @@ use super::common::{SceneView, pixels_of};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::paper::virtual_texture::RequestFormat;
+use crate::paper::virtual_texture::config::Filter;
 use watch::{SUBSAMPLINGS, Watch, name};
 
 pub const FEEDBACK: Figure = Figure {
@@ -22,7 +23,8 @@ pub const FEEDBACK: Figure = Figure {
             frames 1 to n are known. With every method, including the exact one, a list reaches the host two frames \
             later. Times include gathering the samples, copying them to the host and listing them there. \"All \
             pixels\" copies the whole request image and runs the same pass over it. The pictures show in red the \
-            pixels whose tiles are missed in the first frame with one pixel in 256.",
+            pixels whose tiles are missed in the first frame with one pixel in 256. One sample per pixel (NA = 1): more \
+            samples list more tiles, and do not change how pixels are chosen.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
@@ -73,6 +75,7 @@ const ALL_PIXELS: &str = "all pixels";
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));
     let opened = SceneView::find(&cell.scene)?.open(bench, size, |settings| {
+        settings.config.filter = Filter::ONE_SAMPLE;
         // No tile is streamed here. The request image is packed, as usual for a copy to the host.
         settings.streaming.gpu_tiles = 1;
         settings.config.request_format = Some(RequestFormat::Packed);

@@ -16,8 +16,8 @@ pub const FILTER: Figure = Figure {
     id: "vt.filter",
     title: "Filters: time, error and noise",
     about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, \
-            which cannot cross tiles. The figure compares: the paper's trilinear sample; the nearest level alone; up \
-            to NA trilinear samples along the footprint (NA is max_anisotropy), inside the tile's border; and single \
+            which cannot cross tiles. The figure compares: one trilinear sample; the nearest level alone; as in the \
+            paper up to NA trilinear samples along the footprint (here 2 to 8), inside the tile's border; and single \
             texels chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per \
             pixel, at one point or along the footprint. Each picture is compared with the f64 picture of the same \
             filter, which shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows \
@@ -57,7 +57,7 @@ pub const FILTER: Figure = Figure {
         Claim::ours(
             "along",
             "16 random texels along the footprint, without a border, have a smaller error against the mean over the \
-             footprint than the paper's trilinear sample.",
+             footprint than one trilinear sample.",
             &[Test::ratio(one(AREA_NMSE, "trilinear"), one(AREA_NMSE, "16 taps along NA 8"), Above(1.0))],
         ),
         Claim::ours(

@@ -33,7 +33,8 @@ pub const CACHE: Figure = Figure {
             whole path; no policy has fewer faults. Policies and sizes are replayed on the lists of every frame \
             (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with tiles of 256 \
             texels. A real session also runs each path with N1 = half of the largest visible set. Bias: the levels \
-            by which all tiles are coarser than listed because the visible set exceeds N1; each frame reports it.",
+            by which all tiles are coarser than listed because the visible set exceeds N1; each frame reports it. One \
+            sample per pixel (NA = 1).",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],

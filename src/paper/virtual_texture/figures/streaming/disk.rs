@@ -7,7 +7,7 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
-use crate::paper::virtual_texture::config::{open_texture, papers_scene};
+use crate::paper::virtual_texture::config::{one_sample_scene, open_texture};
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::picture::Picture;
 use crate::picture::error::compare;
@@ -41,7 +41,7 @@ pub const DISK: Figure = Figure {
             cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers by itself; the \
             paper does not treat failed loads. Recovery: the time, and the number of frames, from when the disk works until \
             95 % of the first frame's error is gone permanently. Each disk is measured 6 times, in turn. 640 x 360 (quick) \
-            or 1920 x 1080 pixels.",
+            or 1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[],
@@ -75,7 +75,7 @@ pub const DISK: Figure = Figure {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
-    let scene = papers_scene(scene)?;
+    let scene = one_sample_scene(scene)?;
     let pose = scene.camera(camera)?.pose();
     let size = bench.effort_of([640, 360], [1920, 1080]);
     let whole = Remembered::new(open_texture(&scene)?);

@@ -2,7 +2,8 @@
 //!
 //! Lists and caches do not depend on the texels. So the `ruler`, whose tiles take a tenth of the time, replaces the
 //! imagery where only lists and caches matter. Pyramid, mesh and paths stay the same. With tiles of 256 texels, 640 x
-//! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512.
+//! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512. All have one sample per pixel
+//! (NA = 1): how many tiles more samples need is measured by vt.na.
 
 mod budget;
 mod cache;
@@ -22,7 +23,7 @@ use crate::figure::Bench;
 use crate::frame::Run;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
-use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh, texture};
+use crate::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh, texture};
 use crate::paper::virtual_texture::{
     Compaction, Config, Dedup, FrameRecord, PAPER, Settings, TileAddress, VirtualTexture, needs,
 };
@@ -107,13 +108,13 @@ pub(super) struct Route {
 }
 
 impl Route {
-    /// The path `name`, such as `earth/pan`, with changed settings.
+    /// The path `name`, such as `earth/pan`, with one sample per pixel, and with changed settings.
     ///
     /// # Errors
     /// No shipped scene or path has this name.
     pub fn find(name: &str, changes: &[String]) -> anyhow::Result<Route> {
         let (scene, path) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/PATH"))?;
-        let scene = papers_scene(scene)?.with(changes)?;
+        let scene = one_sample_scene(scene)?.with(changes)?;
         let path = scene.path(path)?.clone();
         Ok(Route { scene, path })
     }

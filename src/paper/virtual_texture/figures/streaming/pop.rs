@@ -35,7 +35,7 @@ pub const POP: Figure = Figure {
             last frame with the fully resident one. Levels are those of 8-bit sRGB. The headline's camera is used without \
             magnification, so that the dive crosses levels. Every pixel of every frame counts: 39 poses of 320 x 180 pixels \
             (quick: every second of the path's first 80) or 239 of 1280 x 720. The pictures are the frame after the largest \
-            jump and the map of that jump.",
+            jump and the map of that jump. One sample per pixel (NA = 1).",
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],

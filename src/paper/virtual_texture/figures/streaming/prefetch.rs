@@ -34,7 +34,7 @@ pub const PREFETCH: Figure = Figure {
             extrapolated by some frames, and their tiles are loaded with the budget that the visible tiles leave. A \
             tile counts as missing in each frame whose picture needs it but does not have it. The headline's camera \
             is used without magnification, so that the dive crosses levels. Every frame (quick: every second one) at \
-            640 x 360 (quick) or 1920 x 1080 pixels.",
+            640 x 360 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
     paper: &[],

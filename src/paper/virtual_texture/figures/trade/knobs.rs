@@ -73,10 +73,20 @@ impl Knob {
         match self {
             Knob::LevelBias => all.extend([0, 1, 2].map(|level_bias| Values { level_bias, ..at })),
             Knob::Filter => {
-                let filters = [(Filtering::Trilinear, at.samples), (Filtering::Bilinear, at.samples)];
-                let taps = [1, 4, 16].map(|taps| (Filtering::Stochastic, taps));
-                let turned = filters.into_iter().chain(taps);
-                all.extend(turned.map(|(filter, samples)| Values { filter, samples, ..at }));
+                // A single bilinear sample, and few taps, are tried at one point alone.
+                let filters = [
+                    (Filtering::Trilinear, at.samples, at.max_anisotropy),
+                    (Filtering::Bilinear, at.samples, 1),
+                ];
+                let taps = [(1, 1), (4, 1), (16, at.max_anisotropy)];
+                let turned =
+                    filters.into_iter().chain(taps.map(|(taps, na)| (Filtering::Stochastic, taps, na)));
+                all.extend(turned.map(|(filter, samples, max_anisotropy)| Values {
+                    filter,
+                    samples,
+                    max_anisotropy,
+                    ..at
+                }));
             }
             Knob::Anisotropy => {
                 all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at }));
@@ -357,7 +367,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::virtual_texture::config::papers_scene;
+    use crate::paper::virtual_texture::config::{one_sample_scene, papers_scene};
 
     fn baked(scene: &Scene) -> Scene {
         let changes = ["path=a.tiles", "source=file"].map(|change| format!("surface.land.texture.{change}"));
@@ -385,7 +395,7 @@ mod tests {
 
     #[test]
     fn the_earth_also_tries_bc1_and_fewer_tiles_are_tried_alone() {
-        let scene = papers_scene("earth").unwrap();
+        let scene = one_sample_scene("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
         };
@@ -398,7 +408,7 @@ mod tests {
 
     #[test]
     fn subsampled_lists_and_odd_borders_are_tried_alone() {
-        let scene = papers_scene("earth").unwrap();
+        let scene = one_sample_scene("earth").unwrap();
         let names = |knobs: &[Knob]| {
             settings(&scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect::<Vec<_>>()
         };
@@ -414,7 +424,7 @@ mod tests {
 
     #[test]
     fn unsupported_values_are_reported_with_a_remedy() {
-        let scene = papers_scene("earth").unwrap();
+        let scene = one_sample_scene("earth").unwrap();
         assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
         let scene = scene.with(&["surface.land.filter.max_anisotropy=4".into()]).unwrap();
         let reported = |scene: &Scene| -> Vec<String> {
@@ -430,7 +440,7 @@ mod tests {
 
     #[test]
     fn a_generated_source_gets_the_border_that_the_samples_need() {
-        let scene = papers_scene("plane").unwrap();
+        let scene = one_sample_scene("plane").unwrap();
         let all = settings(&scene, &[Knob::Anisotropy]).unwrap();
         let changes: Vec<String> = all.iter().map(|setting| setting.changes.join(" ")).collect();
         assert_eq!(
@@ -463,7 +473,7 @@ mod tests {
         let names = |scene: &Scene, knobs: &[Knob]| -> Vec<String> {
             settings(scene, knobs).unwrap().into_iter().map(|setting| setting.name).collect()
         };
-        let scene = papers_scene("earth").unwrap();
+        let scene = one_sample_scene("earth").unwrap();
         let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
         let all = names(&scene, &Knob::OF_FILTER);
         assert_eq!((all.len(), ellipses(&all)), (19, 6), "{all:?}");
