@@ -1,4 +1,5 @@
-//! The files that `render` writes. All paths are checked before rendering, and each file is written atomically.
+//! The files that `render` writes. All paths are checked before rendering. Each file except that of `--records`, which
+//! grows line by line, is written atomically.
 
 use super::Usage;
 use anyhow::{Context, bail};
@@ -131,8 +132,8 @@ impl Outputs {
         };
         let dump = texture.footprint(&renderer.gpu, renderer.target())?;
         let first_resident = texture.source.pyramid().first_resident_level();
-        // (i, j) of the tile in its own level: the level-0 address shifted by the streamed q. -1 for resident
-        // levels and the background.
+        // (i, j) in the grid of the tile's own level: the level-0 address >> q. -1 for resident levels and the
+        // background.
         let native = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
                 q if q < first_resident => (triple[index] >> q) as f32,
@@ -201,7 +202,7 @@ pub(super) fn check_place(path: &Path) -> anyhow::Result<PathBuf> {
     Ok(place)
 }
 
-/// Refuses to overwrite an input, for example a scan by its own report.
+/// Refuses an output path that is the input file, for example a report that would overwrite its model.
 pub(super) fn check_apart(output: &Path, input: &Path) -> anyhow::Result<()> {
     let real = |path: &Path| path.canonicalize().ok();
     if real(output).is_some_and(|output| real(input) == Some(output)) {

@@ -168,7 +168,7 @@ fn shown(row: &Row) -> String {
         Value::Series(points) => format!("a series of {}", points.len()),
         Value::Spreads(points) => format!("a series of {} spreads", points.len()),
         Value::Text(text) => text.clone(),
-        Value::Missing(why) => format!("not here: {why}"),
+        Value::Missing(why) => format!("missing: {why}"),
     }
 }
 

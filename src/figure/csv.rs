@@ -38,7 +38,7 @@ fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
         Value::Number(number) => line(format!("{number},,,,,,,")),
         Value::Series(points) => points.iter().for_each(|[x, y]| line(format!("{y},,,,,,{x},"))),
         Value::Text(words) => line(format!(",,,,,,,{}", field(words))),
-        Value::Missing(why) => line(format!(",,,,,,,{}", field(&format!("not here: {why}")))),
+        Value::Missing(why) => line(format!(",,,,,,,{}", field(&format!("missing: {why}")))),
     }
 }
 

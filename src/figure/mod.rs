@@ -1,9 +1,9 @@
 //! A figure: a question, a measurement, and the claims to judge by the numbers. Independent of any paper.
 //!
-//! A figure is one const. Each of its scenes, at each value of its sweep, is a [`Cell`]: the unit that a run resumes
-//! and that machines share. [`Figure::measure`] measures a cell for all variants at once as [`Row`]s, so that their
-//! runs are interleaved ([`Bench::interleave`]) and drift affects all equally. `list`, `reproduce`, `merge`, the tests
-//! and the report iterate the same list.
+//! A figure is one const. Each of its scenes, at each value of its sweep, is a [`Cell`]. A run resumes at cells, and
+//! several machines divide the cells among them. [`Figure::measure`] measures all variants of a cell together and
+//! returns [`Row`]s. So the runs of the variants are interleaved ([`Bench::interleave`]), and drift affects all of them
+//! equally. `list`, `reproduce`, `merge`, the tests and the report iterate the same list.
 
 mod against;
 mod bench;
@@ -78,9 +78,9 @@ pub struct Sweep {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// Most pictures have at most 720 rows of pixels, and most times are measured in 12 runs.
+    /// Most pictures have at most 720 rows of pixels. Most times are measured in 12 runs, some in 6.
     Quick,
-    /// Most times are measured in at least 30 runs.
+    /// Most times are measured in at least 30 runs, some in 6.
     Full,
 }
 

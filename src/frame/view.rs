@@ -9,7 +9,7 @@ pub struct View {
     pub pose: Pose,
     /// Pixels.
     pub size: [u32; 2],
-    /// Frame number from 0; seeds the noise.
+    /// Frame number from 0; seeds the random numbers of stochastic filters.
     pub frame: u64,
 }
 

@@ -6,7 +6,7 @@
 
 use thiserror::Error;
 
-/// One tile: column `column` and row `row` in the grid of level `level` (the paper's `q`, `i'`, `j'`).
+/// One tile: level, row and column in the level's own grid (the paper's `q`, `i'`, `j'`).
 /// Ordered by level, then row, then column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId {
@@ -112,8 +112,8 @@ impl Pyramid {
         1 << self.tile_log2
     }
 
-    /// Texels of the neighbours stored around each side of a tile. The picture of the next coarser level has half as
-    /// many; if this number is odd, the extra texel lies on the side before the payload.
+    /// b: texels of the neighbours stored on each side of a tile. The stored picture of the next coarser level has
+    /// half this border. If b is odd, that is (b + 1)/2 texels before the payload and (b - 1)/2 after it.
     pub fn border_texels(&self) -> u32 {
         self.border_texels
     }

@@ -15,9 +15,9 @@ pub(super) struct Faces {
 
 impl Faces {
     /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding (`doubled`;
-    /// one entry stands for both). Without the patch, the other faces close the surface along its rim. Decimated scans
-    /// have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one side of it stays.
-    /// Returns the number of removed faces.
+    /// one entry stands for both), provided that the other faces close the surface along most of the patch's rim.
+    /// Decimated scans have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one
+    /// side of it stays. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;

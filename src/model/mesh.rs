@@ -1,4 +1,4 @@
-//! Landscapes as triangles: the exact source mesh in f64, and its GPU form.
+//! Surfaces as triangles: the exact source mesh in f64, and its GPU form.
 //!
 //! One f32 is too coarse for a position on the earth (ulp 0.5 m) and for a texture coordinate on 2^20 texels (ulp
 //! 1/16 texel). So a GPU vertex stores its position as the sum of two floats, and its coordinate as a small offset

@@ -102,7 +102,7 @@ fn unused_name(path: &Path, half_written: &[PathBuf]) -> PathBuf {
 /// Paths of half-written files. Locked while a file is created and while it is renamed.
 fn half_written() -> MutexGuard<'static, Vec<PathBuf>> {
     static PATHS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-    PATHS.lock().expect("no panic while paths are moved")
+    PATHS.lock().expect("no panic while the list of half-written files is locked")
 }
 
 /// Removes every half-written file; for a process that is about to end. Until the result is dropped, no file

@@ -33,8 +33,8 @@ impl Parallelogram {
     }
 }
 
-/// The sample count of an anisotropic filter, min(ceil(longest / shortest), most) (EXT_texture_filter_anisotropic; nA
-/// in paper 1).
+/// The sample count of an anisotropic filter, min(ceil(longest / shortest), most) (EXT_texture_filter_anisotropic). In
+/// paper 1 the count is nA and the limit `most` is NA.
 pub fn sample_count(longest: f64, shortest: f64, most: u32) -> u32 {
     match longest > 0.0 {
         true => (longest / shortest).ceil().min(f64::from(most)) as u32,

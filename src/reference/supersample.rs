@@ -52,8 +52,9 @@ pub struct Truth {
 
 impl Kernel {
     /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal
-    /// kernel weights. The Gaussian uses the concentric map from square to disc, which preserves area (Shirley and
-    /// Chiu, "A low distortion map between disk and square", 1997), and then inverts its cumulative weight by radius.
+    /// kernel weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk
+    /// and square", 1997) maps the square to the unit disc and preserves areas up to a factor. The offset's length then
+    /// inverts the Gaussian's cumulative weight by radius.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
         let Kernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {

@@ -5,7 +5,7 @@ use crate::math::geodesy::{self, LocalFrame};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
-/// The ground below the camera; defines altitude, north and straight lines.
+/// The ground below the camera. It defines altitude, north, and the course of a pan (great circle or straight line).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ground {
@@ -69,7 +69,7 @@ pub struct Camera {
     pub vertical_fov_deg: f64,
     /// Divides the tangent of half the angle: 4 shows a quarter of the width and height.
     pub magnification: f64,
-    /// Nothing nearer is drawn; [`near_m`] of the height by default.
+    /// Distance of the near plane; by default a 64th of the altitude ([`near_m`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near_m: Option<f64>,
 }

@@ -111,10 +111,14 @@ pub fn one_line(text: &str) -> String {
 /// Declares a table of scenes, each key once: `settings! { /// doc  pub struct Cache with DEFAULT { /// doc
 /// gpu_tiles: u32 = 192, in 1..=65536, unit "tiles"; } }`.
 ///
-/// Optional after the struct's name, in this order: `derive(Copy, ...)`; `kind "plane"` if the table's `kind`
-/// determines its keys; `with DEFAULT` for an optional table: every key then has a default, and the struct has a
-/// constant `DEFAULT`. A key without a default is required. `beside { ... }` adds fields that this table does not
-/// set; `check F` names a `fn(&Self, &Part) -> Result<(), Fault>` for conditions on several keys.
+/// A key without a default is required. Optional after the struct's name, in this order:
+/// - `derive(Copy, ...)`.
+/// - `kind "plane"`: the table's `kind` determines its keys.
+/// - `with DEFAULT`: the table is optional. Every key then has a default, and the struct has a constant `DEFAULT`.
+///
+/// Optional after the keys:
+/// - `beside { ... }`: fields that this table does not set.
+/// - `check F`: a `fn(&Self, &Part) -> Result<(), Fault>` for conditions on several keys.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {

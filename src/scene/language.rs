@@ -93,7 +93,7 @@ impl Scene {
         (absolute(self.document.own_folder()), document.to_string())
     }
 
-    /// The existing paths of this scene that match a table's path.
+    /// The key paths of this scene's tables that match `pattern`, in which `*` is any name.
     fn places(&self, pattern: &[&str]) -> Vec<Vec<String>> {
         let mut places = vec![Vec::new()];
         for part in pattern {
@@ -117,7 +117,7 @@ impl Scene {
         places
     }
 
-    /// The kind of a table whose keys depend on it.
+    /// The `kind` of the table at `path`, on which this table's keys depend.
     fn kind_of(&self, path: &[&str], languages: &[&Language]) -> Result<Option<&'static str>, SceneError> {
         let same = |table: &&Table| {
             table.path.len() == path.len() && table.path.iter().zip(path).all(|(a, b)| *a == "*" || a == b)

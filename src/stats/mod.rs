@@ -21,10 +21,10 @@ pub fn median(samples: &[f64]) -> Option<f64> {
     percentile(samples, 0.5)
 }
 
-/// Confidence interval of the median, at least 95 % for any distribution: the order statistics 0.98 sqrt(n) +
-/// 1/2 ranks from the middle, rounded outwards (W. J. Conover, "Practical Nonparametric Statistics", 1971,
-/// section 3.2; normal approximation of the binomial). With fewer than 6 samples it is their whole range and
-/// covers less than 95 %. `None` without samples.
+/// Confidence interval of the median, at least 95 % for any distribution: the order statistics 0.98 sqrt(n) ranks from
+/// the middle, rounded outwards (W. J. Conover, "Practical Nonparametric Statistics", 1971, section 3.2; normal
+/// approximation of the binomial). With fewer than 6 samples it is their whole range and covers less than 95 %. `None`
+/// without samples.
 ///
 /// # Panics
 /// As [`percentile`].
@@ -84,8 +84,9 @@ impl Summary {
     }
 
     /// Summary of `of(a, b)` over pairs of measurements taken in turn. A disturbance of a round affects both
-    /// measurements, so the median of the ratios (or differences) is steadier than the ratio of the medians. Unlike the
-    /// latter, the former also has a spread. `None` without samples, or if a pair gives no finite number.
+    /// measurements, so the median of the ratios (or differences) is steadier than the ratio of the medians. The
+    /// ratios also have a spread; the ratio of the medians has none. `None` without samples, or if a pair gives no
+    /// finite number.
     ///
     /// # Panics
     /// If the two have different lengths.

@@ -63,7 +63,8 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
     }
 }
 
-/// One budget of the governor: a number to drag, by `step` per point. 0 is no budget.
+/// One budget of the governor, as a number to drag. Each point that the pointer moves changes it by `step` or by 1 %,
+/// whichever is more. 0 is no budget.
 fn governor(ui: &mut Ui, shown: &Shown<'_>, (key, unit, step): (&str, &str, f64), actions: &mut Vec<Action>) {
     let value = shown.stage.scene.value(&["governor", key]);
     let now = value.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));

@@ -29,11 +29,11 @@ impl Overlay {
         match self {
             Overlay::Levels => [
                 "levels",
-                "the level that each pixel requests; edges of the tiles, and level: row column of each",
+                "the level that each pixel requests, with the edges of the tiles, and each tile's level: row column",
             ],
             Overlay::Shortfall => [
-                "wanted minus shown",
-                "blue: the wanted level is shown; yellow to red: 1 to 3 levels coarser; green: finer",
+                "shown minus requested level",
+                "blue: the requested level is shown; yellow to red: 1 to 3 levels coarser; green: finer",
             ],
             Overlay::Collapse => [
                 "collapse levels",

@@ -1,4 +1,4 @@
-//! Queries: points of a transform feedback (written and needed), and shader invocations.
+//! Queries: how many points a transform feedback wrote and needed to write, and pipeline statistics.
 
 use super::device::{Dead, Device};
 use super::{Check, Gpu, Result};
@@ -12,7 +12,8 @@ pub struct StreamQuery {
     device: Arc<Device>,
 }
 
-/// `needed > written` means that the buffer was too small. Only this query reports that; the counter is clipped.
+/// `needed > written` means that the buffer was too small. Only this query reports the overflow: the byte counter of
+/// [`TransformFeedback`](super::TransformFeedback) stops at the buffer's size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamCount {
     pub written: u64,
@@ -89,7 +90,7 @@ pub(super) fn statistics_info(count: u32) -> vk::QueryPoolCreateInfo<'static> {
 }
 
 impl Work {
-    /// Adds the device's counts of each pass of a frame that has ended.
+    /// Sets the counts that only the device knows, for each pass of a frame that has ended.
     pub(super) fn add_statistics(device: &Device, pool: vk::QueryPool, works: &mut [Work]) -> Result<()> {
         let mut counts = vec![[0u64; STATISTICS.len()]; works.len()];
         if counts.is_empty() {

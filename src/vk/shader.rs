@@ -16,7 +16,8 @@ pub struct Shader {
     pub inputs: &'static [(u32, VertexFormat)],
     /// Compute shaders: the workgroup's size; 1 for others.
     pub group: [u32; 3],
-    /// Hash of everything except the words. Shaders with the same interface can replace each other.
+    /// Hash of the interface: bindings with their names, push-constant block, specialization constants, vertex inputs
+    /// and workgroup size. Shaders with the same interface can replace each other.
     pub interface: u64,
 }
 

@@ -1,4 +1,4 @@
-//! A device for tests that fails on any message of the validation layer.
+//! A device for tests: dropping it panics if the validation layer has reported anything.
 
 use super::{Gpu, GpuOptions};
 use std::ops::Deref;

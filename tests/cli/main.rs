@@ -31,8 +31,8 @@ fn ortelius(folder: &TempDir, arguments: &[&str]) -> Command {
     command
 }
 
-/// The program, with its partial file of `output` linked to `target`. The name of the partial file contains
-/// the process number, so a shell makes the link and then becomes the program.
+/// The program, with the name of its temporary file for `output` already linked to `target` (for example /dev/full, so
+/// that writing fails). The name contains the process number, so a shell makes the link and then becomes the program.
 fn ortelius_writing_to(target: &str, output: &str, folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new("sh");
     command.args(["-c", "ln -s \"$1\" \"$2.$$.partial\" && shift 2 && exec \"$@\"", "sh", target, output]);

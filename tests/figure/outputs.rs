@@ -39,7 +39,7 @@ fn rows_are_lines_of_the_csv() {
     let text = read(folder.path(), "made.bars.csv");
     for line in [
         "figure,scene,x,variant,quantity,unit,value,p5,p95,min,max,count,at,text,device",
-        "made.bars,plane,,absent,time,ms,,,,,,,,not here: no geometry shader,made-up device",
+        "made.bars,plane,,absent,time,ms,,,,,,,,missing: no geometry shader,made-up device",
         "made.bars,plane,,worded,time,ms,,,,,,,,too small to tell,made-up device",
         "made.bars,plane,,slow,error,,0.5,,,,,,10,,made-up device",
     ] {
@@ -151,7 +151,7 @@ fn a_plot_shows_spread_floor_unit_and_missing_variants() {
         "median of 3, p5 to p95 · made-up device",
         "time, ms",
         "empty pass: 0.1",
-        "not here: no geometry shader",
+        "missing: no geometry shader",
     ] {
         assert!(bars.contains(part), "no {part:?} in {bars}");
     }

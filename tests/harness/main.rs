@@ -1,5 +1,5 @@
-//! The list of comparers and of the tests in which each must reject: a test is only as good as its
-//! comparison. Near misses that belong to no other test are here as well.
+//! Lists every function that decides whether a result is right, and the tests in which it must reject a near miss: a
+//! test is only as good as its comparison. Near misses that belong to no other test are here as well.
 
 mod lists;
 mod registry;

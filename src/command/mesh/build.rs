@@ -48,8 +48,8 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// At most this many faces per split move to another slot, on average over all splits; the groups follow from it
-    /// (default without --groups: that of the order)
+    /// At most this many faces per split move to another slot, on average over all splits; this determines where faces
+    /// are reordered (default without --groups: the number in the order's name; for `paper`, 64 equal groups)
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 

@@ -126,7 +126,7 @@ fn entry(row: Option<Row>, notes: &mut Vec<String>) -> Entry {
                 notes.push(why);
                 notes.len() - 1
             });
-            Entry { text: "not here".into(), note: Some(note + 1), ..Entry::default() }
+            Entry { text: "missing".into(), note: Some(note + 1), ..Entry::default() }
         }
     }
 }

@@ -205,7 +205,7 @@ fn group(figure: &Figure, plot: &Plot, cell: &CellRows) -> Group {
         let value = value_of(cell, plot.quantity, &name).expect("a variant that was measured");
         let value = match (Point::of(value), value) {
             (Some(point), _) => Ok(point),
-            (None, Value::Missing(why)) => Err(format!("not here: {why}")),
+            (None, Value::Missing(why)) => Err(format!("missing: {why}")),
             (None, Value::Text(words)) => Err(words.clone()),
             (None, _) => Err("a series".into()),
         };

@@ -4,7 +4,7 @@
 //! Catmull-Rom cubics. Everything finer is **synthetic, for appearance only**. Ridges are raised and valleys deepened
 //! by a fraction of the difference to a blurred surface, because a mean over 900 m is smoother than a mountain.
 //! `gullies`, from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. The half in Nepal, whose
-//! source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No measurement uses this
+//! source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No figure uses this
 //! surface; the model `everest` has only the samples.
 //!
 //! The model `valley` is a mesh of this surface; the texture `terrain` colours the ground by its heights and slopes.

@@ -15,8 +15,8 @@ const FILLET: f64 = 0.125;
 const ROWS: u32 = 4;
 
 /// A plate of 3 x 2 cells of side 2: rounded and counterbored holes, and bosses with a fillet at the foot and a
-/// chamfer. Each cell side has `detail` quads, and each hole 4 `detail` around its edge. At 16 there are 16 384 faces;
-/// their number is proportional to `detail`.
+/// chamfer. Each side of a cell has `detail` quads, so each hole and boss has 4 `detail` quads around it. The number of
+/// faces is proportional to `detail`; at 16 it is 16 384.
 /// # Panics
 /// Unless `detail` is a power of two in 4 ..= 2^12; otherwise corners of adjacent cells would differ in their bits.
 pub fn solid(detail: u32) -> Model {
@@ -62,7 +62,8 @@ fn outward(radius: f64) -> Run {
     steps(|at| Ring { square: at, radius, z: 0.0, normal: [0.0, -1.0] })
 }
 
-/// Straight from one (radius, z) to another; the solid lies to the right of the direction.
+/// Straight from one (radius, z) to another. With the radius to the right and z up, the outward normal points to the
+/// right of the direction.
 fn straight(from: [f64; 2], to: [f64; 2]) -> Run {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);

@@ -1,6 +1,6 @@
 //! Splits the mesh into clusters: consecutive triangles of the index buffer, with bounds of their positions and
-//! normals, so that a pass can cull them at once (Shirman and Abi-Ezzi, "The cone of normals technique for fast
-//! processing of curved patches", 1993).
+//! normals, so that a pass can cull a cluster with one test (Shirman and Abi-Ezzi, "The cone of normals technique for
+//! fast processing of curved patches", 1993).
 
 use super::Mesh;
 use glam::DVec3;

@@ -13,7 +13,8 @@ use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resourc
 /// several.
 const MOST_GROUPS: u32 = 32_768;
 
-/// Faces that can be saved for all instances of a batch: 768 KiB, or more if a single permutation needs more.
+/// Least capacity of `kept` in faces (768 KiB), for all instances of a batch. A permutation first copies the faces that
+/// it moves to `kept`; if one moves more faces, the capacity is that number.
 const KEPT_FACES: usize = 1 << 16;
 
 /// A program on the device, shared by all instances of its mesh.

@@ -35,9 +35,10 @@ pub enum Births {
     /// As in the paper: each split appends its faces to the live prefix.
     #[default]
     Tail,
-    /// In place (ours). All levels from one permutation's level up to the next one's (exclusive) draw the same list of
-    /// faces: those that are live at the next permutation's level (or at the last level), in the order after that
-    /// permutation. A vertex that is not yet live is replaced by its predecessor, so unborn faces are degenerate.
+    /// In place (ours). The levels from one permutation's level to the level before the next permutation form a group.
+    /// All levels of a group draw the same faces in the same order: those that are live at the level of the next
+    /// permutation (or at the last level), in the order after it. A vertex that is not yet live is replaced by its
+    /// predecessor, so unborn faces are degenerate.
     InPlace,
 }
 

@@ -15,7 +15,7 @@ choices! {
 }
 
 choices! {
-    /// The grid of a tile's address (i, j): stage 2 sets bit q in that texel of the tile mask (section 2.2).
+    /// The grid of a tile's address (i, j): stage 2 sets bit q of texel (i, j) of the tile mask (section 2.2).
     pub enum TileAddress {
         /// The grid of level 0, texel `(i, j)`, as printed: one tile of level q can be listed up to `4^q` times.
         Level0 = "level-0",
@@ -134,7 +134,7 @@ impl Dedup {
 
 impl Compaction {
     /// Error: [`Compaction::FusedAppend`] with a stage 2 that is a separate pass.
-    pub const FUSED_APPEND_ALONE: &str = "the draw that marks also appends, but this variant.dedup marks in a separate pass; choose \"append\", or variant.dedup = \"fused-exact\"";
+    pub const FUSED_APPEND_ALONE: &str = "fused-append appends in the draw that marks, but this variant.dedup marks in a separate pass; choose \"append\", or variant.dedup = \"fused-exact\"";
 }
 
 #[cfg(test)]

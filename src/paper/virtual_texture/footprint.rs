@@ -25,7 +25,8 @@ pub struct Footprint {
     pub requests: Image,
     pub depth: Arc<Image>,
     pub format: RequestFormat,
-    /// True if a reach is stored with each triple.
+    /// True if each triple is stored with its reach: the neighbouring tiles that the filter also reads
+    /// ([`super::reach`]).
     pub reaches: bool,
     pipeline: GraphicsPipeline,
 }

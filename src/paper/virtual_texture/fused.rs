@@ -1,7 +1,7 @@
-//! Stages 1 and 2 and section 4 in one draw (not in the paper): the fragment shader that textures a pixel also sets
-//! its tile's bit in the tile mask. There is no request image. Stage 3 compacts the mask as usual. With
-//! [`Compaction::FusedAppend`] the draw also makes the list: the first fragment that sets a bit appends the bit's
-//! index to the visible-tile list, one word for each triple.
+//! Footprint (stage 1), tile mask (stage 2) and texturing (section 4) in one draw, which is not in the paper. The
+//! fragment shader that textures a pixel also sets its tile's bit in the tile mask. There is no request image. Stage 3
+//! compacts the mask as usual. With [`Compaction::FusedAppend`] the draw also makes the list: the first fragment that
+//! sets a bit appends the bit's index to the visible-tile list, one word for each triple.
 //!
 //! A fragment that is hidden later has already set its bit, so [`Dedup::Fused`] lists a superset.
 //! [`Dedup::FusedExact`] draws depth first and then shades with the depth test EQUAL: only visible fragments set

@@ -1,9 +1,9 @@
 //! The page table that the shader reads: for each tile of each level, the nearest coarser tile in the tile pool.
 //!
 //! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup
-//! and no search. Unlike in the paper, the table is separate from the tile states (erratum of section 3), and an
-//! evicted tile is removed from every cell that names it. This takes time on the host, because up to 4/3 4^q cells
-//! name a tile of level q.
+//! and no search. The paper stores tile states in the same array (an erratum, see [`super::streaming`]); here they are
+//! separate. An evicted tile is removed from every cell that names it. This takes time on the host, because up to 4/3
+//! 4^q cells name a tile of level q.
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::ops::Range;
@@ -75,7 +75,8 @@ impl PageTable {
         }
     }
 
-    /// Writes a tile's cell, and the cells of all finer tiles within it that have no finer tile to show.
+    /// Writes a tile's cell. Then, level by level, every finer cell within it that does not show its own tile gets its
+    /// parent's word.
     fn fill(&mut self, tile: TileId, shown: u32) {
         let place = self.place(tile.level, tile.row, tile.column);
         self.words[place] = shown;

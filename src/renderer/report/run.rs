@@ -23,7 +23,7 @@ pub struct RunSection {
     /// The camera or the path that was rendered.
     pub camera: Option<String>,
     pub path: Option<String>,
-    /// Frames before the picture settles; null means those of the path, or none.
+    /// Number of frames before settling; null: all frames of the path, or 0 without a path.
     pub frames: Option<u32>,
     /// True if frames continue until nothing is missing, even if `frames` is stated.
     pub settle: bool,

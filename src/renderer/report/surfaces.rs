@@ -35,14 +35,14 @@ pub struct InstanceBytes {
     /// splits) and in video memory.
     pub host_indices_of_an_instance: f64,
     pub device_indices_of_an_instance: f64,
-    /// Live faces in these slices; at 6 or 12 bytes each, this is the minimum size.
+    /// Number of live faces in a slice. Times 6 or 12 bytes, it is the least size of a slice.
     pub live_faces_of_an_instance: f64,
 }
 
 /// One frame, all surfaces together.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurfacesFrame {
-    /// Host time for levels and their copies.
+    /// Host time for culling, choosing and executing level changes, and copying the results to mapped memory.
     pub host_ns: u64,
     pub instances_seen: usize,
     pub faces: u64,

@@ -229,7 +229,7 @@ impl Work<'_> {
         let mut level = vec![0; self.layout.resident_bytes(first)];
         let wide = pyramid.level_size(first)[0] as usize;
         let [columns, _] = pyramid.tile_grid(first - 1);
-        // A row of tiles maps to a run of whole rows, so the pieces are disjoint.
+        // Each row of tiles fills whole texel rows of `level`, so the parallel chunks are disjoint.
         level.par_chunks_mut(wide * side / 2 * 4).enumerate().try_for_each_init(
             || vec![0; payload_bytes(&pyramid)],
             |payload, (row, out)| {

@@ -22,7 +22,7 @@ pub const ORDER: Figure = Figure {
             groups of one ratio; new faces stay at the tail until the next tswap. In `in-place-23` and \
             `in-place-10`, new faces are beside their neighbours, and degenerate until their split. 23 and \
             10 are the moved faces per split. The baselines are random order, reordering by meshoptimizer \
-            at every level, the compacted order of the full mesh, skip lists, and a discrete chain. \
+            at every level, the compacted order of the full mesh, skip lists, and discrete meshes. \
             Vertices are positions. `solid` has seams; pm.average also shows its cost with wedges as \
             vertices, which is what a device shades. The scans `dragon_res4` and, with --full, `dragon` \
             are measured if they have been fetched; claims use only the shipped models.",

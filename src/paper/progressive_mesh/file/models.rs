@@ -50,8 +50,8 @@ pub(super) struct PermutationModels {
     pub is_there: Bit,
     pub moved: Number,
     pub gap: Number,
-    /// Whether a face is the n-th suggestion. One set for slots after a slot that got its first suggestion,
-    /// one for all others.
+    /// Bit n: the face is suggestion n. Set 1 is for the first slot of a permutation and for slots whose preceding slot
+    /// got its first suggestion, set 0 for all others.
     pub rank: [[Bit; SUGGESTIONS]; 2],
     pub other: Number,
 }

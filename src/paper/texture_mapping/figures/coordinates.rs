@@ -16,15 +16,17 @@ pub const COORDINATES: Figure = Figure {
     id: "tm.17",
     title: "Coordinates: time against screen area and tilt",
     about: "Figure 17 of the thesis: in a fragment shader, texturing with modified Heckbert coordinates is 26 % \
-            faster than with the original ones \"in all tests\" (elsewhere the thesis says 0.25 times). A tilted \
+            faster than with the original ones \"in all tests\" (elsewhere the thesis states a gain of 0.25). The \
+            modified form computes numerators and denominator of the homography along a row by additions. A tilted \
             plane fills the picture. Each pixel takes one bilinear sample of a 2048 x 2048 texture; every form \
             fetches the same texels. The tilts are 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, `tilt 80`), with \
-            20 degrees of roll, so that the homography's denominator varies along rows. Fragments of a row have no \
-            order. So a fragment shader reads the row's constants of the modified form from a buffer, or receives \
-            varyings from the rasteriser. Compute shaders walk the rows by formulas (7) and (8) of the thesis, with \
-            and without restarts. The set-up of the rows in f64 on the host is reported separately. Derivatives are \
-            timed without a texture fetch: differences to two neighbouring coordinates against numerators from the \
-            row's constants.",
+            20 degrees of roll, so that the homography's denominator varies along rows. Fragments of a row run \
+            in no order, so they cannot add from pixel to pixel. Instead, a fragment shader reads the constants of \
+            its row from a buffer and uses one multiply-add per value, or it receives varyings from the rasteriser. \
+            Compute shaders walk the rows by formulas (7) and (8) of the thesis, with \
+            and without restarts. The set-up of the rows in f64 on the host is reported separately. Derivatives \
+            are timed without a texture fetch: as differences to the coordinates of two neighbours, and as \
+            quotients whose numerators come from the row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = Derivatives::ALL.map(derivatives_name);
@@ -50,7 +52,7 @@ pub const COORDINATES: Figure = Figure {
         Claim::paper(
             "E, formula (7)",
             "sequential",
-            "One thread per row that adds along it, formula (7), is faster than a fragment shader with \
+            "One thread per row, which adds from pixel to pixel by formula (7), is faster than a fragment shader with \
              textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
         )

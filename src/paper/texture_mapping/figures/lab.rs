@@ -69,7 +69,7 @@ pub struct Errors {
 
 /// Why a method is not measured on this device.
 pub const NO_GPU_SAMPLER: &str =
-    "a software device, whose sampler is an EWA scan: see `software driver's EWA`";
+    "a software device, whose sampler is an EWA filter: see `software driver's EWA`";
 
 impl Lab {
     /// # Errors

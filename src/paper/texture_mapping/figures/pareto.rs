@@ -20,8 +20,8 @@ pub const PARETO: Figure = Figure {
             measured. The second truth is a box of one pixel, which favours box-like filters. NMSE is the geometric \
             mean over the cases. Texels fetched per pixel are a cost that does not depend on the device; the device's \
             own samplers do not report them. The time is the mean over the six tilts of 1/f noise. Pictures have 96 x \
-            72 (quick) or 256 x 192 pixels. On a software device the anisotropic sampler is an EWA scan; it is listed \
-            under that name and never as a GPU's.",
+            72 (quick) or 256 x 192 pixels. A software device's anisotropic sampler is an EWA filter; it is listed as \
+            `software driver's EWA`, not as a GPU's sampler.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],

@@ -51,7 +51,8 @@ pub fn above(relief: &Relief, [x, y, z]: [f32; 3]) -> f32 {
     z - (near + (far - near) * fy)
 }
 
-/// Steps by the map. `step` receives each step's start, its end, and whether the map guarantees it.
+/// Steps by the map. `step` receives each step's start, its end, and true if the map guarantees that the step hits
+/// nothing (the map's distance is at least [`LEAST_STEP`]).
 pub fn by_distances(
     relief: &Relief,
     map: &DistanceMap,

@@ -30,14 +30,14 @@ pub const CHANGE: Figure = Figure {
             third method the device executes the splits. The baselines draw the same levels. The faces in \
             random order or reordered by meshoptimizer are uploaded as a whole. The compacted order is made \
             by a pass of shaders. With skip lists (each has 0.707 of the faces of the next finer list) a \
-            change writes corners, including those of degenerate faces, or copies another list as a whole. A \
-            discrete chain is in the buffer already. A copy of all live faces is shown for comparison. \
+            change writes corners, including those of degenerate faces, or copies another list as a whole. The \
+            discrete meshes are all in the buffer already. A copy of all live faces is shown for comparison. \
             Written bytes are those that a change writes into the index buffer, including faces that become \
             live; they are counted on the way up through all levels and back, as the mean and the worst \
             change. Sent bytes are those that the host uploads or copies for a change in the middle of the \
-            range: whole blocks, and faces that move to a slice of another size. Times are means of single \
-            changes, up to five in the middle of the range, up and down: the host's time until the frame is \
-            submitted, the device's passes, and the sum. Only one of some hundred splits is followed by \
+            range: whole blocks, and faces that move to a slice of another size. Times are means of up to \
+            five single changes up and down in the middle of the range: the host's time until the frame is \
+            submitted, the time of the device's passes, and their sum. Only one of some hundred splits is followed by \
             tswaps, which may move all faces: the mean shows the cost of a walk, the worst change that of a \
             single frame.",
     scenes: &["bunny", "torus:96"],
