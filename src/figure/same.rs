@@ -93,9 +93,8 @@ impl Same {
         let verdict =
             if self.holds() { "the same Pareto front within noise" } else { "another Pareto front" };
         let (settings, noise) = (self.settings, percent(self.noise));
-        let mut lines = vec![format!(
-            "{verdict}: 95 of 100 of the {settings} settings took the same time within {noise}"
-        )];
+        let mut lines =
+            vec![format!("{verdict}: the times of 95 % of the {settings} settings agree within {noise}")];
         lines.extend(self.choices.iter().map(|choices| {
             let (earlier, later) = (name(&choices.earlier), name(&choices.later));
             let apart = match choices.factor.is_finite() {
@@ -200,7 +199,8 @@ pub(super) mod tests {
         assert!(same.holds() && same.choices.is_empty(), "{same:?}");
         assert!((same.noise - 1.0).abs() < 1e-9, "{}", same.noise);
         assert!(
-            same.lines()[0].starts_with("the same Pareto front within noise: 95 of 100 of the 4 settings")
+            same.lines()[0]
+                .starts_with("the same Pareto front within noise: the times of 95 % of the 4 settings")
         );
     }
 

@@ -88,8 +88,8 @@ pub enum Kept {
 }
 
 impl Renderer {
-    /// Switches from the shown scene `now` to `next` without reopening it, if both have the same virtual texture on the
-    /// same disk, or none. `options` are those of [`Renderer::on`] with the current size.
+    /// Switches from the shown scene `now` to `next` and keeps the renderer, if both have the same virtual texture on
+    /// the same disk, or none. `options` are those of [`Renderer::on`] with the current size.
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then still shows `now`.
@@ -306,7 +306,7 @@ impl<'a> Loaded<'a> {
         surfaces.into_iter().map(carrier).collect()
     }
 
-    /// The surfaces with a plain texture, and the grids without a texture.
+    /// The surfaces with a plain texture, and those without any texture that are not progressive meshes.
     fn plain(&self, gpu: &Gpu) -> Result<Vec<PlainSurface>, RenderError> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();

@@ -145,7 +145,7 @@ settings! {
 choices! {
     /// The source of a plain texture.
     pub enum PlainSource {
-        /// A PNG or JPEG.
+        /// A PNG, JPEG or TIFF.
         File = "file",
         /// The shipped picture of the earth, 4096 x 2048 texels.
         Earth = "earth",
@@ -165,7 +165,7 @@ settings! {
     pub struct Plain kind "plain" {
         /// The source of the picture.
         source: PlainSource = PlainSource::File;
-        /// A PNG or JPEG, relative to the scene, or to the working directory if given by `-D`.
+        /// A PNG, JPEG or TIFF, relative to the scene, or to the working directory if given by `-D`.
         path: Option<PathBuf> = None;
     }
     check check_plain;

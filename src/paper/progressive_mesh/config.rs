@@ -106,12 +106,12 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices do not pop: each moves to its position while the wanted error falls from twice to once the
+        /// New vertices do not pop: each moves to its position while the wanted error halves, and arrives at the
         /// error at which it would pop. So levels with half the wanted error are drawn, with about twice the faces.
         geomorph: bool = false;
-        /// The largest change of an instance's error per frame while the instance is in view. It then follows the
-        /// wanted error over several frames. Changes of the governor's factor are not limited. By default 1/16 with
-        /// `geomorph`, and no limit without.
+        /// The largest change of an instance's error per frame while the instance is in view. After a jump of
+        /// the wanted error, the drawn error reaches it over several frames. Changes of the governor's factor are not
+        /// limited. By default 1/16 with `geomorph`, and no limit without.
         octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
         /// classical order.

@@ -41,8 +41,8 @@ choices! {
         Trilinear = "trilinear",
         /// Bilinear in the nearer of the two levels.
         Bilinear = "bilinear",
-        /// `samples` single texels, each drawn with the probability of its trilinear weight. This needs no border but
-        /// is noisy.
+        /// `samples` single texels, each chosen at random with its trilinear weight as the probability. This needs no
+        /// border but is noisy.
         Stochastic = "stochastic",
         /// Paper 3's: the texels in the footprint's ellipse, weighted by a Gaussian of the ellipse's shape.
         Ellipse = "ellipse",

@@ -29,7 +29,7 @@ pub const FILTERS: Figure = Figure {
             own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the \
             coarsest level that has 8 texels across the shorter side of every footprint of a row; averaging and \
             interpolating its texels adds 2 % to the kernel's variance. NMSE is of luminance, over the pixels whose \
-            kernel lies wholly on the landscape. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 \
+            kernel lies wholly on the textured surface. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 \
             x 180 pixels.",
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),

@@ -54,7 +54,7 @@ pub const DEDUP: Figure = Figure {
         .timed(),
         Claim::ours(
             "memo-points",
-            "The memo saves at least 90 % of the points in every landscape (p = 3).",
+            "The memo saves at least 90 % of the points in every view but `noise` (p = 3).",
             &[Test::ratio(without_memo(POINTS), with_memo(POINTS), AtLeast(10.0))],
         )
         .at(Places::except(&[NOISE])),
@@ -98,7 +98,7 @@ fn others() -> impl Iterator<Item = Dedup> {
     Dedup::staged().filter(|&dedup| dedup != Dedup::Geometry)
 }
 
-/// All variants by name.
+/// All variants that are passes over the request image, by name.
 fn variants() -> Vec<(String, Config)> {
     let blocks = geometry()
         .map(|(block_log2, memo)| (geometry_name(block_log2, memo), Config { block_log2, memo, ..PAPER }));

@@ -254,7 +254,7 @@ fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, Virtu
 }
 
 /// A picture with a hue for each level (red for level 0). Neighbouring tiles differ in lightness; pixels without
-/// landscape are black.
+/// the textured surface are black.
 fn false_colours(triples: &[[u32; 3]], [width, height]: [u32; 2]) -> Srgb8Picture {
     const HUES: [[u32; 3]; 8] = [
         [214, 66, 54],

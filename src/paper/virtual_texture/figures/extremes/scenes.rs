@@ -240,7 +240,8 @@ impl Extreme {
     pub fn sight(&self, size: [u32; 2]) -> Result<Sight, SceneError> {
         let changes: Vec<String> = self.changes.iter().map(|&change| change.to_owned()).collect();
         let scene = Scene::load_with(self.scene, &changes)?;
-        let pyramid = texture(&scene).expect("a landscape").pyramid().expect("checked").expect("no file");
+        let pyramid =
+            texture(&scene).expect("a textured surface").pyramid().expect("checked").expect("no file");
         let made = |source: SourceMesh| (shapes::eye(), shapes::unchecked_gpu_mesh(&source), source);
         let (pose, mesh, source) = match self.landscape {
             Landscape::Scene => {

@@ -21,8 +21,8 @@ pub const FILTER: Figure = Figure {
             texels chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per \
             pixel, at one point or along the footprint. Each picture is compared with the f64 picture of the same \
             filter, which shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows \
-            the error of the filter itself. Pixels beyond the landscape and at its outline are left out, and their \
-            share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
+            the error of the filter itself. Pixels beyond the textured surface and at its outline are left out, and \
+            their share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
             because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
@@ -148,7 +148,7 @@ struct Truths {
     /// Bilinear in the nearest level.
     nearer_level: Picture,
     samples: Vec<(u32, Picture)>,
-    /// True for pixels inside the landscape: it covers the pixel and its neighbours.
+    /// True for pixels that the textured surface covers together with all their neighbours.
     inside: Vec<bool>,
 }
 
@@ -192,7 +192,7 @@ impl Truths {
     }
 }
 
-/// Blackens all pixels outside the landscape and at its outline, so that they do not count in a comparison.
+/// Blackens all pixels outside the textured surface and at its outline, so that they do not count in a comparison.
 fn blacken(mut picture: Picture, inside: &[bool]) -> Picture {
     for (pixel, _) in picture.rgba.iter_mut().zip(inside).filter(|(_, inside)| !**inside) {
         *pixel = [0.0, 0.0, 0.0, 1.0];

@@ -49,7 +49,8 @@ pub const BUDGET: Figure = Figure {
             is the NMSE in linear light against the settled picture. \"To 50 %\" and \"to 95 %\": until that share \
             of the first frame's error is gone permanently. The tiles are in main memory, so the disk has no \
             influence. The host waits for each frame, so the times are those of this device. Each budget is measured \
-            6 times from empty caches, in turn. 960 x 540 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
+            6 times, in turn, each time with new caches that hold the tiles of the first view. 960 x 540 (quick) or \
+            1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &[],
