@@ -50,8 +50,8 @@ pub enum RenderError {
     #[error(transparent)]
     Stalled(#[from] Stalled),
     #[error(
-        "--deterministic: governor.frame_ms follows measured times, which differ between runs; set governor.frame_faces, a \
-         budget in faces"
+        "--deterministic: governor.frame_ms follows measured times, which differ between runs; set \
+         governor.frame_faces, a budget in faces"
     )]
     MeasuredBudget,
     #[error(

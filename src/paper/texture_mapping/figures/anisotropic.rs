@@ -22,8 +22,9 @@ pub const ANISOTROPIC: Figure = Figure {
             and at its right and lower neighbours. `modified` reads the row's constants at the pixel and reaches the \
             neighbours by additions. `incremental` computes the numerators of the derivatives from the row's \
             constants. All three give the same forward differences. `analytic` (ours) uses the derivatives at the \
-            pixel's centre. A plane of 1/f noise fills the picture, tilted by 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, \
-            `tilt 80`) and rolled by 20. All forms fetch nearly the same texels, and the fetches dominate the time.",
+            pixel's centre. A plane of 1/f noise fills the picture, tilted by 0 to 80 degrees (`tilt 0`, `tilt 30`, \
+            `tilt 60`, `tilt 80`) and rolled by 20. All forms fetch nearly the same texels, and the fetches dominate \
+            the time.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || FORMS.map(|(name, _)| name.to_string()).to_vec(),
     paper: &[INCREMENTAL],

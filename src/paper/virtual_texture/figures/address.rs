@@ -11,12 +11,12 @@ use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
 pub const KEYING: Figure = Figure {
     id: "vt.address",
     title: "Tile addresses of level 0 and of each tile's own level",
-    about: "The paper's tile mask keeps (i, j) in level 0's grid (section 2.2). So the list can name a tile of level \
-            q up to 4^q times, once per cell, and the host must remove the repeats. Own-level tile addresses set bit \
-            q of texel (i >> q, j >> q) instead: one bit per tile. The figure compares the lengths of both lists, \
-            the time of stages 2 and 3 (the paper's shaders over blocks of 8 x 8 pixels, with memo) and the host's \
-            time to turn triples into sorted, distinct tiles. The levels are those of the paper's NA = 16. Quick and full runs differ only in the picture \
-            heights.",
+    about: "The paper's tile mask keeps (i, j) in level 0's grid (section 2.2). So the list can name a tile of level q \
+            up to 4^q times, once per cell, and the host must remove the repeats. Own-level tile addresses set bit q \
+            of texel (i >> q, j >> q) instead: one bit per tile. The figure compares the lengths of both lists, the \
+            time of stages 2 and 3 (the paper's shaders over blocks of 8 x 8 pixels, with memo) and the host's time to \
+            turn triples into sorted, distinct tiles. The levels are those of the paper's NA = 16. Quick and full runs \
+            differ only in the picture heights.",
     scenes: &["globe/africa", "earth/oblique"],
     variants,
     paper: &["level-0"],

@@ -21,12 +21,12 @@ pub const HEADLINE: Figure = Figure {
             Its scene is an Earth of about 150 000 polygons with a texture of 2^18 x 2^17 texels in tiles of 512 x \
             512, seen from 300 km with 4x magnification. Here the same scene is drawn at 1280 x 720 (quick) or 1920 x \
             1080 pixels, with the paper's filter: up to 16 samples along the footprint, in tiles whose border of 16 \
-            texels contains them. \"Standing\": the camera rests and all tiles are resident. \"Moving\": the camera follows \
-            the path `pan` (240 frames, the first 30 in quick runs). The caches begin with the first picture's tiles; \
-            all others are synthesised, loaded and copied within the scene's budgets. Times are wall times from frame \
-            to frame and include the host's work. In each of 6 rounds every variant runs standing and moving in turn, \
-            in its own sessions. The frame rate is 1 over the median frame time of a round. A tile is synthesised in \
-            13 ms of one core; a software device shares those cores.",
+            texels contains them. \"Standing\": the camera rests and all tiles are resident. \"Moving\": the camera \
+            follows the path `pan` (240 frames, the first 30 in quick runs). The caches begin with the first picture's \
+            tiles; all others are synthesised, loaded and copied within the scene's budgets. Times are wall times from \
+            frame to frame and include the host's work. In each of 6 rounds every variant runs standing and moving in \
+            turn, in its own sessions. The frame rate is 1 over the median frame time of a round. A tile is \
+            synthesised in 13 ms of one core; a software device shares those cores.",
     scenes: &[SCENE],
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],
@@ -46,8 +46,8 @@ pub const HEADLINE: Figure = Figure {
         .timed(),
         Claim::ours(
             "streaming",
-            "Moving along `pan`, with tiles synthesised, loaded and copied within the scene's budgets, the median frame takes at \
-             most twice as long as with the camera at rest in the same round.",
+            "Moving along `pan`, with tiles synthesised, loaded and copied within the scene's budgets, the median \
+             frame takes at most twice as long as with the camera at rest in the same round.",
             &[Test::value(each(SLOWER, names), AtMost(2.0))],
         )
         .timed(),

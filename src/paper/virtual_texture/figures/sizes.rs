@@ -17,9 +17,9 @@ const MIB: f64 = 1_048_576.0;
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
     title: "Growth with the picture",
-    about: "The settled frame and its lists, with the paper's NA = 16, for 16:9 pictures from 360 to 720 (quick) or 2160 rows. The paper measures \
-            1920 x 1080 only and does not say how its stages scale. Stage 2 reads every pixel once, so the time of a \
-            variant should grow at most as fast as the number of pixels.",
+    about: "The settled frame and its lists, with the paper's NA = 16, for 16:9 pictures from 360 to 720 (quick) or \
+            2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. Stage 2 reads every \
+            pixel once, so the time of a variant should grow at most as fast as the number of pixels.",
     scenes: &["earth/oblique", "globe/africa"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -37,8 +37,8 @@ pub const RESOLUTION: Figure = Figure {
     claims: &[
         Claim::ours(
             "linear",
-            "From the smallest to the largest picture, the time of the paper's stages 2 and 3 grows at most a quarter more \
-             than the number of pixels.",
+            "From the smallest to the largest picture, the time of the paper's stages 2 and 3 grows at most a quarter \
+             more than the number of pixels.",
             &[Test::growth(one(LIST, THE_PAPER), 2.0, AtMost(1.25))],
         )
         .timed(),
@@ -53,10 +53,11 @@ pub const RESOLUTION: Figure = Figure {
 pub const TILE_SIZE: Figure = Figure {
     id: "vt.tile-size",
     title: "The choice of the tile size",
-    about: "The same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make the list and the tables \
-            long and spend a larger share on borders; large tiles load texels that are not visible. The working set is the \
-            memory of the visible tiles, all of which must be uploaded once. The paper uses 512 and gives no reason. \
-            960 x 540 (quick) or 1920 x 1080 pixels; the border is always 16 texels, as the paper's NA = 16 needs.",
+    about: "The same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make the list and the \
+            tables long and spend a larger share on borders; large tiles load texels that are not visible. The working \
+            set is the memory of the visible tiles, all of which must be uploaded once. The paper uses 512 and gives \
+            no reason. 960 x 540 (quick) or 1920 x 1080 pixels; the border is always 16 texels, as the paper's NA = 16 \
+            needs.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -87,10 +88,10 @@ pub const TEXTURE_SIZE: Figure = Figure {
     id: "vt.texture-size",
     title: "Growth with the texture",
     about: "The same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 texels: device memory and time. The request \
-            image and the tile pool do not depend on the texture's size; the tile mask and the page table take about \
-            4 bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of \
-            10^6 x 10^6 texels in real time. The filter has the paper's NA = 16. 960 x 540 (quick) or 1920 x 1080 pixels, tiles of 512, a tile pool of \
-            96 tiles.",
+            image and the tile pool do not depend on the texture's size; the tile mask and the page table take about 4 \
+            bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of 10^6 \
+            x 10^6 texels in real time. The filter has the paper's NA = 16. 960 x 540 (quick) or 1920 x 1080 pixels, \
+            tiles of 512, a tile pool of 96 tiles.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -105,8 +106,8 @@ pub const TEXTURE_SIZE: Figure = Figure {
         Claim::paper(
             "introduction",
             "10^6",
-            "Textures of the order of 10^6 x 10^6 texels are shown in real time (here: 30 frames a second of 2^20 x 2^19 \
-             texels).",
+            "Textures of the order of 10^6 x 10^6 texels are shown in real time (here: 30 frames a second of 2^20 x \
+             2^19 texels).",
             &[Test::value(one(FRAME, THE_PAPER), AtMost(1e3 / 30.0))],
         )
         .at(LARGEST)

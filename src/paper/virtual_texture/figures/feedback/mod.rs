@@ -23,8 +23,8 @@ pub const FEEDBACK: Figure = Figure {
             frames 1 to n are known. With every method, including the exact one, a list reaches the host two frames \
             later. Times include gathering the samples, copying them to the host and listing them there. \"All \
             pixels\" copies the whole request image and runs the same pass over it. The pictures show in red the \
-            pixels whose tiles are missed in the first frame with one pixel in 256. One sample per pixel (NA = 1): more \
-            samples list more tiles, and do not change how pixels are chosen.",
+            pixels whose tiles are missed in the first frame with one pixel in 256. One sample per pixel (NA = 1): \
+            more samples list more tiles, and do not change how pixels are chosen.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],

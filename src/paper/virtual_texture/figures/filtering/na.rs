@@ -19,15 +19,15 @@ use anyhow::Context;
 pub const NA: Figure = Figure {
     id: "vt.na",
     title: "Samples along a footprint: visible set, list, cache and seams",
-    about: "Section 2.1 lowers a pixel's level by log2 of nA, the number of samples along its footprint. nA is at \
-            most NA, the hardware's limit: 16 on today's GPUs, and in the other figures of paper 1's list and frame. Figures of \
-            streaming, feedback and extreme inputs have NA = 1. This figure shows what NA changes, against the camera's tilt: the visible tiles (mean over the path), the \
-            memory of the largest visible set, the times of stages 2 and 3 and of the settled frame, and the tiles \
-            copied per frame with an LRU cache of twice the largest visible set. Tiles have a border of 4 texels. \
-            Samples beyond it are looked up in the neighbouring tile, which stage 1 then requests. With a border of \
-            16 no sample lies beyond it. Seams: the largest difference of a pixel between these two borders, on white \
-            noise. 320 x 180 pixels with tiles of 128 texels (quick) or 640 x 360 with tiles of 256 show as many \
-            tiles as 1280 x 720 with the paper's 512.",
+    about: "Section 2.1 lowers a pixel's level by log2 of nA, the number of samples along its footprint. nA is at most \
+            NA, the hardware's limit: 16 on today's GPUs, and in the other figures of paper 1's list and frame. \
+            Figures of streaming, feedback and extreme inputs have NA = 1. This figure shows what NA changes, against \
+            the camera's tilt: the visible tiles (mean over the path), the memory of the largest visible set, the \
+            times of stages 2 and 3 and of the settled frame, and the tiles copied per frame with an LRU cache of \
+            twice the largest visible set. Tiles have a border of 4 texels. Samples beyond it are looked up in the \
+            neighbouring tile, which stage 1 then requests. With a border of 16 no sample lies beyond it. Seams: the \
+            largest difference of a pixel between these two borders, on white noise. 320 x 180 pixels with tiles of \
+            128 texels (quick) or 640 x 360 with tiles of 256 show as many tiles as 1280 x 720 with the paper's 512.",
     scenes: &["earth/pan", "plane/pan"],
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
     paper: &[LARGEST],
@@ -53,8 +53,9 @@ pub const NA: Figure = Figure {
         ),
         Claim::ours(
             "facing",
-            "Facing the earth, NA = 2 lists at least twice as many tiles as NA = 1, because nA is rounded up: a footprint \
-             that is hardly longer than wide takes two samples of the next finer level. More samples change nothing.",
+            "Facing the earth, NA = 2 lists at least twice as many tiles as NA = 1, because nA is rounded up: a \
+             footprint that is hardly longer than wide takes two samples of the next finer level. More samples change \
+             nothing.",
             &[
                 Test::ratio(one(VISIBLE, "NA 2"), one(VISIBLE, "NA 1"), AtLeast(2.0)),
                 Test::ratio(one(VISIBLE, LARGEST), one(VISIBLE, "NA 2"), Equal(1.0)),

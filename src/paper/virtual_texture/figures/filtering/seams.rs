@@ -59,8 +59,8 @@ pub const SEAMS: Figure = Figure {
         ),
         Claim::ours(
             "stochastic",
-            "Single texels chosen at random, each looked up in its own tile, need no border: without one, the picture is the \
-             same.",
+            "Single texels chosen at random, each looked up in its own tile, need no border: without one, the picture \
+             is the same.",
             &[
                 Test::value(one(WORST, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
                 Test::value(one(ELSEWHERE, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),

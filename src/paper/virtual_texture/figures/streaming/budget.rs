@@ -64,8 +64,8 @@ pub const BUDGET: Figure = Figure {
         Claim::paper(
             "3",
             "left-over-waits",
-            "Tiles beyond the upload budget wait for the next frame: a budget of 0.5 ms takes more frames than one of 4 ms \
-             until 95 % of the error is gone.",
+            "Tiles beyond the upload budget wait for the next frame: a budget of 0.5 ms takes more frames than one of \
+             4 ms until 95 % of the error is gone.",
             &[Test::ratio(one(FRAMES_95, "0.5 ms"), one(FRAMES_95, "4 ms"), Above(1.0))],
         )
         .timed(),

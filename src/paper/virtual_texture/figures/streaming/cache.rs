@@ -47,8 +47,8 @@ pub const CACHE: Figure = Figure {
     claims: &[
         Claim::ours(
             "lru-near-the-optimum",
-            "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (on the orbit: no \
-             other path returns to a tile that it has left).",
+            "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (on the orbit: \
+             no other path returns to a tile that it has left).",
             &[Test::ratio(
                 one(FAULTS_AT_DOUBLE, Rule::LeastRecentlyShown.name()),
                 one(FAULTS_AT_DOUBLE, Rule::Optimum.name()),
@@ -58,8 +58,9 @@ pub const CACHE: Figure = Figure {
         .at(Places::scenes(&["earth/orbit"])),
         Claim::ours(
             "half-a-cache-comes-to-rest",
-            "With N1 = half of the largest visible set a session runs each of the six paths, with coarser tiles if needed, \
-             and settles at its end: no more tiles are copied, and the picture stays the same to the last byte.",
+            "With N1 = half of the largest visible set a session runs each of the six paths, with coarser tiles if \
+             needed, and settles at its end: no more tiles are copied, and the picture stays the same to the last \
+             byte.",
             &[
                 Test::value(one(TO_REST, HALVED), Below(LAST_STAYS as f64)),
                 Test::value(one(AT_REST, HALVED), Equal(0.0)),
@@ -68,8 +69,8 @@ pub const CACHE: Figure = Figure {
         ),
         Claim::ours(
             "bias-is-reported",
-            "In these sessions a frame reports a level bias exactly if its visible set exceeds N1, and the biased set fits \
-             N1.",
+            "In these sessions a frame reports a level bias exactly if its visible set exceeds N1, and the biased set \
+             fits N1.",
             &[Test::value(one(MISREPORTED, HALVED), Equal(0.0))],
         ),
     ],

@@ -36,12 +36,12 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub const DISK: Figure = Figure {
     id: "vt.disk",
     title: "A disk that is slow, or down",
-    about: "The first seconds of a scene with a disk that answers at once, takes 50 ms per tile, or fails for 5 s. The loader \
-            has its own threads (paper, section 3), so no frame waits for it and coarser levels are shown. A tile that \
-            cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers by itself; the \
-            paper does not treat failed loads. Recovery: the time, and the number of frames, from when the disk works until \
-            95 % of the first frame's error is gone permanently. Each disk is measured 6 times, in turn. 640 x 360 (quick) \
-            or 1920 x 1080 pixels, one sample each (NA = 1).",
+    about: "The first seconds of a scene with a disk that answers at once, takes 50 ms per tile, or fails for 5 s. The \
+            loader has its own threads (paper, section 3), so no frame waits for it and coarser levels are shown. A \
+            tile that cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers \
+            by itself; the paper does not treat failed loads. Recovery: the time, and the number of frames, from when \
+            the disk works until 95 % of the first frame's error is gone permanently. Each disk is measured 6 times, \
+            in turn. 640 x 360 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[],
@@ -56,8 +56,8 @@ pub const DISK: Figure = Figure {
         Claim::paper(
             "3",
             "no-frame-waits-for-the-disk",
-            "The loader has its own threads, so frames do not wait for the disk. (A frame that waited would take 50 ms more \
-             with the slow disk, and seconds while the disk is down.)",
+            "The loader has its own threads, so frames do not wait for the disk. (A frame that waited would take 50 ms \
+             more with the slow disk, and seconds while the disk is down.)",
             &[
                 Test::difference(one(FRAME, SLOW), one(FRAME, HEALTHY), AtMost(50.0)),
                 Test::value(one(LONGEST, DOWN), AtMost(1e3)),

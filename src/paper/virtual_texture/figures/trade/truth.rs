@@ -113,8 +113,9 @@ impl Truth {
             }
         };
         format!(
-            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's footprint, \
-             {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its outline.",
+            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's \
+             footprint, {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its \
+             outline.",
             self.inside.len()
         )
     }
