@@ -33,7 +33,11 @@ pub const RESOLUTION: Figure = Figure {
         let place = SceneView::find(&cell.scene)?;
         measure(bench, place, rows, 192)
     },
-    plots: &[Plot::sweep(FRAME).log_x().log_y().floor(EMPTY), Plot::sweep(LIST).log_x().log_y().floor(EMPTY), Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY)],
+    plots: &[
+        Plot::sweep(FRAME).log_x().log_y().floor(EMPTY),
+        Plot::sweep(LIST).log_x().log_y().floor(EMPTY),
+        Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY),
+    ],
     claims: &[
         Claim::ours(
             "linear",
@@ -101,7 +105,12 @@ pub const TEXTURE_SIZE: Figure = Figure {
         full: &[12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0],
     }),
     measure: measure_texture_size,
-    plots: &[Plot::sweep(FRAME).log_y().floor(EMPTY), Plot::sweep(MEMORY).log_y().floor(EMPTY), Plot::sweep("tile mask").log_y().floor(EMPTY), Plot::sweep("H1").log_y().floor(EMPTY)],
+    plots: &[
+        Plot::sweep(FRAME).log_y().floor(EMPTY),
+        Plot::sweep(MEMORY).log_y().floor(EMPTY),
+        Plot::sweep("tile mask").log_y().floor(EMPTY),
+        Plot::sweep("H1").log_y().floor(EMPTY),
+    ],
     claims: &[
         Claim::paper(
             "introduction",
