@@ -1,5 +1,6 @@
 //! The device itself: the driver works as it reports, and the validation layer is active.
 
+use ortelius::vk::shader::Replaced;
 use ortelius::vk::shader::self_test::dispatch_comp;
 use ortelius::vk::{
     BufferUse, Error, Feature, Format, Gpu, GpuOptions, ImageInfo, Resource, Watched, Work, self_test,
@@ -45,6 +46,24 @@ fn a_frame_has_pass_statistics_only_on_request() {
     assert_eq!([dispatched, copied, dispatched].into_iter().sum::<Work>().compute_invocations, 512);
     gpu.count_work(false);
     assert_eq!(work(), [None, None]);
+}
+
+#[test]
+fn a_pipeline_is_compiled_again_only_if_its_description_is_new_or_was_unused_for_long() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let compiled = |name: &str| {
+        let before = gpu.compiled_pipelines();
+        let pipeline = gpu.compute_pipeline(name, &dispatch_comp::SHADER, &[]).unwrap();
+        (pipeline, gpu.compiled_pipelines() - before)
+    };
+    let (held, first) = compiled("held");
+    assert_eq!((first, compiled("held").1, compiled("other").1, compiled("other").1), (1, 0, 1, 0));
+    let names: Vec<String> = (0..100).map(|n| format!("unused {n}")).collect();
+    assert!(names.iter().all(|name| compiled(name).1 == 1));
+    assert_eq!((compiled("held").1, compiled("unused 99").1, compiled("other").1), (0, 0, 1));
+    gpu.replace_shaders(Replaced::new());
+    assert_eq!(compiled("held").1, 1, "other shaders may have replaced those of before");
+    drop(held);
 }
 
 #[test]

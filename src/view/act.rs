@@ -205,13 +205,17 @@ impl Live {
 
     /// The device memory and the main memory in use, as one line.
     fn memory(&self) -> anyhow::Result<String> {
-        let held = self.stage.renderer.gpu.allocations()?;
+        let gpu = &self.stage.renderer.gpu;
+        let (held, compiled) = (gpu.allocations()?, gpu.compiled_pipelines());
         let device: u64 = held.iter().map(|(_, bytes)| bytes).sum();
         // Linux reports counts of 4096-byte pages; the second count is the resident set.
         let pages = std::fs::read_to_string("/proc/self/statm").ok();
         let resident = pages.and_then(|pages| pages.split(' ').nth(1)?.parse::<u64>().ok());
         let resident = resident.map_or("unknown".to_owned(), |pages| (4096 * pages).to_string());
-        Ok(format!("memory: device {device} bytes in {} allocations, resident {resident} bytes", held.len()))
+        let count = held.len();
+        Ok(format!(
+            "memory: device {device} bytes in {count} allocations, resident {resident} bytes; {compiled} pipelines compiled"
+        ))
     }
 
     /// Writes a line to stdout. A closed pipe is not an error.

@@ -19,8 +19,6 @@ pub(crate) struct Device {
     pub(crate) timestamp_bits: u32,
     /// Counts submitted frames; its value is the last frame that has ended.
     pub(crate) timeline: vk::Semaphore,
-    /// For this run: a window compiles a pipeline again whenever it is resized or a setting changes.
-    pub(crate) pipeline_cache: vk::PipelineCache,
     pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
     garbage: Mutex<Garbage>,
     /// Shaders that were recompiled at run time.
@@ -71,10 +69,6 @@ impl Device {
         // SAFETY: the device lives.
         let timeline =
             unsafe { handle.create_semaphore(&info, None) }.check("vkCreateSemaphore", "timeline")?;
-        let info = vk::PipelineCacheCreateInfo::default();
-        // SAFETY: the device lives.
-        let pipeline_cache = unsafe { handle.create_pipeline_cache(&info, None) }
-            .check("vkCreatePipelineCache", "pipeline cache")?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.handle.clone(),
             device: handle.clone(),
@@ -96,7 +90,6 @@ impl Device {
             queue_family,
             timestamp_bits,
             timeline,
-            pipeline_cache,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             garbage: Mutex::new(Garbage { next_value: 1, waiting: Vec::new() }),
             replaced: Mutex::default(),
@@ -104,7 +97,6 @@ impl Device {
             instance,
         };
         device.name(timeline, "timeline");
-        device.name(pipeline_cache, "pipeline cache");
         device.name(queue, "queue");
         Ok(device)
     }
@@ -308,7 +300,6 @@ impl Drop for Device {
             self.collect(u64::MAX, None);
             ManuallyDrop::drop(&mut self.allocator);
             self.handle.destroy_semaphore(self.timeline, None);
-            self.handle.destroy_pipeline_cache(self.pipeline_cache, None);
             self.handle.destroy_device(None);
         }
     }

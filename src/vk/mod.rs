@@ -46,6 +46,7 @@ pub(crate) use error::Check;
 
 use device::Device;
 use frame::Ring;
+use pipeline::Pipelines;
 use raw_window_handle::DisplayHandle;
 use std::sync::{Arc, Mutex};
 
@@ -71,6 +72,7 @@ pub struct GpuOptions<'a> {
 pub struct Gpu {
     pub(crate) device: Arc<Device>,
     pub(crate) ring: Arc<Mutex<Ring>>,
+    pub(crate) pipelines: Arc<Mutex<Pipelines>>,
 }
 
 impl Gpu {
@@ -97,7 +99,7 @@ impl Gpu {
         let features = needed.chain(optional).collect();
         let device = Arc::new(Device::new(instance, physical, features, options.display.is_some())?);
         let ring = Arc::new(Mutex::new(Ring::new(&device)?));
-        Ok(Gpu { device, ring })
+        Ok(Gpu { device, ring, pipelines: Arc::default() })
     }
 
     pub fn physical(&self) -> &PhysicalDevice {

@@ -5,7 +5,7 @@ use super::device::{Dead, Device};
 use super::shader::{DescriptorKind, Replaced, Shader, VertexFormat};
 use super::{Check, Error, Format, Gpu, Result};
 use ash::vk;
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
 
 /// The depth test. Depth is reversed: 1 is near, 0 is infinitely far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,8 +55,63 @@ pub(crate) struct Base {
     device: Arc<Device>,
 }
 
-pub struct GraphicsPipeline(pub(crate) Base);
-pub struct ComputePipeline(pub(crate) Base);
+pub struct GraphicsPipeline(pub(crate) Arc<Base>);
+pub struct ComputePipeline(pub(crate) Arc<Base>);
+
+/// Unused pipelines that are kept, because a window resizes its picture and returns to earlier variants.
+const MOST_UNUSED: usize = 64;
+
+/// The pipelines of a device. A request for a known description compiles nothing: lavapipe keeps some memory for each
+/// compilation until the program ends.
+#[derive(Default)]
+pub(crate) struct Pipelines {
+    /// In the order of their last requests.
+    known: Vec<(Description, Arc<Base>)>,
+    compiled: u64,
+}
+
+/// Everything on which a pipeline depends.
+#[derive(PartialEq)]
+struct Description {
+    name: String,
+    shaders: Vec<&'static str>,
+    specialization: Vec<(String, u32)>,
+    /// `None` for a compute pipeline.
+    draw: Option<(bool, Option<Depth>, Vec<Format>, Blend)>,
+}
+
+impl Description {
+    fn new(name: &str, stages: &Stages<'_>, specialization: &[(&str, u32)]) -> Description {
+        Description {
+            name: name.to_owned(),
+            shaders: stages.iter().map(|(_, shader)| shader.name).collect(),
+            specialization: specialization.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+            draw: None,
+        }
+    }
+}
+
+impl Pipelines {
+    fn find(&mut self, description: &Description) -> Option<Arc<Base>> {
+        let at = self.known.iter().position(|(known, _)| known == description)?;
+        self.known[at..].rotate_left(1);
+        self.known.last().map(|(_, base)| base.clone())
+    }
+
+    /// Drops the unused pipelines that were requested least recently.
+    fn add(&mut self, description: Description, base: Arc<Base>) {
+        self.compiled += 1;
+        let is_unused = |(_, base): &(_, Arc<Base>)| Arc::strong_count(base) == 1;
+        let mut surplus =
+            self.known.iter().filter(|known| is_unused(known)).count().saturating_sub(MOST_UNUSED);
+        self.known.retain(|known| {
+            let drops = surplus > 0 && is_unused(known);
+            surplus -= usize::from(drops);
+            !drops
+        });
+        self.known.push((description, base));
+    }
+}
 
 type Stages<'a> = [(vk::ShaderStageFlags, &'a Shader)];
 
@@ -240,9 +295,33 @@ impl Gpu {
         Ok(())
     }
 
+    fn pipelines(&self) -> MutexGuard<'_, Pipelines> {
+        self.pipelines.lock().expect("no panic while pipelines are moved")
+    }
+
+    /// The number of pipelines that were compiled.
+    pub fn compiled_pipelines(&self) -> u64 {
+        self.pipelines().compiled
+    }
+
+    /// The pipeline of this description; `compile` compiles it if it is new.
+    fn pipeline(
+        &self,
+        description: Description,
+        compile: impl FnOnce() -> Result<Base>,
+    ) -> Result<Arc<Base>> {
+        if let Some(known) = self.pipelines().find(&description) {
+            return Ok(known);
+        }
+        let base = Arc::new(compile()?);
+        self.pipelines().add(description, base.clone());
+        Ok(base)
+    }
+
     /// Replaces the SPIR-V of shaders in pipelines that are created later. Returns the previous replacements.
     /// The words must come from this build's own compiler, for shaders of the same interface.
     pub fn replace_shaders(&self, words: Replaced) -> Replaced {
+        self.pipelines().known.clear();
         std::mem::replace(&mut *self.device.replaced.lock().expect("no panic while words are moved"), words)
     }
 
@@ -266,18 +345,22 @@ impl Gpu {
             return Err(Error::Limit { object: name.to_string(), what });
         }
         assert_names_exist(name, &stages, specialization);
-        let mut base = Base::new(self, name, &stages)?;
-        let module = Module::new(&self.device, stages[0].0, shader, specialization)?;
-        let constants = module.specialization();
-        let info =
-            vk::ComputePipelineCreateInfo::default().stage(module.stage(&constants)).layout(base.layout);
-        // SAFETY: module and layout live.
-        base.handle =
-            unsafe { self.device.handle.create_compute_pipelines(self.device.pipeline_cache, &[info], None) }
+        let description = Description::new(name, &stages, specialization);
+        let compile = || {
+            let mut base = Base::new(self, name, &stages)?;
+            let module = Module::new(&self.device, stages[0].0, shader, specialization)?;
+            let constants = module.specialization();
+            let info =
+                vk::ComputePipelineCreateInfo::default().stage(module.stage(&constants)).layout(base.layout);
+            let cache = vk::PipelineCache::null();
+            // SAFETY: module and layout live.
+            base.handle = unsafe { self.device.handle.create_compute_pipelines(cache, &[info], None) }
                 .map_err(|(_, result)| result)
                 .check("vkCreateComputePipelines", name)?[0];
-        self.device.name(base.handle, name);
-        Ok(ComputePipeline(base))
+            self.device.name(base.handle, name);
+            Ok(base)
+        };
+        self.pipeline(description, compile).map(ComputePipeline)
     }
 
     /// # Errors
@@ -287,16 +370,23 @@ impl Gpu {
         stages.extend(info.geometry.map(|shader| (vk::ShaderStageFlags::GEOMETRY, shader)));
         stages.extend(info.fragment.map(|shader| (vk::ShaderStageFlags::FRAGMENT, shader)));
         assert_names_exist(info.name, &stages, info.specialization);
-        let mut base = Base::new(self, info.name, &stages)?;
-        let modules: Vec<_> = stages
-            .iter()
-            .map(|(stage, shader)| Module::new(&self.device, *stage, shader, info.specialization))
-            .collect::<Result<_>>()?;
-        let constants: Vec<_> = modules.iter().map(Module::specialization).collect();
-        let stages: Vec<_> = modules.iter().zip(&constants).map(|(module, c)| module.stage(c)).collect();
-        base.handle = self.create_graphics(info, &base, &stages)?;
-        self.device.name(base.handle, info.name);
-        Ok(GraphicsPipeline(base))
+        let description = Description {
+            draw: Some((info.points, info.depth, info.colors.to_vec(), info.blend)),
+            ..Description::new(info.name, &stages, info.specialization)
+        };
+        let compile = || {
+            let mut base = Base::new(self, info.name, &stages)?;
+            let modules: Vec<_> = stages
+                .iter()
+                .map(|(stage, shader)| Module::new(&self.device, *stage, shader, info.specialization))
+                .collect::<Result<_>>()?;
+            let constants: Vec<_> = modules.iter().map(Module::specialization).collect();
+            let stages: Vec<_> = modules.iter().zip(&constants).map(|(module, c)| module.stage(c)).collect();
+            base.handle = self.create_graphics(info, &base, &stages)?;
+            self.device.name(base.handle, info.name);
+            Ok(base)
+        };
+        self.pipeline(description, compile).map(GraphicsPipeline)
     }
 
     fn create_graphics(
@@ -343,7 +433,7 @@ impl Gpu {
             .push_next(&mut rendering);
         // SAFETY: every pointer lives on this stack frame.
         let pipelines = unsafe {
-            self.device.handle.create_graphics_pipelines(self.device.pipeline_cache, &[create], None)
+            self.device.handle.create_graphics_pipelines(vk::PipelineCache::null(), &[create], None)
         };
         Ok(pipelines.map_err(|(_, result)| result).check("vkCreateGraphicsPipelines", info.name)?[0])
     }

@@ -119,7 +119,7 @@ mod wrappers {
         vkGetPhysicalDeviceImageFormatProperties vkCreateDebugUtilsMessengerEXT);
     wrapped!(OF_DEVICE: vkAllocateMemory vkMapMemory vkBindBufferMemory vkBindImageMemory vkCreateBuffer
         vkCreateBufferView vkCreateImage vkCreateImageView vkCreateSampler vkCreateShaderModule
-        vkCreatePipelineCache vkCreatePipelineLayout vkCreateGraphicsPipelines vkCreateComputePipelines
+        vkCreatePipelineLayout vkCreateGraphicsPipelines vkCreateComputePipelines
         vkCreateDescriptorSetLayout vkCreateDescriptorPool vkAllocateDescriptorSets vkResetDescriptorPool
         vkCreateQueryPool vkGetQueryPoolResults vkCreateSemaphore vkCreateFence vkWaitForFences vkWaitSemaphores
         vkGetSemaphoreCounterValue vkCreateCommandPool vkResetCommandPool vkAllocateCommandBuffers

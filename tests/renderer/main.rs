@@ -218,6 +218,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
     let scene = parts.scene(&["land", "hill", "bunny", "board"], "");
     let pose = scene.pose(0).unwrap();
     let mut renderer = settled(&scene, Target::Srgb8);
+    let compiled = renderer.gpu.compiled_pipelines();
     for n in 0..20 {
         let size = [[160, 90], [31, 77], [200, 40], [1, 1], [64, 64]][n % 5];
         renderer.resize(size).unwrap();
@@ -228,6 +229,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
         assert!(renderer.picture_bytes().unwrap() == new.picture_bytes().unwrap(), "{size:?}");
         silent(&new);
     }
+    assert_eq!(renderer.gpu.compiled_pipelines(), compiled, "no pipeline depends on the size");
     silent(&renderer);
 }
 
