@@ -43,7 +43,7 @@ pub struct Lab {
 
 /// The passes of a method.
 pub enum LabPass {
-    Filter(FilterPass),
+    Filter(Box<FilterPass>),
     /// Each plane's prepared polygons are kept.
     ObjectSpace {
         stages: Stages,
@@ -95,7 +95,10 @@ impl Lab {
                 spacing,
                 prepared: RefCell::default(),
             },
-            _ => LabPass::Filter(FilterPass::new(&self.gpu, method, self.texels.coarsest(), false)?),
+            _ => {
+                let pass = FilterPass::new(&self.gpu, method, self.texels.coarsest(), false)?;
+                LabPass::Filter(Box::new(pass))
+            }
         })
     }
 
@@ -110,7 +113,8 @@ impl Lab {
         plane: &Plane,
     ) -> anyhow::Result<LabPass> {
         let of = (plane, self.size);
-        Ok(LabPass::Filter(FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of)?))
+        let pass = FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of)?;
+        Ok(LabPass::Filter(Box::new(pass)))
     }
 
     fn polygons(&self, plane: &Plane, spacing: f32) -> Polygons {
