@@ -11,7 +11,6 @@ use super::labels::Labels;
 use super::levels::Levels;
 use super::measure::Measure;
 use super::overlay::Overlay;
-use super::painter::Painting;
 use super::panels::Panels;
 use super::path::Player;
 use super::probe::{Found, LaidOpen, Probe};
@@ -36,6 +35,9 @@ use winit::window::Window;
 /// Frames drawn after the last change, so that the results of the frames in flight are shown too. The values
 /// of a frame are read back two frames later, laid out in the third, and drawn by egui in the fourth.
 pub(super) const ECHO: u32 = 5;
+
+/// Longest age of the values in the panels while the picture changes.
+const PANELS_AGE: Duration = Duration::from_millis(100);
 
 /// Longest time step of the camera, even if a frame took longer.
 const LONGEST_FRAME_S: f64 = 0.1;
@@ -79,9 +81,20 @@ pub struct Live {
     last_frame: Instant,
     /// Frames still to draw without further changes.
     pub(super) echo: u32,
+    /// The last layout of the panels; `None`: the next frame lays them out.
+    laid_out: Option<LaidOut>,
+    pub(super) window: Arc<Window>,
+}
+
+/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
+struct LaidOut {
+    at: Instant,
     /// Delay until the panels need a redraw.
     repaint: Duration,
-    pub(super) window: Arc<Window>,
+    /// It had input, whose effects end in the next layout.
+    had_input: bool,
+    /// Frames were drawn since.
+    is_old: bool,
 }
 
 impl Live {
@@ -138,7 +151,7 @@ impl Live {
             folder: opening.folder.clone(),
             last_frame: Instant::now(),
             echo: ECHO,
-            repaint: Duration::MAX,
+            laid_out: None,
             window,
         })
     }
@@ -154,9 +167,15 @@ impl Live {
 
     /// Handles a window event.
     pub fn event(&mut self, event: &WindowEvent) {
+        let repeats = matches!(event, WindowEvent::KeyboardInput { event, .. } if event.repeat);
+        // A held key flies. Only a text field has a use for its repetitions.
+        if repeats && !self.input.egui_ctx().egui_wants_keyboard_input() {
+            return;
+        }
         let response = self.input.on_window_event(&self.window, event);
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. }) {
             self.screen.note_resize();
+            self.laid_out = None;
         }
         if response.repaint || matches!(event, WindowEvent::Resized(_) | WindowEvent::Occluded(false)) {
             self.echo = ECHO;
@@ -167,20 +186,41 @@ impl Live {
         self.window.request_redraw();
     }
 
-    /// Delay until the next frame is due; `None` if only an event can cause one.
-    pub fn wakes_in(&self) -> Option<Duration> {
+    /// True if the next frame may differ from the last one without any event.
+    fn is_busy(&self) -> bool {
         let moves = self.eye.is_under_way() || self.player.is_playing();
         let moves = moves || self.film.is_some() || self.measure.is_some() || self.records_alone;
+        let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
+        moves || self.echo > 0 || !self.stage.settled() || unjudged
+    }
+
+    /// Delay until the next frame is due; `None` if only an event can cause one.
+    pub fn wakes_in(&self) -> Option<Duration> {
         if self.is_hidden() {
             return None;
         }
-        let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
-        match moves || self.echo > 0 || !self.stage.settled() || unjudged {
+        match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.is_old) {
             true => Some(Duration::ZERO),
             false if self.judge.is_at_work() => Some(judge::REFRESH),
             false if self.reload.is_under_way() => Some(reload::LOOK_AGAIN),
-            false => Some(self.repaint).filter(|repaint| *repaint < Duration::from_secs(3600)),
+            false => {
+                let repaint = self.laid_out.as_ref().map(|laid_out| laid_out.repaint);
+                repaint.filter(|repaint| *repaint < Duration::from_secs(3600))
+            }
         }
+    }
+
+    /// True if this frame must lay out the panels: for input, for something that follows the picture, because egui
+    /// asked for it, because the values are old, or because no further frame is due.
+    fn is_layout_due(&self) -> bool {
+        let Some(laid_out) = &self.laid_out else { return true };
+        let follows =
+            self.magnifies || self.frozen.is_some() || self.overlay.is_some() || self.film.is_some();
+        let answers = self.measure.as_ref().is_some_and(|measure| measure.response.is_some());
+        let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
+        let age = laid_out.at.elapsed();
+        let is_old = age >= laid_out.repaint.min(PANELS_AGE);
+        follows || answers || has_input || is_old || !self.is_busy() || self.judge.is_at_work()
     }
 
     /// True if the window is minimised or has no pixels.
@@ -207,22 +247,22 @@ impl Live {
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let raw = self.take_input();
         let mut done = vec![self.take_shaders()];
-        // Keys act before the panels are laid out, so that the same frame shows the result.
-        for action in control::actions(self.input.egui_ctx(), &raw.events) {
-            if action == Action::Close {
-                return Ok(false);
+        let mut output = None;
+        let mut actions = Vec::new();
+        if self.is_layout_due() {
+            let raw = self.take_input();
+            // Keys act before the panels are laid out, so that the same frame shows the result.
+            for action in control::actions(self.input.egui_ctx(), &raw.events) {
+                if action == Action::Close {
+                    return Ok(false);
+                }
+                self.echo = ECHO;
+                done.push(self.act(action));
             }
-            self.echo = ECHO;
-            done.push(self.act(action));
+            let (laid_out, asked) = self.lay_out(raw);
+            (output, actions) = (Some(laid_out), asked);
         }
-        let (mut output, actions) = self.lay_out(raw);
-        self.textures.append(std::mem::take(&mut output.textures_delta));
-        self.repaint =
-            output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
-        let platform = std::mem::take(&mut output.platform_output);
-        self.input.handle_platform_output(&self.window, platform);
         self.move_eye(seconds);
         for action in actions {
             self.echo = ECHO;
@@ -231,6 +271,7 @@ impl Live {
         for error in done.into_iter().filter_map(Result::err) {
             tracing::warn!("{error:#}");
             self.panels.say(format!("{error:#}"), true);
+            self.echo = ECHO;
         }
         let drawn = self.draw(output)?;
         self.count_response()?;
@@ -283,8 +324,17 @@ impl Live {
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
+        let has_events = !raw.events.is_empty();
         // egui may run the layout twice. The last run counts.
-        let output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
+        let mut output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
+        let scrolls = context.input(|input| input.smooth_scroll_delta != egui::Vec2::ZERO);
+        let repaint =
+            output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
+        let had_input = has_events || scrolls;
+        self.laid_out = Some(LaidOut { at: Instant::now(), repaint, had_input, is_old: false });
+        self.textures.append(std::mem::take(&mut output.textures_delta));
+        let platform = std::mem::take(&mut output.platform_output);
+        self.input.handle_platform_output(&self.window, platform);
         (output, actions)
     }
 
@@ -347,11 +397,12 @@ impl Live {
         self.film.is_none().then_some(Subject { question, pose, size, edition: self.edition })
     }
 
-    /// Returns false if no image was available.
-    fn draw(&mut self, output: FullOutput) -> anyhow::Result<bool> {
+    /// Draws the picture and the panels, whose last layout stays if there is no `output`. Returns false if no image was
+    /// available.
+    fn draw(&mut self, output: Option<FullOutput>) -> anyhow::Result<bool> {
         let window: [u32; 2] = self.window.inner_size().into();
         let Some(number) = self.screen.acquire(window)? else {
-            self.echo = ECHO;
+            (self.echo, self.laid_out) = (ECHO, None);
             return Ok(false);
         };
         if self.measure.as_ref().is_some_and(|measure| measure.response.is_some()) {
@@ -361,12 +412,20 @@ impl Live {
         if self.stage.renderer.size() != size {
             self.stage.resize(size)?;
         }
-        let points = output.pixels_per_point;
-        let primitives = self.input.egui_ctx().tessellate(output.shapes, points);
-        let painting = self.screen.painter.prepare(&self.textures, &primitives, size, points)?;
+        let points = self.input.egui_ctx().pixels_per_point();
+        match output {
+            Some(output) => {
+                let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
+                self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
+            }
+            None if self.screen.painter.fits(size) => {
+                self.laid_out.iter_mut().for_each(|laid_out| laid_out.is_old = true);
+            }
+            None => self.laid_out = None,
+        }
         let arrangement = self.arrangement(size, points);
-        self.render(number, &arrangement, &painting)?;
-        self.screen.painter.free(&std::mem::take(&mut self.textures));
+        self.render(number, &arrangement)?;
+        self.screen.painter.drawn(&std::mem::take(&mut self.textures));
         if !self.screen.swapchain.present(number, window)? {
             self.screen.swapchain.resize(window)?;
             self.echo = ECHO;
@@ -403,12 +462,7 @@ impl Live {
         Ok(())
     }
 
-    fn render(
-        &mut self,
-        number: usize,
-        arrangement: &Arrangement,
-        painting: &Painting,
-    ) -> anyhow::Result<()> {
+    fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
         self.prepare_overlays()?;
         let pose: Pose = self.eye.camera.pose();
         // The last frame reports whether its picture is complete. That holds for this frame only if the pose
@@ -466,7 +520,7 @@ impl Live {
             let picture = if is_right { pictures.right } else { pictures.left };
             let laid_open = LaidOpen { levels, faces };
             probe.step(&gpu, frame, view, (target, picture, laid_open), at)?;
-            screen.record(frame, number, pictures, arrangement, painting)
+            screen.record(frame, number, pictures, arrangement)
         })?;
         Ok(())
     }

@@ -1,11 +1,12 @@
-//! Draws egui's triangles over the picture.
+//! Draws egui's triangles into a layer, and the layer over the picture. The layer stays until the panels are laid out
+//! again: on a software device, their triangles cost more than their pixels.
 //!
 //! egui-ash-renderer 0.13 is not used for three reasons. It waits for an idle queue at each new glyph. It
 //! updates parts of a texture from the layout UNDEFINED, which may discard the rest. It frees textures that a
 //! frame in flight still reads.
 
 use egui::epaint::{ImageDelta, Primitive};
-use egui::{ClippedPrimitive, ImageData, TextureId, TexturesDelta};
+use egui::{ClippedPrimitive, ImageData, Pos2, TextureId, TexturesDelta};
 use ortelius::vk::shader::Panels;
 use ortelius::vk::shader::view::{panels_frag, panels_vert};
 use ortelius::vk::{
@@ -14,21 +15,30 @@ use ortelius::vk::{
     TexelCopy,
 };
 use std::collections::HashMap;
+use std::sync::Arc;
 
-/// The pipeline, and the textures that outlive a frame.
+/// The pipelines, and what outlives a frame.
 pub struct Painter {
     gpu: Gpu,
-    pipeline: GraphicsPipeline,
-    sampler: Sampler,
+    /// Draw into the layer, and the layer into the window.
+    pipelines: [GraphicsPipeline; 2],
+    /// The second reads the layer: a texel for each pixel.
+    samplers: [Sampler; 2],
     textures: HashMap<TextureId, Image>,
+    painting: Option<Painting>,
 }
 
-/// The triangles of one frame. It may be dropped once the frame is recorded.
-pub struct Painting {
+/// The triangles of one layout, and the layer that shows them.
+struct Painting {
+    layer: Arc<Image>,
+    /// False once a frame has drawn the layer.
+    is_new: bool,
     points: [f32; 2],
     buffers: Option<(Buffer, Buffer)>,
     /// Draws in order; consecutive ones with the same texture share an entry.
     draws: Vec<(TextureId, Vec<ClippedSlice>)>,
+    /// The rectangle that holds all of them.
+    whole: ClippedSlice,
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
 
@@ -45,9 +55,8 @@ impl Painter {
     /// # Errors
     /// Out of memory.
     pub fn new(gpu: &Gpu, format: Format) -> Result<Painter> {
-        Ok(Painter {
-            gpu: gpu.clone(),
-            pipeline: gpu.graphics_pipeline(&GraphicsInfo {
+        let pipeline = |format| {
+            gpu.graphics_pipeline(&GraphicsInfo {
                 name: panels_frag::SHADER.name,
                 vertex: &panels_vert::SHADER,
                 geometry: None,
@@ -57,9 +66,15 @@ impl Painter {
                 depth: None,
                 colors: &[format],
                 blend: Blend::Over,
-            })?,
-            sampler: gpu.sampler("panels", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?,
+            })
+        };
+        let sampler = |filter| gpu.sampler("panels", SamplerInfo { filter, wraps_in_s: false });
+        Ok(Painter {
+            gpu: gpu.clone(),
+            pipelines: [pipeline(Format::Rgba8)?, pipeline(format)?],
+            samplers: [sampler(Filter::Linear)?, sampler(Filter::Nearest)?],
             textures: HashMap::new(),
+            painting: None,
         })
     }
 
@@ -73,7 +88,7 @@ impl Painter {
         primitives: &[ClippedPrimitive],
         size: [u32; 2],
         pixels_per_point: f32,
-    ) -> Result<Painting> {
+    ) -> Result<()> {
         let mut uploads = Vec::new();
         for (id, deltas) in &textures.set {
             for delta in deltas {
@@ -85,11 +100,13 @@ impl Painter {
         for ClippedPrimitive { clip_rect, primitive } in primitives {
             let Primitive::Mesh(mesh) = primitive else { continue };
             let (first_index, count) = (indices.len() as u32, mesh.indices.len() as u32);
-            let clip = [clip_rect.min, clip_rect.max].map(|corner| {
-                [corner.x, corner.y].map(|points| (points * pixels_per_point).round().max(0.0) as u32)
-            });
-            let at = [0, 1].map(|axis| clip[0][axis].min(size[axis]));
-            let end = [0, 1].map(|axis| clip[1][axis].min(size[axis]));
+            let pixels = |corner: Pos2| [corner.x, corner.y].map(|points| points * pixels_per_point);
+            let clip = [clip_rect.min, clip_rect.max].map(|corner| pixels(corner).map(f32::round));
+            // egui's own clip is often the whole window.
+            let bounds = mesh.calc_bounds();
+            let (least, most) = (pixels(bounds.min).map(f32::floor), pixels(bounds.max).map(f32::ceil));
+            let at = [0, 1].map(|axis| (clip[0][axis].max(least[axis]).max(0.0) as u32).min(size[axis]));
+            let end = [0, 1].map(|axis| (clip[1][axis].min(most[axis]).max(0.0) as u32).min(size[axis]));
             let clipped = [0, 1].map(|axis: usize| end[axis].saturating_sub(at[axis]));
             if count == 0 || clipped.contains(&0) {
                 continue;
@@ -108,23 +125,37 @@ impl Painter {
             }
         }
         let points = size.map(|pixels| pixels as f32 / pixels_per_point);
-        Ok(Painting { points, buffers: self.buffers(&vertices, &indices)?, draws, uploads })
+        let whole = whole(&draws, indices.len() as u32);
+        indices.extend([0, 1, 2, 2, 1, 3].map(|corner| vertices.len() as u32 + corner));
+        vertices.extend([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|place| {
+            let position = [0, 1].map(|axis| place[axis] * points[axis]);
+            Vertex { position, place, colour: [255; 4] }
+        }));
+        let buffers = if draws.is_empty() { None } else { Some(self.buffers(&vertices, &indices)?) };
+        let layer = match self.painting.take() {
+            Some(last) if last.layer.info().size == size => last.layer,
+            _ => Arc::new(self.gpu.image("panels", ImageInfo::target(size, Format::Rgba8))?),
+        };
+        self.painting = Some(Painting { layer, is_new: true, points, buffers, draws, whole, uploads });
+        Ok(())
     }
 
-    fn buffers(&self, vertices: &[Vertex], indices: &[u32]) -> Result<Option<(Buffer, Buffer)>> {
-        if indices.is_empty() {
-            return Ok(None);
-        }
+    /// True if the panels were laid out for a window of this size.
+    pub fn fits(&self, size: [u32; 2]) -> bool {
+        self.painting.as_ref().is_some_and(|painting| painting.layer.info().size == size)
+    }
+
+    fn buffers(&self, vertices: &[Vertex], indices: &[u32]) -> Result<(Buffer, Buffer)> {
         let (vertices, indices) = (bytemuck::cast_slice(vertices), bytemuck::cast_slice(indices));
         let filled = |name, bytes: &[u8], usage| -> Result<Buffer> {
             let mut buffer = self.gpu.buffer(name, bytes.len() as u64, usage)?;
             buffer.mapped_mut().copy_from_slice(bytes);
             Ok(buffer)
         };
-        Ok(Some((
+        Ok((
             filled("panel vertices", vertices, BufferUse::MappedVertices)?,
             filled("panel indices", indices, BufferUse::MappedIndices(IndexType::U32))?,
-        )))
+        ))
     }
 
     /// Uploads a new texture, or a part of one.
@@ -142,11 +173,13 @@ impl Painter {
         Ok((id, staging, TexelCopy { offset: 0, mip: 0, layer: 0, at, size }))
     }
 
-    /// Draws over the content of `target`.
+    /// Draws the panels over the content of `target`, if they were laid out for its size.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, target: &Image, painting: &Painting) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, target: &Image) -> Result<()> {
+        let size = target.info().size;
+        let Some(painting) = self.painting.as_ref().filter(|_| self.fits(size)) else { return Ok(()) };
         for (n, (id, staging, copy)) in painting.uploads.iter().enumerate() {
             // Updates of one texture may overlap, so their order matters.
             if n > 0 {
@@ -154,26 +187,46 @@ impl Painter {
             }
             cmd.copy_to_image(staging, &self.textures[id], &[*copy]);
         }
-        if !painting.uploads.is_empty() {
+        let Some((vertices, indices)) = &painting.buffers else { return Ok(()) };
+        let ([into_layer, over], [linear, nearest]) = (&self.pipelines, &self.samplers);
+        let geometry = Geometry { vertices: Some(vertices), indices };
+        let push = Panels { points: painting.points };
+        let push = bytemuck::bytes_of(&push);
+        if painting.is_new {
+            cmd.sync();
+            let color = ColorTarget { image: &painting.layer, clear: Clear::Float([0.0; 4]) };
+            cmd.render(size, &[color], None, |render| {
+                for (texture, slices) in &painting.draws {
+                    let Some(texture) = self.textures.get(texture) else { continue };
+                    let resources = [(panels_frag::IMAGE, Resource::Sampled(texture, linear))];
+                    render.draw_clipped(into_layer, &resources, push, geometry, slices)?;
+                }
+                Ok(())
+            })?;
             cmd.sync();
         }
-        let Some((vertices, indices)) = &painting.buffers else { return Ok(()) };
         let color = ColorTarget { image: target, clear: Clear::Keep };
-        let push = Panels { points: painting.points };
-        cmd.render(target.info().size, &[color], None, |render| {
-            for (texture, slices) in &painting.draws {
-                let Some(texture) = self.textures.get(texture) else { continue };
-                let resources = [(panels_frag::IMAGE, Resource::Sampled(texture, &self.sampler))];
-                let geometry = Geometry { vertices: Some(vertices), indices };
-                let push = bytemuck::bytes_of(&push);
-                render.draw_clipped(&self.pipeline, &resources, push, geometry, slices)?;
-            }
-            Ok(())
+        let resources = [(panels_frag::IMAGE, Resource::Sampled(&painting.layer, nearest))];
+        cmd.render(size, &[color], None, |render| {
+            render.draw_clipped(over, &resources, push, geometry, &[painting.whole])
         })
     }
 
-    /// Drops the textures that egui no longer uses after the frame just recorded.
-    pub fn free(&mut self, textures: &TexturesDelta) {
+    /// The frame just recorded has drawn the layer. Drops the textures that egui no longer uses after it.
+    pub fn drawn(&mut self, textures: &TexturesDelta) {
+        if let Some(painting) = &mut self.painting {
+            painting.is_new = false;
+            painting.uploads.clear();
+        }
         textures.free.iter().for_each(|id| drop(self.textures.remove(id)));
     }
+}
+
+/// The rectangle that holds all draws, drawn by the two triangles from `first_index` on.
+fn whole(draws: &[(TextureId, Vec<ClippedSlice>)], first_index: u32) -> ClippedSlice {
+    let slices = || draws.iter().flat_map(|(_, slices)| slices);
+    let least = [0, 1].map(|axis| slices().map(|slice| slice.at[axis]).min().unwrap_or(0));
+    let end = |axis: usize| slices().map(|slice| slice.at[axis] + slice.size[axis]).max().unwrap_or(0);
+    let size = [0, 1].map(|axis| end(axis) - least[axis]);
+    ClippedSlice { at: least, size, first_index, count: 6 }
 }

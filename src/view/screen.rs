@@ -1,6 +1,6 @@
 //! The window's part of a frame: acquires a swapchain image, then draws the picture and the panels into it.
 
-use super::painter::{Painter, Painting};
+use super::painter::Painter;
 use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
@@ -132,7 +132,6 @@ impl Screen {
         number: usize,
         Pictures { left, right, words }: Pictures<'_>,
         arrangement: &Arrangement,
-        painting: &Painting,
     ) -> Result<()> {
         let image = self.swapchain.image(number);
         frame.begin_present(image);
@@ -149,7 +148,7 @@ impl Screen {
                 render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), 3)
             })
         })?;
-        frame.pass("panels", |cmd| self.painter.draw(cmd, image, painting))?;
+        frame.pass("panels", |cmd| self.painter.draw(cmd, image))?;
         if let Some(buffer) = &self.copy {
             let copy = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: image.info().size };
             frame.pass("copy of the window", |cmd| {
