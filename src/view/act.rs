@@ -214,7 +214,8 @@ impl Live {
         let resident = resident.map_or("unknown".to_owned(), |pages| (4096 * pages).to_string());
         let count = held.len();
         Ok(format!(
-            "memory: device {device} bytes in {count} allocations, resident {resident} bytes; {compiled} pipelines compiled"
+            "memory: device {device} bytes in {count} allocations, resident {resident} bytes; {compiled} pipelines \
+             compiled"
         ))
     }
 
