@@ -32,8 +32,8 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-/// Frames drawn after the last change, so that the results of the frames in flight are shown too. The values
-/// of a frame are read back two frames later, laid out in the third, and drawn by egui in the fourth.
+/// Frames drawn after the last change, so that the results of the frames in flight are shown too. The values that the
+/// inspector and the labels show are read back two frames later, laid out in the third, and drawn in the fourth.
 pub(super) const ECHO: u32 = 5;
 
 /// Longest age of the values in the panels while the picture changes.
@@ -73,7 +73,7 @@ pub struct Live {
     pub(super) faces: Option<Faces>,
     pub(super) steps: Option<ReliefSteps>,
     pub(super) reload: Reload,
-    /// The camera for streaming and culling while it is frozen. The view then has another camera.
+    /// The camera that streaming and culling keep after F. The picture is drawn from another camera.
     pub(super) frozen: Option<Camera>,
     /// Position of the divider, as a share of the width.
     divider: f32,

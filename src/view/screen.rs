@@ -12,7 +12,7 @@ use ortelius::vk::{
 /// Parameters of the present pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrangement {
-    /// First column of the second picture; the window's width if there is only one.
+    /// First column of the second picture; beyond the window's width if there is only one, so that no divider is drawn.
     pub split: u32,
     /// Factor of the difference between both pictures; 0 shows the pictures themselves.
     pub gain: f32,

@@ -285,8 +285,8 @@ impl Gpu {
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_indices(&self, name: &str, vertices: usize) -> Result<()> {
-        let most = self.device.physical.limits.max_draw_indexed_index_value;
-        if vertices as u64 > u64::from(most) + 1 {
+        let most = u64::from(self.device.physical.limits.max_draw_indexed_index_value) + 1;
+        if vertices as u64 > most {
             let what = format!(
                 "needs {vertices} vertices; this device's indices can address {most}; choose a coarser mesh"
             );

@@ -1,7 +1,7 @@
 //! Two variants side by side in one window.
 
 use crate::display::{Display, key};
-use crate::{differing, open};
+use crate::{FAST, differing, open};
 use ortelius::picture::write::Srgb8Picture;
 
 /// The divider's colour in `present.frag`, as sRGB codes.
