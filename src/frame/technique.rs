@@ -70,8 +70,9 @@ pub trait Technique {
     /// Out of memory.
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), Self::Error>;
 
-    /// Lifts or restores the time budgets of streaming. [`super::Run::settle`] lifts them: its frames are not shown, so
-    /// slow frames do no harm, and all tiles arrive as soon as possible.
+    /// Lifts or restores the time budgets of streaming. They keep frames short while the camera moves. Without them
+    /// all tiles arrive as soon as possible: for [`super::Run::settle`], whose frames are not shown, and in a window
+    /// whose camera rests.
     fn lift_budgets(&mut self, _lifted: bool) {}
 
     /// Progress as of the last frame.

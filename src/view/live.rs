@@ -467,8 +467,9 @@ impl Live {
         let pose: Pose = self.eye.camera.pose();
         // The last frame reports whether its picture is complete. That holds for this frame only if the pose
         // is the same.
-        let rests = self.last_pose == Some(pose) && self.stage.settled();
-        let subject = self.subject().filter(|_| rests);
+        let is_still = self.last_pose == Some(pose);
+        self.stage.lift_budgets(is_still);
+        let subject = self.subject().filter(|_| is_still && self.stage.settled());
         self.last_pose = Some(pose);
         self.judge.start_arrived(&self.stage);
         let frozen = self.frozen.as_ref().map(Camera::pose);

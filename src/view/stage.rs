@@ -1,7 +1,7 @@
 //! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
 
 use anyhow::Context;
-use ortelius::frame::Records;
+use ortelius::frame::{Records, Technique};
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
@@ -209,6 +209,14 @@ impl Stage {
     pub fn resize(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         let second = self.second.as_mut().map(|second| &mut second.renderer);
         std::iter::once(&mut self.renderer).chain(second).try_for_each(|renderer| renderer.resize(size))
+    }
+
+    /// Lifts or restores the time budgets of both renderers' streaming.
+    pub fn lift_budgets(&mut self, lifted: bool) {
+        let second = self.second.as_mut().map(|second| &mut second.renderer);
+        std::iter::once(&mut self.renderer)
+            .chain(second)
+            .for_each(|renderer| renderer.technique.lift_budgets(lifted));
     }
 
     /// True if the last pictures of both renderers are complete.

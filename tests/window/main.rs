@@ -104,6 +104,19 @@ fn the_valley_switches_variants_and_closes_with_its_button() {
 }
 
 #[test]
+fn time_budgets_do_not_delay_a_resting_view() {
+    let display = Display::start();
+    // A load takes as long as the budgets of thousands of frames.
+    let budgets = ["-D", "cache.load_budget_ms=0.001", "-D", "cache.upload_budget_ms=0.001"];
+    let arguments = ["earth", "--size", "160x90", "--no-panels", "-D", FAST];
+    let mut window = open(&display, &[&arguments[..], &budgets].concat());
+    // At rest, no tile is missing.
+    assert!(window.settled_picture().is_varied());
+    window.press(key::ESCAPE);
+    window.closed_in_silence();
+}
+
+#[test]
 fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
     let display = Display::start();
     for (scene, tilt) in [("earth", "20"), ("herd", "70")] {

@@ -186,8 +186,7 @@ impl Streaming {
 
     /// Lifts or restores the time budgets. The capacity of staging memory and of the queues still limits a frame.
     pub fn lift_budgets(&mut self, lifted: bool) {
-        self.lifted = lifted;
-        if !lifted {
+        if std::mem::replace(&mut self.lifted, lifted) && !lifted {
             // Takes back an unlimited grant.
             self.loader.grant(Duration::ZERO);
         }
