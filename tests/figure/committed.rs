@@ -83,5 +83,5 @@ fn unreadable_foreign_or_incomplete_results_are_rejected() {
     rejected(&text("vt.no-such-figure", claim, rows), "no such figure");
     rejected(&text(id, "no-such-claim", rows), "no such claim");
     rejected(&text(id, claim, r#""failed": "why""#), "not measured");
-    rejected(&text(id, claim, rows).replace("results 1", "results 0"), "of format");
+    rejected(&text(id, claim, rows).replace("results 1", "results 0"), "has format");
 }
