@@ -2,7 +2,7 @@
 
 use crate::display::{Display, key};
 use crate::program::Program;
-use crate::{differing, open, rendered_again};
+use crate::{FAST, differing, open, rendered_again};
 use ortelius::figure::{Errors, Machine, Trade, Traded};
 use ortelius::picture::write::read_png;
 use ortelius::stats::Summary;
@@ -72,8 +72,8 @@ fn the_trade_slider_moves_along_the_measured_front() {
         ("coarse", "variant.level_bias=2", 0.03),
     ];
     let trade = trade(folder.path(), "globe", &settings);
-    let arguments = ["globe", "--size", "560x520", "--trade", &trade, "--variant", "view.width=560"];
-    let mut window = open(&display, &arguments);
+    let arguments = ["globe", "--size", "560x520", "-D", FAST, "--trade", &trade];
+    let mut window = open(&display, &[&arguments[..], &["--variant", "view.width=560"]].concat());
     window.settled_picture();
     let [left, middle, right] = SLIDER;
     let row = drag_rows(&mut window, [middle, right], "setting: coarsest");
@@ -94,7 +94,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     // The picture is that of the setting's changes.
     let render = |changes: &[&str], name: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
-        command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-o", name]);
+        command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-D", FAST, "-o", name]);
         assert!(command.args(changes).output().unwrap().status.success());
         read_png(&folder.path().join(name)).unwrap()
     };
