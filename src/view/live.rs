@@ -462,8 +462,8 @@ impl Live {
         Ok(())
     }
 
-    fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
-        self.prepare_overlays()?;
+    /// The pose of the next frame, and what its error is measured for if its picture is complete.
+    fn next_pose(&mut self) -> (Pose, Option<Subject>) {
         let pose: Pose = self.eye.camera.pose();
         // The last frame reports whether its picture is complete. That holds for this frame only if the pose
         // is the same.
@@ -471,6 +471,12 @@ impl Live {
         self.stage.lift_budgets(is_still);
         let subject = self.subject().filter(|_| is_still && self.stage.settled());
         self.last_pose = Some(pose);
+        (pose, subject)
+    }
+
+    fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
+        self.prepare_overlays()?;
+        let (pose, subject) = self.next_pose();
         self.judge.start_arrived(&self.stage);
         let frozen = self.frozen.as_ref().map(Camera::pose);
         self.stage.renderer.technique.frozen = frozen;
