@@ -8,5 +8,5 @@ layout(push_constant, scalar) uniform View {
     uint level_bias;   // levels added to the stored q if the caches are too small
     uint frame;        // frame number; seeds the random numbers of stochastic filters
     vec3 sun;          // unit vector to the sun, in the positions' coordinate system; lit shapes only
-    float limb;        // on a sphere: times clip w, the width of a pixel divided by the sphere's radius; otherwise 0
+    float limb;        // on a sphere: a pixel's width / the sphere's radius, per metre of clip w; otherwise 0
 } view;

@@ -321,8 +321,10 @@ impl Gpu {
     /// Replaces the SPIR-V of shaders in pipelines that are created later. Returns the previous replacements.
     /// The words must come from this build's own compiler, for shaders of the same interface.
     pub fn replace_shaders(&self, words: Replaced) -> Replaced {
+        let mut replaced = self.device.replaced.lock().expect("no panic while words are moved");
+        let before = std::mem::replace(&mut *replaced, words);
         self.pipelines().known.clear();
-        std::mem::replace(&mut *self.device.replaced.lock().expect("no panic while words are moved"), words)
+        before
     }
 
     /// # Errors

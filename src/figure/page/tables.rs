@@ -114,7 +114,7 @@ fn entry(row: Option<Row>, notes: &mut Vec<String>) -> Entry {
         Value::Summary(s) => {
             let spread = Some(format!("{} to {}", human(s.p5), human(s.p95)));
             let counts = work.iter().flat_map(Work::named).filter(|(_, count)| *count > 0);
-            let work = counts.map(|(name, count)| format!("{} {name}", human(count as f64))).collect();
+            let work = counts.map(|(name, count)| format!("{name}: {}", human(count as f64))).collect();
             Entry { text: human(s.median), spread, work, ..Entry::default() }
         }
         Value::Series(points) => Entry { text: format!("{} points", points.len()), ..Entry::default() },

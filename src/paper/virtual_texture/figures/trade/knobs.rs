@@ -73,7 +73,7 @@ impl Knob {
         match self {
             Knob::LevelBias => all.extend([0, 1, 2].map(|level_bias| Values { level_bias, ..at })),
             Knob::Filter => {
-                // A single bilinear sample, and few taps, are tried at one point alone.
+                // Bilinear samples and few taps are tried at the pixel's centre only, not along the footprint.
                 let filters = [
                     (Filtering::Trilinear, at.samples, at.max_anisotropy),
                     (Filtering::Bilinear, at.samples, 1),
