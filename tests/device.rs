@@ -16,6 +16,22 @@ fn the_self_test_passes_without_a_validation_message() {
     assert!(messages.is_empty(), "{messages:?}");
 }
 
+/// Threads open, use and close devices of their own at the same time.
+#[test]
+fn devices_come_and_go_beside_each_other() {
+    let rounds = |options: GpuOptions<'_>| {
+        for _ in 0..8 {
+            let messages = self_test::run(&options).expect("driver");
+            assert!(messages.is_empty(), "{messages:?}");
+        }
+    };
+    std::thread::scope(|scope| {
+        for validate in [true, false, false] {
+            scope.spawn(move || rounds(GpuOptions { validate, ..GpuOptions::default() }));
+        }
+    });
+}
+
 #[test]
 fn a_frame_has_pass_statistics_only_on_request() {
     let gpu = Watched::open(&GpuOptions { wishes: &[Feature::PipelineStatistics], ..GpuOptions::default() });

@@ -2,8 +2,8 @@
 //! `layer.rs` injects the fault. Either the run prints one line, ends with the exit code of the fault and
 //! leaves no file, or it does not need the call, succeeds and writes the same files.
 //!
-//! `./x test` lets [`MOST`] calls of each run fail, evenly spaced. ORTELIUS_FAULTS=N lets N calls fail, also in
-//! every shipped scene. ORTELIUS_FAULTS=all lets every call fail, which takes some hours.
+//! `./x test` lets every call of the small runs fail. With ORTELIUS_FAULTS=all, every call of every shipped scene fails
+//! too, which takes some hours; with ORTELIUS_FAULTS=N, N calls of each scene, evenly spaced.
 
 use ortelius::scene::SHIPPED;
 use std::fmt::Display;
@@ -15,8 +15,6 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Calls of a run that fail in `./x test`. Four runs and three kinds of fault take about a minute on 2 cores.
-const MOST: usize = 24;
 /// Timeout of a run. A run takes half a second; on a machine that was compiling, it took 10 s.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -100,39 +98,40 @@ fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
     }
 }
 
-fn small_runs() -> Vec<Vec<String>> {
-    let own = [
-        "render ruler --size 64x36 --deterministic -o a.png --report a.json",
-        "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.apply=gpu",
-        "render bunny --size 64x36 -o a.png -D surface.bunny.geometry.order=compacted",
-        "doctor",
-    ];
-    let mut runs: Vec<String> = own.map(String::from).to_vec();
-    if std::env::var_os("ORTELIUS_FAULTS").is_some() {
-        let of_scene =
-            |(name, _): &(&str, &str)| format!("render {name} --size 64x36 --deterministic -o a.png");
-        runs.extend(SHIPPED.iter().map(of_scene));
-    }
-    runs.iter().map(|run| run.split(' ').map(String::from).collect()).collect()
-}
+/// The first renders a virtual texture; the second has progressive meshes in all ways that call Vulkan differently.
+const SMALL_RUNS: [&str; 3] = [
+    "render ruler --size 16x9 --deterministic -o a.png --report a.json -D surface.land.geometry.columns=32 \
+     -D surface.land.geometry.rows=16 -D surface.land.texture.width_log2=14 -D surface.land.texture.height_log2=13 \
+     -D surface.land.texture.tile_size=64 -D cache.gpu_tiles=24 -D cache.host_tiles=24",
+    "render bunny --size 16x9 -o a.png -D surface.bunny.geometry.source=sphere:3 -D surface.bunny.geometry.apply=gpu \
+     -D surface.b.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,apply='mapped'} \
+     -D surface.c.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='compacted'} \
+     -D surface.d.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='skip-lists'} \
+     -D surface.e.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='discrete'} \
+     -D surface.f.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='re-optimised'}",
+    "doctor",
+];
 
-/// How many calls of a run fail at most.
-fn most() -> usize {
-    match std::env::var("ORTELIUS_FAULTS").as_deref() {
-        Err(_) => MOST,
+/// Each run, with the number of its calls that fail at most.
+fn runs() -> Vec<(String, usize)> {
+    let mut runs: Vec<(String, usize)> = SMALL_RUNS.map(|run| (run.to_owned(), usize::MAX)).into();
+    let most = match std::env::var("ORTELIUS_FAULTS").as_deref() {
+        Err(_) => return runs,
         Ok("all") => usize::MAX,
         Ok(number) => number.parse().expect("ORTELIUS_FAULTS=N or ORTELIUS_FAULTS=all"),
-    }
+    };
+    let of_scene = |name: &str| format!("render {name} --size 64x36 --deterministic -o a.png");
+    runs.extend(SHIPPED.iter().map(|(name, _)| (of_scene(name), most)));
+    runs
 }
 
 fn sweep(kind: &str) {
-    for arguments in small_runs() {
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    for (shown, most) in runs() {
+        let arguments: Vec<&str> = shown.split_ascii_whitespace().collect();
         let undisturbed = run(&arguments, kind, 0);
-        let shown = arguments.join(" ");
         assert_eq!(undisturbed.code, Some(0), "{shown}: {}", undisturbed.stderr);
         let count = undisturbed.calls.len();
-        let taken = count.min(most());
+        let taken = count.min(most);
         let mut failed = 0;
         for number in (0..taken).map(|n| 1 + n * count / taken) {
             let ended = run(&arguments, kind, number);
