@@ -197,7 +197,7 @@ fn every_scene_renders_with_vectors_of_128_and_256_bits_and_512_are_refused() {
     let render = |scene: &str, width: &str| {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
-        command.current_dir(&folder).args(["render", scene, "--size", "160x90", "-o", "a.png"]);
+        command.current_dir(&folder).args(["render", scene, "--size", "64x36", "-o", "a.png"]);
         let cache = caches.path().join(width);
         command.env("LP_NATIVE_VECTOR_WIDTH", width).env("MESA_SHADER_CACHE_DIR", cache);
         let ran = command.output().unwrap();

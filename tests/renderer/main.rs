@@ -235,7 +235,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
 
 #[test]
 fn a_frozen_eye_streams_and_culls_for_itself() {
-    let scene = Scene::embedded("valley").unwrap();
+    let scene = one_sample_scene("valley").unwrap();
     let mut renderer = settled(&scene, Target::Srgb8);
     let pose = scene.pose(0).unwrap();
     let elsewhere = pose.moved(pose.up * 3000.0 - pose.forward * 20_000.0);
