@@ -7,6 +7,7 @@ use anyhow::bail;
 use clap::Args;
 use ortelius::math::camera::Pose;
 use ortelius::picture::Target;
+use ortelius::renderer::figures::FAMILIES;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::{auto, sections};
 use ortelius::scene::Scene;
@@ -15,11 +16,11 @@ use std::io::Read;
 use std::path::Path;
 
 /// The scene and the camera.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct SceneArgs {
     /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
-    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock), or the report of an earlier render to repeat;
-    /// options then override the report's
+    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock); a figure, for its first view (`ortelius
+    /// list`); or the report of an earlier render to repeat: options then override the report's
     pub scene: String,
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
@@ -90,6 +91,29 @@ pub struct Asked {
     pub run: RunSection,
 }
 
+impl SceneArgs {
+    /// If a figure is named: the shipped scene of its first view, with that view's camera or path.
+    fn of_figure(&self) -> anyhow::Result<SceneArgs> {
+        let mut figures = FAMILIES.iter().flat_map(|(_, figures)| figures.iter());
+        let Some(figure) = figures.find(|figure| figure.id == self.scene) else { return Ok(self.clone()) };
+        let views = figure.scenes.iter().filter_map(|view| view.split_once('/'));
+        let Some((scene, view)) = views.into_iter().find(|(scene, _)| Scene::embedded(scene).is_ok()) else {
+            bail!(Usage(format!(
+                "figure {} renders no scene; it has {}",
+                figure.id,
+                figure.scenes.join(", ")
+            )));
+        };
+        let is_path = Scene::embedded(scene)?.paths.contains_key(view);
+        let own = (!is_path).then(|| view.to_owned());
+        let [camera, path] = match (&self.camera, &self.path) {
+            (None, None) => [own, is_path.then(|| view.to_owned())],
+            (camera, path) => [camera.clone(), path.clone()],
+        };
+        Ok(SceneArgs { scene: scene.to_owned(), camera, path, ..self.clone() })
+    }
+}
+
 impl Asked {
     /// `target`: the format of the picture, if one is written.
     ///
@@ -112,6 +136,7 @@ impl Asked {
     /// # Errors
     /// As [`Asked::of`].
     pub fn of_scene(args: &SceneArgs, device: &DeviceArgs) -> anyhow::Result<Asked> {
+        let args = &args.of_figure()?;
         let (scene, earlier) = match is_report(&args.scene) {
             true => earlier(args)?,
             false => {

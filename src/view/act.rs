@@ -24,6 +24,7 @@ impl Live {
             Action::Close => {}
             Action::Help => self.panels.help = !self.panels.help,
             Action::Panels => self.panels.open = !self.panels.open,
+            Action::Profiler => self.panels.profiler = !self.panels.profiler,
             Action::Magnify => self.magnifies = !self.magnifies,
             Action::Comparison(comparison) => self.comparison = comparison,
             Action::NextComparison => self.comparison = self.comparison.next(),

@@ -10,6 +10,7 @@ pub enum Action {
     Close,
     Help,
     Panels,
+    Profiler,
     Pause,
     Reload,
     Capture,
@@ -74,7 +75,7 @@ impl Comparison {
 }
 
 /// Keys that trigger an action when pressed.
-pub const KEYS: [(Key, &str, Action); 19] = [
+pub const KEYS: [(Key, &str, Action); 20] = [
     (Key::F1, "help", Action::Help),
     (Key::F2, "panels", Action::Panels),
     (Key::F5, "recompile the shaders", Action::Reload),
@@ -90,7 +91,8 @@ pub const KEYS: [(Key, &str, Action); 19] = [
     (Key::Z, "magnifier, and the values of the pixel", Action::Magnify),
     (Key::N, "print the values of the magnified pixel", Action::PrintPixel),
     (Key::M, "print the memory in use", Action::PrintMemory),
-    (Key::P, "play the path", Action::Play),
+    (Key::P, "profiler: the passes and their times", Action::Profiler),
+    (Key::L, "play the path", Action::Play),
     (Key::R, "record the path as numbered pictures", Action::Record),
     (Key::C, "copy the camera as TOML (and print it)", Action::CopyCamera),
     (Key::Escape, "quit", Action::Close),

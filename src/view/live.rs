@@ -36,8 +36,11 @@ use winit::window::Window;
 /// inspector and the labels show are read back two frames later, laid out in the third, and drawn in the fourth.
 pub(super) const ECHO: u32 = 5;
 
-/// Longest age of the values in the panels while the picture changes.
-const PANELS_AGE: Duration = Duration::from_millis(100);
+/// Age of the values in the panels at which they are laid out again while the picture changes. On a slow device this
+/// may be each frame, so that some frames must draw the last layout first, unless the values are older than the
+/// second age.
+const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(500)];
+const PANELS_FRAMES: u32 = 3;
 
 /// Longest time step of the camera, even if a frame took longer.
 const LONGEST_FRAME_S: f64 = 0.1;
@@ -93,8 +96,8 @@ struct LaidOut {
     repaint: Duration,
     /// It had input, whose effects end in the next layout.
     had_input: bool,
-    /// Frames were drawn since.
-    is_old: bool,
+    /// Later frames that have drawn it.
+    frames: u32,
 }
 
 impl Live {
@@ -199,7 +202,7 @@ impl Live {
         if self.is_hidden() {
             return None;
         }
-        match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.is_old) {
+        match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.frames > 0) {
             true => Some(Duration::ZERO),
             false if self.judge.is_at_work() => Some(judge::REFRESH),
             false if self.reload.is_under_way() => Some(reload::LOOK_AGAIN),
@@ -219,7 +222,9 @@ impl Live {
         let answers = self.measure.as_ref().is_some_and(|measure| measure.response.is_some());
         let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
         let age = laid_out.at.elapsed();
-        let is_old = age >= laid_out.repaint.min(PANELS_AGE);
+        let [often, at_least] = PANELS_AGE;
+        let is_old =
+            age >= laid_out.repaint.min(at_least) || (age >= often && laid_out.frames >= PANELS_FRAMES);
         follows || answers || has_input || is_old || !self.is_busy() || self.judge.is_at_work()
     }
 
@@ -331,7 +336,7 @@ impl Live {
         let repaint =
             output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
         let had_input = has_events || scrolls;
-        self.laid_out = Some(LaidOut { at: Instant::now(), repaint, had_input, is_old: false });
+        self.laid_out = Some(LaidOut { at: Instant::now(), repaint, had_input, frames: 0 });
         self.textures.append(std::mem::take(&mut output.textures_delta));
         let platform = std::mem::take(&mut output.platform_output);
         self.input.handle_platform_output(&self.window, platform);
@@ -419,7 +424,7 @@ impl Live {
                 self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
             }
             None if self.screen.painter.fits(size) => {
-                self.laid_out.iter_mut().for_each(|laid_out| laid_out.is_old = true);
+                self.laid_out.iter_mut().for_each(|laid_out| laid_out.frames += 1);
             }
             None => self.laid_out = None,
         }

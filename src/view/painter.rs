@@ -55,27 +55,23 @@ impl Painter {
     /// # Errors
     /// Out of memory.
     pub fn new(gpu: &Gpu, format: Format) -> Result<Painter> {
-        let pipeline = |format| {
-            gpu.graphics_pipeline(&GraphicsInfo {
-                name: panels_frag::SHADER.name,
-                vertex: &panels_vert::SHADER,
-                geometry: None,
-                fragment: Some(&panels_frag::SHADER),
-                specialization: &[],
-                points: false,
-                depth: None,
-                colors: &[format],
-                blend: Blend::Over,
-            })
-        };
         let sampler = |filter| gpu.sampler("panels", SamplerInfo { filter, wraps_in_s: false });
         Ok(Painter {
             gpu: gpu.clone(),
-            pipelines: [pipeline(Format::Rgba8)?, pipeline(format)?],
+            pipelines: pipelines(gpu, format)?,
             samplers: [sampler(Filter::Linear)?, sampler(Filter::Nearest)?],
             textures: HashMap::new(),
             painting: None,
         })
+    }
+
+    /// Compiles the pipelines again, for example for new shaders.
+    ///
+    /// # Errors
+    /// The driver cannot compile a pipeline.
+    pub fn rebuild(&mut self, format: Format) -> Result<()> {
+        self.pipelines = pipelines(&self.gpu, format)?;
+        Ok(())
     }
 
     /// Uploads new textures and triangles for a window of `size` pixels.
@@ -220,6 +216,23 @@ impl Painter {
         }
         textures.free.iter().for_each(|id| drop(self.textures.remove(id)));
     }
+}
+
+fn pipelines(gpu: &Gpu, format: Format) -> Result<[GraphicsPipeline; 2]> {
+    let pipeline = |format| {
+        gpu.graphics_pipeline(&GraphicsInfo {
+            name: panels_frag::SHADER.name,
+            vertex: &panels_vert::SHADER,
+            geometry: None,
+            fragment: Some(&panels_frag::SHADER),
+            specialization: &[],
+            points: false,
+            depth: None,
+            colors: &[format],
+            blend: Blend::Over,
+        })
+    };
+    Ok([pipeline(Format::Rgba8)?, pipeline(format)?])
 }
 
 /// The rectangle that holds all draws, drawn by the two triangles from `first_index` on.

@@ -10,6 +10,7 @@ use egui::{
     Align2, CollapsingHeader, Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke, Ui,
     Vec2, vec2,
 };
+use ortelius::frame::Technique;
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::VirtualTexture;
 use ortelius::renderer::Record;
@@ -21,6 +22,7 @@ use std::time::{Duration, Instant};
 pub struct Panels {
     pub open: bool,
     pub help: bool,
+    pub profiler: bool,
     settings: SettingsPanel,
     status: Option<Status>,
 }
@@ -41,7 +43,7 @@ const WIDTH: f32 = 330.0;
 
 impl Panels {
     pub fn new(open: bool) -> Panels {
-        Panels { open, help: false, settings: SettingsPanel::new(), status: None }
+        Panels { open, help: false, profiler: false, settings: SettingsPanel::new(), status: None }
     }
 
     /// Shows a message in the status line for some seconds.
@@ -80,6 +82,12 @@ impl Panels {
         if self.help {
             help(ui);
         }
+        let records = &shown.stage.renderer.records;
+        if self.profiler && !records.is_empty() {
+            let window =
+                egui::Window::new("profiler").anchor(Align2::LEFT_TOP, vec2(8.0, 8.0)).collapsible(false);
+            window.show(ui.ctx(), |ui| times(ui, shown.stage));
+        }
         if let Some(found) = shown.found {
             inspector::show(ui, shown.stage, found);
         }
@@ -96,7 +104,7 @@ impl Panels {
             .show(ui, |ui| compared::trade(ui, shown, &mut actions));
         section("overlays", false).show(ui, |ui| compared::overlays(ui, shown, &mut actions));
         if let Some(last) = records.last() {
-            section("passes", true).show(ui, |ui| times(ui, records));
+            section("passes", true).show(ui, |ui| times(ui, shown.stage));
             if let Some(texture) = &shown.stage.renderer.technique.texture {
                 section("tiles", true).show(ui, |ui| tiles(ui, last, texture));
                 section("caches", false).show(ui, |ui| caches(ui, texture));
@@ -165,9 +173,10 @@ fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Frame times of recent frames as bars, and the passes of the last frame.
-fn times(ui: &mut Ui, records: &[Record]) {
-    let last = &records[records.len() - 1];
+/// Frame times of recent frames as bars, and the passes of the last frame. Under the pointer: what a pass serves.
+fn times(ui: &mut Ui, stage: &Stage) {
+    let records: &[Record] = &stage.renderer.records;
+    let Some(last) = records.last() else { return };
     let Some(total) = total_ms(&last.passes) else {
         ui.label("this device has no timestamps");
         return;
@@ -186,7 +195,7 @@ fn times(ui: &mut Ui, records: &[Record]) {
     Grid::new("passes").num_columns(3).show(ui, |ui| {
         for pass in &last.passes {
             let ms = pass.ns.unwrap_or_default() as f64 / 1e6;
-            ui.label(&pass.label);
+            ui.label(&pass.label).on_hover_ui(|ui| drop(ui.label(serves(stage, &pass.label))));
             ui.monospace(format!("{ms:8.3} ms"));
             let (rect, _) = ui.allocate_exact_size(vec2(90.0, 10.0), Sense::hover());
             let share = if total > 0.0 { (ms / total) as f32 } else { 0.0 };
@@ -195,6 +204,17 @@ fn times(ui: &mut Ui, records: &[Record]) {
             ui.end_row();
         }
     });
+}
+
+/// The surfaces that a pass serves, and the device features that it needs.
+fn serves(stage: &Stage, pass: &str) -> String {
+    let technique = &stage.renderer.technique;
+    let of_pass = technique.passes_by_surface().into_iter().find(|(name, _)| *name == pass);
+    let surfaces = of_pass.map_or("all surfaces".to_owned(), |(_, surfaces)| surfaces.join(", "));
+    let needs = technique.needs();
+    let features = needs.iter().filter(|need| need.pass == pass).map(|need| need.feature.name());
+    let features = features.collect::<Vec<_>>().join(", ");
+    if features.is_empty() { surfaces } else { format!("{surfaces}; needs {features}") }
 }
 
 fn rows<const N: usize>(ui: &mut Ui, id: &str, rows: [(&str, String); N]) {
@@ -253,34 +273,47 @@ fn levels(ui: &mut Ui, visible: &[TileId]) {
     });
 }
 
-/// The slots of both caches in order, coloured by the level of their tiles.
+/// The slots of both caches in order, coloured by the level of their tiles; the darker, the longer unused.
 fn caches(ui: &mut Ui, texture: &VirtualTexture) {
-    let config = texture.streaming.config();
-    let gpu: Vec<_> = (0..config.gpu_tiles).map(|slot| texture.streaming.gpu_tile(slot)).collect();
-    let host: Vec<_> = (0..config.host_tiles).map(|slot| texture.streaming.host_tile(slot)).collect();
-    for (name, slots) in [("tile pool (device)", gpu), ("tile cache (host)", host)] {
-        ui.label(name);
-        let side = 7.0;
-        let columns = ((ui.available_width() / side) as usize).max(1);
-        let size = vec2(side * columns as f32, side * slots.len().div_ceil(columns) as f32);
-        let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
-        let cell = |n: usize| {
-            let at = rect.min + vec2(side * (n % columns) as f32, side * (n / columns) as f32);
-            Rect::from_min_size(at, Vec2::splat(side - 1.0))
+    let streaming = &texture.streaming;
+    let config = streaming.config();
+    let gpu = (0..config.gpu_tiles).map(|slot| (streaming.gpu_tile(slot), streaming.gpu_age(slot)));
+    let host = (0..config.host_tiles).map(|slot| (streaming.host_tile(slot), streaming.host_age(slot)));
+    cache(ui, "tile pool (device)", &gpu.collect::<Vec<_>>());
+    cache(ui, "tile cache (host)", &host.collect::<Vec<_>>());
+}
+
+/// One cache: the tile of each slot, and the frames since its last use.
+fn cache(ui: &mut Ui, name: &str, slots: &[(Option<TileId>, Option<u64>)]) {
+    ui.label(name);
+    let side = 7.0;
+    let columns = ((ui.available_width() / side) as usize).max(1);
+    let size = vec2(side * columns as f32, side * slots.len().div_ceil(columns) as f32);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let cell = |n: usize| {
+        let at = rect.min + vec2(side * (n % columns) as f32, side * (n / columns) as f32);
+        Rect::from_min_size(at, Vec2::splat(side - 1.0))
+    };
+    for (n, (tile, age)) in slots.iter().enumerate() {
+        // Half as bright after 15 frames, a third after 255.
+        let bright = 4.0 / (4.0 + (1.0 + age.unwrap_or(0) as f32).log2());
+        let colour =
+            tile.map_or(Color32::from_gray(45), |tile| level_colour(tile.level).gamma_multiply(bright));
+        ui.painter().rect_filled(cell(n), 0.0, colour);
+    }
+    let under = response.hover_pos().and_then(|at| (0..slots.len()).find(|n| cell(*n).contains(at)));
+    if let Some(slot) = under {
+        let (tile, age) = slots[slot];
+        let Some(TileId { level, row, column, .. }) = tile else {
+            response.on_hover_text(format!("slot {slot}: free"));
+            return;
         };
-        for (n, tile) in slots.iter().enumerate() {
-            let colour = tile.map_or(Color32::from_gray(45), |tile| level_colour(tile.level));
-            ui.painter().rect_filled(cell(n), 0.0, colour);
-        }
-        let under = response.hover_pos().and_then(|at| (0..slots.len()).find(|n| cell(*n).contains(at)));
-        if let Some(slot) = under {
-            response.on_hover_text(match slots[slot] {
-                Some(tile) => {
-                    format!("slot {slot}: level {}, row {}, column {}", tile.level, tile.row, tile.column)
-                }
-                None => format!("slot {slot}: free"),
-            });
-        }
+        let used = match age {
+            Some(0) => "used in this frame".to_owned(),
+            Some(frames) => format!("last used {frames} frames ago"),
+            None => "waits for its texels".to_owned(),
+        };
+        response.on_hover_text(format!("slot {slot}: level {level}, row {row}, column {column}; {used}"));
     }
 }
 

@@ -79,7 +79,7 @@ impl Screen {
     /// The driver cannot compile the pipeline.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
         self.pipeline = pipeline(gpu, self.swapchain.format())?;
-        Ok(())
+        self.painter.rebuild(self.swapchain.format())
     }
 
     /// Also copies the next frame's image to the host.

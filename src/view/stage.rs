@@ -255,19 +255,27 @@ fn go_on(
 }
 
 /// The scene's own variant, then one for each other value of the setting that its paper compares: the method
-/// that lists visible tiles, or the processor that applies changes of the level of detail.
+/// that lists visible tiles, the processor that applies changes of the level of detail, the filter of a relief, or
+/// that of a plain texture.
 fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let keys = scene::keys(LANGUAGES);
     let is_virtual = |surface: &scene::Surface| scene.texture_kind(surface) == Some("virtual");
     let is_mesh =
         |name: &&String| scene.word(&["surface", name, "geometry", "kind"]) == Some("progressive-mesh");
-    let (declared, key) = match scene.surfaces.values().any(is_virtual) {
-        true => ("variant.dedup", "variant.dedup".to_owned()),
-        false => match scene.surfaces.keys().find(is_mesh) {
-            Some(name) => ("surface.NAME.geometry.apply", format!("surface.{name}.geometry.apply")),
-            None => return vec![own],
-        },
+    let has_relief = |name: &&String| scene.word(&["surface", name, "relief", "map"]).is_some();
+    let names = || scene.surfaces.keys();
+    let of_surface = [
+        (names().find(is_mesh), "geometry.apply"),
+        (names().find(has_relief), "relief.method"),
+        (names().next(), "filter.kind"),
+    ];
+    let (declared, key) = if scene.surfaces.values().any(is_virtual) {
+        ("variant.dedup".to_owned(), "variant.dedup".to_owned())
+    } else {
+        let found = of_surface.into_iter().find_map(|(name, key)| Some((name?, key)));
+        let Some((name, key)) = found else { return vec![own] };
+        (format!("surface.NAME.{key}"), format!("surface.{name}.{key}"))
     };
     let declared = keys.iter().find(|at| at.dotted == declared).expect("the setting is declared");
     let Kind::Choice(values) = &declared.key.kind else { return vec![own] };

@@ -31,6 +31,17 @@ fn same_again(folder: &TempDir, arguments: &[&str], ending: &str) -> TempDir {
 }
 
 #[test]
+fn a_figure_stands_for_its_first_view() {
+    let folder = folder();
+    let small = ["--size", "64x36", "--deterministic", "-o"];
+    rendered(&folder, &[&["vt.limit"][..], &small, &["figure.png"]].concat());
+    rendered(&folder, &[&["earth", "--camera", "headline"][..], &small, &["scene.png"]].concat());
+    assert!(bytes(&folder, "figure.png") == bytes(&folder, "scene.png"));
+    let (code, line) = render_failure(&folder, &["pm.order", "-o", "a.png"]);
+    assert!(code == 2 && line.contains("pm.order renders no scene"), "{line}");
+}
+
+#[test]
 fn a_landscape_with_overrides_is_reproduced_and_options_override_the_reports() {
     let folder = folder();
     let changes = ["-Dvariant.level_bias=2", "-D", "variant.address=own-level", "-Dcache.upload_budget_ms=1"];

@@ -104,11 +104,11 @@ const SMALL_RUNS: [&str; 3] = [
      -D surface.land.geometry.rows=16 -D surface.land.texture.width_log2=14 -D surface.land.texture.height_log2=13 \
      -D surface.land.texture.tile_size=64 -D cache.gpu_tiles=24 -D cache.host_tiles=24",
     "render bunny --size 16x9 -o a.png -D surface.bunny.geometry.source=sphere:3 -D surface.bunny.geometry.apply=gpu \
-     -D surface.b.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,apply='mapped'} \
-     -D surface.c.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='compacted'} \
-     -D surface.d.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='skip-lists'} \
-     -D surface.e.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='discrete'} \
-     -D surface.f.geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='re-optimised'}",
+     -D surface.b={geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,apply='mapped'}} \
+     -D surface.c={geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='compacted'}} \
+     -D surface.d={geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='skip-lists'}} \
+     -D surface.e={geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='discrete'}} \
+     -D surface.f={geometry={kind='progressive-mesh',source='sphere:3',size_m=1.0,order='re-optimised'}}",
     "doctor",
 ];
 

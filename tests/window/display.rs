@@ -22,6 +22,7 @@ pub mod key {
     pub const D: u8 = 40;
     pub const E: u8 = 26;
     pub const P: u8 = 33;
+    pub const L: u8 = 46;
     pub const CONTROL: u8 = 37;
     pub const DIGIT_1: u8 = 10;
     pub const F8: u8 = 74;

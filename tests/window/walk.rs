@@ -32,6 +32,8 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
         key::N,
         key::C,
         key::P,
+        key::L,
+        key::F5,
         key::F9,
         key::DIGIT_1,
         key::DIGIT_1 + 1,

@@ -66,6 +66,12 @@ impl Lru {
         std::iter::successors(listed(self.oldest), move |slot| listed(self.links[*slot as usize].newer))
     }
 
+    /// When `slot` was last used; `None` if it is outside the list.
+    pub fn last_use(&self, slot: u32) -> Option<u64> {
+        let link = self.links[slot as usize];
+        link.listed.then_some(link.last_use)
+    }
+
     /// The least recently used slot, and when it was last used.
     pub fn oldest(&self) -> Option<(u32, u64)> {
         (self.oldest != NONE).then(|| (self.oldest, self.links[self.oldest as usize].last_use))
@@ -88,11 +94,12 @@ mod tests {
 
     #[test]
     fn the_least_recently_used_slot_comes_first() {
-        let mut list = Lru::new(3);
+        let mut list = Lru::new(4);
         for (time, slot) in [0, 1, 2, 0].into_iter().enumerate() {
             list.touch(slot, time as u64);
         }
         assert_eq!(list.oldest(), Some((1, 1)));
+        assert_eq!([1, 3].map(|slot| list.last_use(slot)), [Some(1), None]);
         assert_eq!(list.in_order().collect::<Vec<_>>(), [1, 2, 0]);
         assert_eq!(drain(list), [1, 2, 0]);
     }

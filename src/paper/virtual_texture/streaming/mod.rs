@@ -304,6 +304,16 @@ impl Streaming {
         self.host_cache.slots.tile(slot)
     }
 
+    /// Frames since a tile of the tile pool was used; `None` if the slot is free or waits for its upload.
+    pub fn gpu_age(&self, slot: u32) -> Option<u64> {
+        self.tile_pool.last_use(slot).map(|time| self.frame - time / 3)
+    }
+
+    /// As [`Streaming::gpu_age`], for the host cache.
+    pub fn host_age(&self, slot: u32) -> Option<u64> {
+        self.host_cache.slots.last_use(slot).map(|time| self.frame - time / 3)
+    }
+
     /// Time of use of prefetched tiles.
     fn prefetch_time(&self) -> u64 {
         3 * self.frame

@@ -54,6 +54,11 @@ impl Slots {
         self.tiles[slot as usize]
     }
 
+    /// When the slot was last used; `None` if it is free or pinned.
+    pub fn last_use(&self, slot: u32) -> Option<u64> {
+        self.lru.last_use(slot)
+    }
+
     pub fn generation(&self, slot: u32) -> u64 {
         self.generations[slot as usize]
     }
