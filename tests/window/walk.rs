@@ -33,7 +33,6 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
         key::C,
         key::P,
         key::L,
-        key::F5,
         key::F9,
         key::DIGIT_1,
         key::DIGIT_1 + 1,
@@ -72,14 +71,15 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let most = (0..4).map(|_| walk(&mut window, steps / 8));
     let [device, resident] = most.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
     let [device_after, resident_after] = walk(&mut window, steps / 2);
-    // Twice the device memory is one more renderer: the second half may end with two. A leak of one frame's buffers
-    // (1 MB) exceeds both bounds within seconds.
-    assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
-    assert!(resident_after <= resident + 40_000_000, "resident: {resident} bytes, then {resident_after}");
     eprintln!(
         "device {device} -> {device_after}, resident {resident} -> {resident_after}, process {}",
         window.process()
     );
+    // Twice the device memory is one more renderer: the second half may end with two. Lavapipe's device memory is main
+    // memory. A leak of one frame's buffers (1 MB) exceeds both bounds within seconds.
+    let another = device_after.saturating_sub(device);
+    assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
+    assert!(resident_after <= resident + another + 40_000_000, "resident: {resident} bytes, then {resident_after}");
     window.press(key::ESCAPE);
     window.closed();
 }
