@@ -59,7 +59,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
             let copy = copied(&gpu, &renderer);
             for pass in [HostPass::Hash, HostPass::Bitmap] {
                 let list = |address| {
-                    let list = HostList::new(pass, &pyramid, format, address).unwrap().list(copy.words());
+                    let list = HostList::new(pass, &pyramid, format, address).unwrap().list(&copy.words());
                     let entries: BTreeSet<[u32; 3]> = list.iter().copied().collect();
                     assert_eq!(entries.len(), list.len(), "{name}, {format:?}, {pass:?}: duplicate entry");
                     entries
@@ -114,7 +114,7 @@ fn a_cycle_of_samples_contains_each_pixel_once() {
                     }
                 }
             }
-            assert!(picture == copy.words(), "n = {n}, {format:?}");
+            assert!(picture == *copy.words(), "n = {n}, {format:?}");
             let samples: usize = frames.iter().map(|samples| samples.len() / words).sum();
             assert_eq!(samples - outside, (width * height) as usize, "n = {n}");
         }

@@ -197,7 +197,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     contenders.extend(fused.contenders()?);
     let timed = bench.interleave(gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().flat_map(|of| time_rows(of, &timed)).collect();
-    let exact = native(&lists[1].1.borrow_mut().list(copy.words()));
+    let exact = native(&lists[1].1.borrow_mut().list(&copy.words()));
     rows.push(Row::number(COPY, "visible tiles", "tiles", exact.len() as f64));
     for pair in pairs {
         let wrong = differing(&tiles(pair, stage1)?, &exact);
