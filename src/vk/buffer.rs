@@ -23,7 +23,7 @@ pub enum BufferUse {
     /// Transform-feedback output, or its counter; copies can read it.
     TransformFeedback,
     Storage,
-    /// Words that shaders write and also fetch as texels.
+    /// Words that shaders access as a storage buffer, and as texels with atomics.
     FetchedStorage,
     /// Read-only table of 32-bit words that shaders fetch as texels. Software drivers fetch the texels of a
     /// whole vector of pixels at once, but read a storage buffer pixel by pixel.
@@ -116,7 +116,7 @@ impl BufferUse {
                 (U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
             BufferUse::FetchedStorage => (
-                U::STORAGE_BUFFER | U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
+                U::STORAGE_BUFFER | U::STORAGE_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
             BufferUse::Texels => {

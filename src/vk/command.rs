@@ -217,7 +217,7 @@ impl Cmd<'_> {
                 images = image(texture, texture.view, sampler.handle);
                 write.image_info(&images)
             }
-            (DescriptorKind::TexelBuffer, Resource::Buffer(buffer)) => {
+            (DescriptorKind::TexelBuffer | DescriptorKind::StorageTexelBuffer, Resource::Buffer(buffer)) => {
                 assert!(
                     buffer.texels != vk::BufferView::null(),
                     "{pipeline}: the buffer {} was made without a texel view",

@@ -70,9 +70,9 @@ fn the_host_lists_the_reference_set_from_every_format() {
                     "{name}"
                 );
                 let tile = |[level, row, column]: [u32; 3]| TileId { level, row, column };
-                let native: BTreeSet<TileId> = list(TileAddress::OwnLevel).into_iter().map(tile).collect();
+                let own_level: BTreeSet<TileId> = list(TileAddress::OwnLevel).into_iter().map(tile).collect();
                 assert_eq!(
-                    native,
+                    own_level,
                     reference::visible_tiles(&requests, &pyramid),
                     "{name}, {format:?}, {pass:?}"
                 );

@@ -262,9 +262,9 @@ mod tests {
                     match address {
                         TileAddress::Level0 => assert_eq!(entries, triples, "{what}"),
                         TileAddress::OwnLevel => {
-                            let native =
+                            let own_level =
                                 entries.iter().map(|&[level, row, column]| TileId { level, row, column });
-                            assert_eq!(native.collect::<BTreeSet<_>>(), tiles, "{what}");
+                            assert_eq!(own_level.collect::<BTreeSet<_>>(), tiles, "{what}");
                         }
                     }
                     assert_eq!(host.list(&stored(&picture, format)), list, "{what}: again");
