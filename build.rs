@@ -349,6 +349,7 @@ fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
         DescriptorType::StorageImage(_) => Some("StorageImage"),
         DescriptorType::StorageBuffer(_) => Some("StorageBuffer"),
         DescriptorType::UniformTexelBuffer() => Some("TexelBuffer"),
+        DescriptorType::StorageTexelBuffer(..) => Some("StorageTexelBuffer"),
         _ => None,
     }
 }

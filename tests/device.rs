@@ -3,7 +3,8 @@
 use ortelius::vk::shader::Replaced;
 use ortelius::vk::shader::self_test::dispatch_comp;
 use ortelius::vk::{
-    BufferUse, Error, Feature, Format, Gpu, GpuOptions, ImageInfo, Resource, Watched, Work, self_test,
+    BufferUse, Error, Feature, Format, Gpu, GpuOptions, ImageInfo, Resource, TexelCopy, Watched, Work,
+    self_test,
 };
 
 fn validating<'a>() -> GpuOptions<'a> {
@@ -143,6 +144,87 @@ fn a_watched_device_fails_a_test_that_ends_with_messages() {
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
+}
+
+/// The inner submissions run before the frame, so it sees what they wrote; what it uses outlives them.
+#[test]
+fn buffers_and_images_are_filled_while_a_frame_is_recorded() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let host = gpu.buffer("host", 32, BufferUse::Readback).unwrap();
+    let image = gpu.image("image", ImageInfo::texture([2, 2], Format::R32Uint, 1)).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("words", |cmd| {
+            let words = gpu.buffer_with("words", &[1u32, 2, 3, 4], BufferUse::Storage)?;
+            cmd.copy_buffer(&words, 0, &host, 0, 16);
+            Ok(())
+        })
+        .unwrap();
+    gpu.fill_levels(&image, &[bytemuck::cast_slice(&[5u32, 6, 7, 8]).to_vec()]).unwrap();
+    let copy = TexelCopy { offset: 16, mip: 0, layer: 0, at: [0; 2], size: [2, 2] };
+    frame
+        .pass("texels", |cmd| {
+            cmd.copy_from_image(&image, &host, &[copy]);
+            Ok(())
+        })
+        .unwrap();
+    drop(image);
+    (0..3).for_each(|_| drop(gpu.frame().unwrap().submit().unwrap().wait().unwrap()));
+    frame.submit().unwrap().wait().unwrap();
+    assert_eq!(*host.mapped::<u32>(), [1, 2, 3, 4, 5, 6, 7, 8]);
+}
+
+#[test]
+fn two_threads_record_frames_at_the_same_time() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let gpu: &Gpu = &gpu;
+    let fill = |first: u32| {
+        for value in first..first + 20 {
+            let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
+            let mut frame = gpu.frame().unwrap();
+            let words = gpu.buffer_with("words", &[value], BufferUse::Storage).unwrap();
+            frame
+                .pass("copy", |cmd| {
+                    cmd.copy_buffer(&words, 0, &host, 0, 4);
+                    Ok(())
+                })
+                .unwrap();
+            frame.submit().unwrap().wait().unwrap();
+            assert_eq!(*host.mapped::<u32>(), [value]);
+        }
+    };
+    std::thread::scope(|scope| [0, 100].map(|first| scope.spawn(move || fill(first))).map(drop));
+}
+
+/// Copies a word to a buffer of the host, and submits the frame with a view of that buffer open.
+fn copy_to_the_host(view_is_open: bool) {
+    let gpu = Watched::open(&GpuOptions::default());
+    let words = gpu.buffer_with("words", &[7u32], BufferUse::Storage).unwrap();
+    let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
+    let mut frame = gpu.frame().unwrap();
+    frame
+        .pass("copy", |cmd| {
+            cmd.copy_buffer(&words, 0, &host, 0, 4);
+            Ok(())
+        })
+        .unwrap();
+    let view = view_is_open.then(|| host.mapped::<u32>());
+    let ticket = frame.submit().unwrap();
+    drop(view);
+    assert_eq!(host.mapped::<u32>().len(), 1);
+    ticket.wait().unwrap();
+}
+
+#[test]
+#[should_panic(expected = "host: a submitted frame uses it; wait for the frame's ticket")]
+fn the_host_cannot_view_a_buffer_that_a_frame_in_flight_uses() {
+    copy_to_the_host(false);
+}
+
+#[test]
+#[should_panic(expected = "host: the host still views it")]
+fn a_frame_cannot_be_submitted_while_the_host_views_its_buffers() {
+    copy_to_the_host(true);
 }
 
 fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {

@@ -14,7 +14,7 @@ layout(points, max_vertices = SIDE * SIDE / INVOCATIONS) out;
 
 layout(constant_id = 6) const uint MEMO = 1;           // emit only if the triple differs from the last one
 // The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
-layout(constant_id = 7) const uint NATIVE_KEYING = 0;
+layout(constant_id = 7) const uint OWN_LEVEL = 0;
 
 layout(binding = 0) uniform utexture2D requests;
 
@@ -32,7 +32,7 @@ void main() {
         for (uint jt = first.x; jt < end.x; jt++) {
             uvec3 qij = load_triple(texelFetch(requests, ivec2(jt, it), 0));
             if (qij.x >= FIRST_RESIDENT_LEVEL) continue;  // resident levels and background need no tile
-            if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
+            if (OWN_LEVEL == 1) qij.yz >>= qij.x;
             if (MEMO == 1 && qij == last) continue;
             last = qij;
             // The texel's centre. The printed corner -1 + 2j/wT hits one texel to the left and up and loses tiles.

@@ -10,10 +10,10 @@ uvec3 stored_triple(uvec2 pixel) {
 
 bool same_triple(uvec3 stored, uvec3 other) { return REQUESTS_PACKED == 1 ? stored.x == other.x : stored == other; }
 
-// (q, i, j) with the row and column in the grid that tile addresses use: level q's own with NATIVE_KEYING, otherwise
+// (q, i, j) with the row and column in the grid that tile addresses use: level q's own with OWN_LEVEL, otherwise
 // level 0's. A pixel with q >= FIRST_RESIDENT_LEVEL needs no tile.
-uvec3 keyed_triple(uvec3 stored) {
+uvec3 addressed_triple(uvec3 stored) {
     uvec3 qij = load_triple(uvec4(stored, 0));
-    if (NATIVE_KEYING == 1) qij.yz >>= min(qij.x, 31u);
+    if (OWN_LEVEL == 1) qij.yz >>= min(qij.x, 31u);
     return qij;
 }

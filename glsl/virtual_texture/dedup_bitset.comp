@@ -15,7 +15,7 @@ shared uint bits[WORDS];
 
 void set(uint index) {
     uint word = index >> 5, bit = 1u << (index & 31u);
-    if ((bits[word] & bit) == 0u) atomicOr(bits[word], bit);
+    if ((ATOMIC_LOAD(bits[word]) & bit) == 0u) atomicOr(bits[word], bit);
 }
 
 // Each step reads one contiguous block of pixels, so that neighbouring invocations read neighbouring pixels.
@@ -30,13 +30,13 @@ void main() {
             uvec3 stored = stored_triple(first + uvec2(x, y) * gl_WorkGroupSize.xy);
             if (same_triple(stored, last)) continue;
             last = stored;
-            uvec3 qij = keyed_triple(stored);
+            uvec3 qij = addressed_triple(stored);
             if (qij.x < FIRST_RESIDENT_LEVEL) set(mark_index(qij));
         }
     }
     barrier();
     for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) {
         uint mine = bits[word];
-        if ((mine & ~tile_mask.words[word]) != 0u) atomicOr(tile_mask.words[word], mine);
+        if ((mine & ~ATOMIC_LOAD(tile_mask.words[word])) != 0u) atomicOr(tile_mask.words[word], mine);
     }
 }

@@ -14,10 +14,11 @@ layout(push_constant, scalar) uniform MarkingFrame {
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
-// All invocations that write a byte write the same value, so a plain store is enough. Bytes of earlier frames hold
-// other numbers and need no clearing.
+// All invocations that write a byte write the same value. Vulkan has no atomics of bytes, so its memory model calls
+// these stores, and the test before them, races; every known device stores the value. Bytes of earlier frames hold other
+// numbers and need no clearing.
 void main() {
-    uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
+    uvec3 qij = addressed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x >= FIRST_RESIDENT_LEVEL) return;
     uint index = mark_index(qij);
     if (uint(tile_mask.bytes[index]) != frame.number) tile_mask.bytes[index] = uint8_t(frame.number);

@@ -10,7 +10,7 @@ layout(location = 0) flat out uint mask;
 
 void main() {
     uint width = uint(textureSize(requests, 0).x);
-    uvec3 qij = keyed_triple(stored_triple(uvec2(uint(gl_VertexIndex) % width, uint(gl_VertexIndex) / width)));
+    uvec3 qij = addressed_triple(stored_triple(uvec2(uint(gl_VertexIndex) % width, uint(gl_VertexIndex) / width)));
     bool none = qij.x >= FIRST_RESIDENT_LEVEL;
     vec2 cell = 2.0 / vec2(tile_grid());
     // The texel's centre. Pixels that need no tile are clipped.

@@ -21,7 +21,7 @@ layout(binding = 1, scalar) buffer TileMask { uint words[]; } tile_mask;
 
 void mark(uvec3 qij) {
     uint place = mark_index(qij), bit = 1u << (place & 31u);
-    if ((tile_mask.words[place >> 5] & bit) == 0u) atomicOr(tile_mask.words[place >> 5], bit);
+    if ((ATOMIC_LOAD(tile_mask.words[place >> 5]) & bit) == 0u) atomicOr(tile_mask.words[place >> 5], bit);
 }
 #else
 layout(push_constant, scalar) uniform MarkingFrame {
@@ -30,6 +30,7 @@ layout(push_constant, scalar) uniform MarkingFrame {
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
+// Equal stores to a byte, as in dedup_mark_bytes.comp.
 void mark(uvec3 qij) { tile_mask.bytes[mark_index(qij)] = uint8_t(frame.number); }
 #endif
 
@@ -39,7 +40,7 @@ void main() {
     for (uint n = 1u; n < 4u && reach != 0u; n++) {
         if (!reaches(reach, n)) continue;
         uvec3 qij = neighbour(load_triple(uvec4(stored, 0)), reach, n);
-        if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
+        if (OWN_LEVEL == 1) qij.yz >>= qij.x;
         mark(qij);
     }
 }

@@ -45,7 +45,7 @@ void main() {
             uvec3 stored = uvec3(quad.x[k], quad.y[k], quad.z[k]);
             if (same_triple(stored, last)) continue;
             last = stored;
-            uvec3 qij = keyed_triple(stored);
+            uvec3 qij = addressed_triple(stored);
             if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
         }
     }

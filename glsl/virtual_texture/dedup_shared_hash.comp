@@ -21,13 +21,13 @@ shared uint masks[SLOTS];
 bool put(uint cell, uint bit) {
     uint slot = cell * 2654435769u >> 24;  // Fibonacci hashing: 2^32 / golden ratio; the product's top 8 bits
     for (int probe = 0; probe < PROBES; probe++, slot = (slot + 1u) % SLOTS) {
-        uint found = cells[slot];
+        uint found = ATOMIC_LOAD(cells[slot]);
         if (found == EMPTY) {
             found = atomicCompSwap(cells[slot], EMPTY, cell);
             if (found == EMPTY) found = cell;
         }
         if (found == cell) {
-            if ((masks[slot] & bit) == 0u) atomicOr(masks[slot], bit);
+            if ((ATOMIC_LOAD(masks[slot]) & bit) == 0u) atomicOr(masks[slot], bit);
             return true;
         }
     }
@@ -38,11 +38,11 @@ void main() {
     cells[gl_LocalInvocationIndex] = EMPTY;
     masks[gl_LocalInvocationIndex] = 0;
     barrier();
-    uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
+    uvec3 qij = addressed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x < FIRST_RESIDENT_LEVEL && !put(qij.y << COLUMN_BITS | qij.z, 1u << qij.x)) mark(qij);
     barrier();
     uint mask = masks[gl_LocalInvocationIndex], cell = cells[gl_LocalInvocationIndex];
     if (mask == 0u) return;
     ivec2 at = ivec2(cell & (tile_grid().x - 1u), cell >> COLUMN_BITS);
-    if ((~imageLoad(tile_mask, at).x & mask) != 0u) imageAtomicOr(tile_mask, at, mask);
+    if ((~IMAGE_ATOMIC_LOAD(tile_mask, at) & mask) != 0u) imageAtomicOr(tile_mask, at, mask);
 }

@@ -17,7 +17,7 @@ uvec3 broadcast_first(uvec3 stored) {
 // active lane is first.
 void main() {
     uvec3 stored = stored_triple(gl_GlobalInvocationID.xy);
-    uvec3 qij = keyed_triple(stored);
+    uvec3 qij = addressed_triple(stored);
     bool waits = qij.x < FIRST_RESIDENT_LEVEL;
     while (waits) {
         if (same_triple(stored, broadcast_first(stored))) {

@@ -9,6 +9,6 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main() {
-    uvec3 qij = keyed_triple(stored_triple(gl_GlobalInvocationID.xy));
+    uvec3 qij = addressed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
 }

@@ -18,7 +18,7 @@ void main() {
             uvec3 stored = stored_triple(first + uvec2(x, y));
             if (same_triple(stored, last)) continue;
             last = stored;
-            uvec3 qij = keyed_triple(stored);
+            uvec3 qij = addressed_triple(stored);
             if (qij.x < FIRST_RESIDENT_LEVEL) mark(qij);
         }
     }

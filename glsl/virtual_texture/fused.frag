@@ -16,9 +16,8 @@ layout(early_fragment_tests) in;
 
 layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list
 
-layout(binding = 3, scalar) buffer TileMask { uint words[]; } tile_mask;
-// The words of tile_mask as texels: software drivers fetch the texels of several pixels at once.
-layout(binding = 5) uniform utextureBuffer seen;
+// A word of the mask is a texel: software drivers load the texels of several pixels at once.
+layout(binding = 3, r32ui) uniform uimageBuffer tile_mask;
 
 #define LIST_BINDING 4
 #include "virtual_texture/visible_list.glsl"
@@ -34,11 +33,12 @@ layout(location = 0) out vec4 colour;  // linear light
 // The test may read an old value; then the OR is repeated without harm. A bit that is read as set is set. The OR
 // returns an unset bit to exactly one fragment. Only that fragment appends, so each triple is listed once.
 void mark(uvec3 qij) {
-    if (NATIVE_KEYING == 1) qij.yz >>= qij.x;
+    if (OWN_LEVEL == 1) qij.yz >>= qij.x;
     uint place = mark_index(qij);
-    uint word = place >> 5, bit = 1u << (place & 31u);
-    if ((texelFetch(seen, int(word)).x & bit) == 0u) {
-        uint before = atomicOr(tile_mask.words[word], bit);
+    int word = int(place >> 5);
+    uint bit = 1u << (place & 31u);
+    if ((IMAGE_ATOMIC_LOAD(tile_mask, word) & bit) == 0u) {
+        uint before = imageAtomicOr(tile_mask, word, bit);
         if (LISTS == 2 && (before & bit) == 0u) put_place(atomicAdd(visible_list.count, 1u), place);
     }
 }

@@ -4,6 +4,7 @@
 use super::say;
 use clap::Args;
 use ortelius::header::JsonFormat;
+use ortelius::paper::virtual_texture::PAPER;
 use ortelius::vk::{Error, Feature, GpuOptions, Instance, PhysicalDevice, driver_folders, self_test};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,6 +56,8 @@ struct Device {
     vulkan: String,
     usable: bool,
     features: BTreeMap<&'static str, bool>,
+    /// The `variant` of scenes that do not name one.
+    default_variant: BTreeMap<&'static str, &'static str>,
 }
 
 /// The faults that the doctor found.
@@ -129,6 +132,8 @@ fn dotted((major, minor, patch): (u32, u32, u32)) -> String {
 }
 
 fn describe(device: &PhysicalDevice) -> Device {
+    let mut variant = PAPER;
+    variant.fall_back(|_| false, |feature| device.features.contains(&feature));
     Device {
         name: device.name.clone(),
         kind: device.kind,
@@ -136,6 +141,7 @@ fn describe(device: &PhysicalDevice) -> Device {
         vulkan: dotted(device.api),
         usable: device.usable(),
         features: Feature::ALL.iter().map(|f| (f.name(), device.features.contains(f))).collect(),
+        default_variant: [("dedup", variant.dedup.name()), ("compact", variant.compact.name())].into(),
     }
 }
 
@@ -237,6 +243,9 @@ fn print(diagnosis: &Diagnosis) -> anyhow::Result<()> {
         say(format_args!("device {index}   {name} ({kind}), {driver}, Vulkan {vulkan}"))?;
         for (feature, has) in &device.features {
             say(format_args!("           {} {feature}", if *has { "yes" } else { "NO " }))?;
+        }
+        for (key, value) in &device.default_variant {
+            say(format_args!("           variant.{key} = {value:?} by default"))?;
         }
         if !device.usable {
             say("           not usable: Vulkan 1.3 and scalarBlockLayout are required")?;

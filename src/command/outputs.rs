@@ -134,7 +134,7 @@ impl Outputs {
         let first_resident = texture.source.pyramid().first_resident_level();
         // (i, j) in the grid of the tile's own level: the level-0 address >> q. -1 for resident levels and the
         // background.
-        let native = |index: usize| {
+        let own_level = |index: usize| {
             move |&triple: &[u32; 3]| match triple[0] {
                 q if q < first_resident => (triple[index] >> q) as f32,
                 _ => -1.0,
@@ -151,8 +151,8 @@ impl Outputs {
             ("dsdy", derivative(2)),
             ("dtdy", derivative(3)),
             ("q", dump.triples.iter().map(q).collect()),
-            ("i", dump.triples.iter().map(native(1)).collect()),
-            ("j", dump.triples.iter().map(native(2)).collect()),
+            ("i", dump.triples.iter().map(own_level(1)).collect()),
+            ("j", dump.triples.iter().map(own_level(2)).collect()),
         ];
         let [width, height] = renderer.size();
         let channels = channels.into_iter().map(|(name, samples)| (name.to_string(), samples)).collect();

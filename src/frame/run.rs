@@ -135,14 +135,16 @@ impl<T: Technique> Run<T> {
         }
     }
 
-    /// Resizes the target to `size` pixels.
+    /// Resizes the target to `size` pixels. On an error, the old size stays.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<(), T::Error> {
         self.drain()?;
-        self.target = Target::new(&self.gpu, size, self.target.kind)?;
-        self.technique.resize(&self.gpu, &self.target)
+        let target = Target::new(&self.gpu, size, self.target.kind)?;
+        self.technique.resize(&self.gpu, &target)?;
+        self.target = target;
+        Ok(())
     }
 
     /// Changes the technique between two frames, with no frame in flight.

@@ -64,7 +64,7 @@ pub trait Technique {
     /// Out of memory.
     fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), Self::Error>;
 
-    /// Sets the target of the next frame. No frame is in flight.
+    /// Sets the target of the next frame. No frame is in flight. On an error, the technique still suits the old target.
     ///
     /// # Errors
     /// Out of memory.

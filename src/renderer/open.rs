@@ -17,7 +17,7 @@ use crate::reference::pattern::Pattern;
 use crate::scene::{Geometry, Plain, PlainSource, Scene, SceneError, Surface};
 use crate::texture::plain::PlainTexture;
 use crate::texture::source::TileSource;
-use crate::vk::{self, Gpu, GpuOptions, Image, Need};
+use crate::vk::{self, Feature, Gpu, GpuOptions, Image, Need, PhysicalDevice};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -59,8 +59,11 @@ impl Renderer {
     /// [`RenderError`] names the key, the file, or the missing device feature.
     pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
         sections::check(scene)?;
-        let loaded = Loaded::of(scene, options)?;
-        let gpu = gpu(options, &loaded.needs())?;
+        let mut loaded = Loaded::of(scene, options)?;
+        let gpu = gpu(options, |device| {
+            loaded.fall_back(&device.name, |feature| device.features.contains(&feature));
+            loaded.needs()
+        })?;
         loaded.renderer(gpu, options)
     }
 
@@ -70,7 +73,8 @@ impl Renderer {
     /// As [`Renderer::open`].
     pub fn on(gpu: &Gpu, scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
         sections::check(scene)?;
-        let loaded = Loaded::of(scene, options)?;
+        let mut loaded = Loaded::of(scene, options)?;
+        loaded.fall_back(&gpu.physical().name, |feature| gpu.has(feature));
         gpu.require(&loaded.needs())?;
         loaded.renderer(gpu.clone(), options)
     }
@@ -106,7 +110,10 @@ impl Renderer {
             (Some(texture), Some(owner)) if same_tiles(now, next, owner) => Some(texture.source.clone()),
             _ => return Ok(Kept::Nothing),
         };
-        let settings = source.map(|source| texture(next, options, source)).transpose()?;
+        let mut settings = source.map(|source| texture(next, options, source)).transpose()?;
+        if let Some((settings, _)) = &mut settings {
+            fall_back(next, settings, |feature| self.gpu.has(feature));
+        }
         let shown = self.technique.texture.as_ref().zip(settings.as_ref());
         let shown = shown.map(|(texture, (next, _))| (&texture.settings, next));
         if shown.is_some_and(|(now, next)| !now.streaming.same_loader(&next.streaming)) {
@@ -250,6 +257,14 @@ impl<'a> Loaded<'a> {
         Ok(Loaded { scene, models, meshes, texture, owner })
     }
 
+    /// Replaces variants that the scene does not name and the device cannot run, with a warning.
+    fn fall_back(&mut self, device: &str, has: impl Fn(Feature) -> bool) {
+        let (settings, scene) = (self.texture.as_mut().map(|(settings, _)| settings), self.scene);
+        if let Some(words) = settings.and_then(|settings| fall_back(scene, settings, has)) {
+            tracing::warn!("{device}: {words}");
+        }
+    }
+
     fn needs(&self) -> Vec<Need> {
         let texture = self.texture.iter();
         let texture =
@@ -331,6 +346,14 @@ impl<'a> Loaded<'a> {
         }
         Ok(plain)
     }
+}
+
+fn fall_back(
+    scene: &Scene,
+    settings: &mut virtual_texture::Settings,
+    has: impl Fn(Feature) -> bool,
+) -> Option<String> {
+    settings.config.fall_back(|key| scene.has(&["variant", key]), has)
 }
 
 /// True if a surface shows the virtual texture of `owner`.
@@ -475,9 +498,9 @@ fn shape(gpu: &Gpu, grid: &SourceMesh, depth_alone: bool, lit: bool) -> Result<S
     Ok(if lit { shape.lit(gpu, &mesh)? } else { shape })
 }
 
-fn gpu(options: &Options<'_>, needs: &[Need]) -> vk::Result<Gpu> {
+fn gpu(options: &Options<'_>, needs: impl FnOnce(&PhysicalDevice) -> Vec<Need>) -> vk::Result<Gpu> {
     let Options { device, validate, .. } = *options;
-    let gpu = Gpu::new(&GpuOptions { device, validate, needs, ..GpuOptions::default() })?;
+    let gpu = Gpu::for_device(&GpuOptions { device, validate, ..GpuOptions::default() }, needs)?;
     tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
     gpu.require_drawing()?;
     Ok(gpu)

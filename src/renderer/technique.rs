@@ -163,11 +163,12 @@ impl Technique for Surfaces {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), RenderError> {
-        if let Some(meshes) = &mut self.meshes {
-            meshes.resize(gpu, target)?;
-        }
+        // The texture's resize may fail, the meshes' does not.
         if let Some(texture) = &mut self.texture {
             texture.resize(gpu, target)?;
+        }
+        if let Some(meshes) = &mut self.meshes {
+            meshes.resize(gpu, target)?;
         }
         Ok(())
     }

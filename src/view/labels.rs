@@ -46,9 +46,9 @@ impl Labels {
             return Ok(());
         };
         if let Some((buffer, points)) = asked {
+            let tiles = buffer.mapped::<[u32; 4]>();
             let tile = |n: usize| {
-                let word = &buffer.mapped()[n * STRIDE as usize..][..STRIDE as usize];
-                let [level, row, column, _] = bytemuck::pod_read_unaligned::<[u32; 4]>(word);
+                let [level, row, column, _] = tiles[n];
                 (level != u32::MAX).then_some([level, row, column])
             };
             self.found = labels(points.iter().enumerate().filter_map(|(n, at)| Some((*at, tile(n)?))));

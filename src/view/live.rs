@@ -305,7 +305,7 @@ impl Live {
         };
         if let Some(buffer) = self.screen.take_read() {
             self.stage.renderer.drain()?;
-            response.see(buffer.mapped(), self.stage.settled());
+            response.see(&buffer.mapped(), self.stage.settled());
         }
         Ok(())
     }

@@ -119,10 +119,10 @@ impl Probe {
 
 impl Asked {
     fn read(&self) -> Found {
-        let bytes = self.buffer.mapped();
-        let part = |n: usize| &bytes[n * STRIDE as usize..][..STRIDE as usize];
-        let words = |n: usize| bytemuck::pod_read_unaligned::<[u32; 4]>(part(n));
+        let texels = self.buffer.mapped::<[u32; 4]>();
+        let words = |n: usize| texels[n];
         let floats = |n: usize| words(n).map(f32::from_bits);
+        let [red, green, blue, _] = words(0)[0].to_ne_bytes();
         let [depth, ..] = floats(1);
         let face = || {
             let [instance, face, level, word] = words(2);
@@ -141,7 +141,7 @@ impl Asked {
         };
         Found {
             at: self.at,
-            srgb: [bytes[0], bytes[1], bytes[2]],
+            srgb: [red, green, blue],
             // Depth is reversed: 0 is infinitely far.
             distance_m: (depth > 0.0).then(|| self.near_m / f64::from(depth)),
             face: self.has_meshes.then(face).flatten(),

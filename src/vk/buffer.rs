@@ -3,8 +3,11 @@
 use super::device::{Dead, Device};
 use super::{Check, Error, Gpu, Result};
 use ash::vk;
+use bytemuck::AnyBitPattern;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
+use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::SeqCst};
 
 /// What a buffer is for. Decides its usage flags and memory location.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +23,7 @@ pub enum BufferUse {
     /// Transform-feedback output, or its counter; copies can read it.
     TransformFeedback,
     Storage,
-    /// Words that shaders write and also fetch as texels.
+    /// Words that shaders access as a storage buffer, and as texels with atomics.
     FetchedStorage,
     /// Read-only table of 32-bit words that shaders fetch as texels. Software drivers fetch the texels of a
     /// whole vector of pixels at once, but read a storage buffer pixel by pixel.
@@ -113,7 +116,7 @@ impl BufferUse {
                 (U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
             BufferUse::FetchedStorage => (
-                U::STORAGE_BUFFER | U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
+                U::STORAGE_BUFFER | U::STORAGE_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,
             ),
             BufferUse::Texels => {
@@ -127,7 +130,7 @@ impl BufferUse {
 
 /// A buffer with its memory. After a drop it is destroyed once the GPU no longer uses it.
 pub struct Buffer {
-    pub(crate) handle: vk::Buffer,
+    handle: vk::Buffer,
     /// Null except for [`BufferUse::Texels`] and [`BufferUse::FetchedStorage`].
     pub(crate) texels: vk::BufferView,
     device: Arc<Device>,
@@ -135,6 +138,30 @@ pub struct Buffer {
     bytes: u64,
     index_type: Option<IndexType>,
     name: String,
+    /// Of a mapped buffer.
+    uses: Option<Arc<Uses>>,
+}
+
+/// Who uses the memory of a mapped buffer. The host and the device never do so at the same time.
+#[derive(Default)]
+pub(super) struct Uses {
+    name: String,
+    /// Number of views that the host has open.
+    views: AtomicUsize,
+    /// The timeline's value once the device has finished; `u64::MAX` just before a submission.
+    device: AtomicU64,
+}
+
+/// The memory of a mapped buffer as values that the host reads.
+pub struct Mapped<'a, T> {
+    values: &'a [T],
+    uses: &'a Uses,
+}
+
+/// The memory of a mapped buffer that the host writes.
+pub struct MappedMut<'a> {
+    bytes: &'a mut [u8],
+    uses: &'a Uses,
 }
 
 /// A rectangle of one level and layer of an image, tightly packed in a buffer from `offset`.
@@ -168,6 +195,8 @@ impl Gpu {
             bytes,
             index_type: usage.index_type(),
             name: name.into(),
+            uses: (location != MemoryLocation::GpuOnly)
+                .then(|| Arc::new(Uses { name: name.into(), ..Uses::default() })),
         };
         // SAFETY: as above.
         let requirements = unsafe { device.handle.get_buffer_memory_requirements(handle) };
@@ -256,17 +285,85 @@ impl Buffer {
         self.index_type.unwrap_or_else(|| panic!("{} holds no indices", self.name))
     }
 
-    /// The memory of a mapped, `Upload` or `Readback` buffer. Wait for a frame's [`super::Ticket`] before
-    /// reading what that frame writes.
-    pub fn mapped(&self) -> &[u8] {
-        let memory = self.memory.as_ref().and_then(Allocation::mapped_slice);
-        &memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]
+    /// The memory of a mapped, `Upload` or `Readback` buffer.
+    ///
+    /// # Panics
+    /// If a submitted frame uses the buffer and nobody has waited for it (see [`super::Ticket::wait`]). A frame that
+    /// uses the buffer cannot be submitted before the view is dropped.
+    pub fn mapped<T: AnyBitPattern>(&self) -> Mapped<'_, T> {
+        let uses = self.host_uses();
+        let bytes = self.memory.as_ref().and_then(Allocation::mapped_slice).expect("host memory is mapped");
+        Mapped { values: bytemuck::cast_slice(&bytes[..self.bytes as usize]), uses }
     }
 
     /// Like [`Buffer::mapped`], for writing.
-    pub fn mapped_mut(&mut self) -> &mut [u8] {
-        let memory = self.memory.as_mut().and_then(Allocation::mapped_slice_mut);
-        &mut memory.unwrap_or_else(|| panic!("{} is not mapped", self.name))[..self.bytes as usize]
+    pub fn mapped_mut(&mut self) -> MappedMut<'_> {
+        self.host_uses();
+        let bytes =
+            self.memory.as_mut().and_then(Allocation::mapped_slice_mut).expect("host memory is mapped");
+        let uses = self.uses.as_ref().expect("checked above");
+        MappedMut { bytes: &mut bytes[..self.bytes as usize], uses }
+    }
+
+    /// Opens a view of the host.
+    fn host_uses(&self) -> &Uses {
+        let uses = self.uses.as_ref().unwrap_or_else(|| panic!("{} is not mapped", self.name));
+        uses.views.fetch_add(1, SeqCst);
+        let (device, waited) = (uses.device.load(SeqCst), self.device.waited.load(SeqCst));
+        assert!(device <= waited, "{}: a submitted frame uses it; wait for the frame's ticket", self.name);
+        uses
+    }
+
+    /// Its handle, for a command of the frame that uses the buffers `mapped`.
+    pub(super) fn for_frame(&self, mapped: &mut Vec<Arc<Uses>>) -> vk::Buffer {
+        mapped.extend(self.uses.clone());
+        self.handle
+    }
+}
+
+impl Uses {
+    /// Called before each submission of a frame that uses the buffer.
+    pub(super) fn require_no_view(&self) {
+        self.device.store(u64::MAX, SeqCst);
+        let views = self.views.load(SeqCst);
+        assert!(views == 0, "{}: the host still views it when a frame that uses it is submitted", self.name);
+    }
+
+    /// The submission that signals `value` uses the buffer.
+    pub(super) fn submit(&self, value: u64) {
+        self.device.store(value, SeqCst);
+    }
+}
+
+impl<T> Deref for Mapped<'_, T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        self.values
+    }
+}
+
+impl<T> Drop for Mapped<'_, T> {
+    fn drop(&mut self) {
+        self.uses.views.fetch_sub(1, SeqCst);
+    }
+}
+
+impl Deref for MappedMut<'_> {
+    type Target = [u8];
+    fn deref(&self) -> &[u8] {
+        self.bytes
+    }
+}
+
+impl DerefMut for MappedMut<'_> {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        self.bytes
+    }
+}
+
+impl Drop for MappedMut<'_> {
+    fn drop(&mut self) {
+        self.uses.views.fetch_sub(1, SeqCst);
     }
 }
 

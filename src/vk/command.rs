@@ -1,16 +1,20 @@
 //! The commands of a pass: dispatches, draws and copies. [`Cmd::sync`] is the barrier inside a pass.
 
+use super::buffer::Uses;
 use super::descriptors::Descriptors;
 use super::device::Device;
 use super::shader::DescriptorKind;
 use super::{Buffer, ComputePipeline, Error, Image, Result, Sampler, StreamQuery, TexelCopy, View, Work};
 use ash::vk;
+use std::sync::Arc;
 
 /// The recorder of one pass.
 pub struct Cmd<'a> {
     pub(crate) device: &'a Device,
     pub(crate) handle: vk::CommandBuffer,
     pub(super) descriptors: &'a mut Descriptors,
+    /// The mapped buffers that the frame uses.
+    pub(super) mapped: &'a mut Vec<Arc<Uses>>,
     /// Work recorded so far.
     pub(crate) work: Work,
 }
@@ -37,6 +41,26 @@ impl Cmd<'_> {
         // transform-feedback stage, and MEMORY_* its accesses. Older validation layers do not check these, so
         // the barrier must cover them.
         unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
+    }
+
+    /// Runs `read`, whose shaders read a depth image.
+    ///
+    /// # Errors
+    /// The error of `read`.
+    pub fn read_depth(&mut self, depth: &Image, read: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        self.transition(depth, depth.layout(), depth.layout_for_shaders());
+        let result = read(self);
+        self.transition(depth, depth.layout_for_shaders(), depth.layout());
+        result
+    }
+
+    fn transition(&self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        if from != to {
+            let barriers = [image.barrier(from, to)];
+            let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+            // SAFETY: as `sync`.
+            unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
+        }
     }
 
     pub fn dispatch(
@@ -164,15 +188,15 @@ impl Cmd<'_> {
     }
 
     fn write_descriptor(
-        &self,
+        &mut self,
         set: vk::DescriptorSet,
         binding: u32,
         kind: DescriptorKind,
         resource: &Resource<'_>,
         pipeline: &str,
     ) {
-        let image = |view, sampler| {
-            [vk::DescriptorImageInfo { sampler, image_view: view, image_layout: vk::ImageLayout::GENERAL }]
+        let image = |texture: &Image, image_view, sampler| {
+            [vk::DescriptorImageInfo { sampler, image_view, image_layout: texture.layout_for_shaders() }]
         };
         let none = vk::Sampler::null();
         let write =
@@ -180,19 +204,20 @@ impl Cmd<'_> {
         let (images, buffers, texels);
         let write = match (kind, resource) {
             (DescriptorKind::SampledImage, Resource::Texture(texture, view)) => {
-                images = image(if *view == View::Raw { texture.raw_view } else { texture.view }, none);
+                let view = if *view == View::Raw { texture.raw_view } else { texture.view };
+                images = image(texture, view, none);
                 write.image_info(&images)
             }
             (DescriptorKind::StorageImage, Resource::Texture(texture, View::Whole)) => {
                 assert!(texture.info().storage, "{pipeline}: {} was not made for stores", texture.name());
-                images = image(texture.view, none);
+                images = image(texture, texture.view, none);
                 write.image_info(&images)
             }
             (DescriptorKind::CombinedImageSampler, Resource::Sampled(texture, sampler)) => {
-                images = image(texture.view, sampler.handle);
+                images = image(texture, texture.view, sampler.handle);
                 write.image_info(&images)
             }
-            (DescriptorKind::TexelBuffer, Resource::Buffer(buffer)) => {
+            (DescriptorKind::TexelBuffer | DescriptorKind::StorageTexelBuffer, Resource::Buffer(buffer)) => {
                 assert!(
                     buffer.texels != vk::BufferView::null(),
                     "{pipeline}: the buffer {} was made without a texel view",
@@ -202,8 +227,8 @@ impl Cmd<'_> {
                 write.texel_buffer_view(&texels)
             }
             (DescriptorKind::StorageBuffer, Resource::Buffer(buffer)) => {
-                buffers =
-                    [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range: vk::WHOLE_SIZE }];
+                let buffer = buffer.for_frame(self.mapped);
+                buffers = [vk::DescriptorBufferInfo { buffer, offset: 0, range: vk::WHOLE_SIZE }];
                 write.buffer_info(&buffers)
             }
             (kind, _) => panic!("{pipeline}: binding {binding} needs a {kind:?}"),
@@ -217,8 +242,9 @@ impl Cmd<'_> {
         assert!(to_at + bytes <= to.bytes(), "{}: {to_at} + {bytes} of {}", to.name(), to.bytes());
         self.work.copied_bytes += bytes;
         let region = vk::BufferCopy { src_offset: from_at, dst_offset: to_at, size: bytes };
+        let [from, to] = [from, to].map(|buffer| buffer.for_frame(self.mapped));
         // SAFETY: the ranges were checked.
-        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &[region]) };
+        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from, to, &[region]) };
     }
 
     /// As [`Cmd::copy_buffer`], several ranges in one command: (offset in `from`, offset in `to`, bytes).
@@ -233,8 +259,9 @@ impl Cmd<'_> {
         };
         let regions: Vec<_> = ranges.iter().map(region).collect();
         self.work.copied_bytes += regions.iter().map(|region| region.size).sum::<u64>();
+        let [from, to] = [from, to].map(|buffer| buffer.for_frame(self.mapped));
         // SAFETY: the ranges were checked.
-        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from.handle, to.handle, &regions) };
+        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from, to, &regions) };
     }
 
     pub fn copy_to_image(&mut self, from: &Buffer, to: &Image, copies: &[TexelCopy]) {
@@ -243,11 +270,12 @@ impl Cmd<'_> {
         }
         let regions: Vec<_> = copies.iter().map(|copy| region(to, from, copy)).collect();
         self.work.copied_bytes += texel_bytes(to, copies);
+        let from = from.for_frame(self.mapped);
         // SAFETY: `region` checked the ranges; the image is in GENERAL.
         unsafe {
             self.device.handle.cmd_copy_buffer_to_image(
                 self.handle,
-                from.handle,
+                from,
                 to.handle,
                 vk::ImageLayout::GENERAL,
                 &regions,
@@ -258,16 +286,17 @@ impl Cmd<'_> {
     pub fn copy_from_image(&mut self, from: &Image, to: &Buffer, copies: &[TexelCopy]) {
         let regions: Vec<_> = copies.iter().map(|copy| region(from, to, copy)).collect();
         self.work.copied_bytes += texel_bytes(from, copies);
-        // SAFETY: as above.
+        let to = to.for_frame(self.mapped);
+        let layout = match from.layout() {
+            vk::ImageLayout::GENERAL => vk::ImageLayout::GENERAL,
+            _ => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        };
+        self.transition(from, from.layout(), layout);
+        // SAFETY: `region` checked the ranges; the image is in this layout.
         unsafe {
-            self.device.handle.cmd_copy_image_to_buffer(
-                self.handle,
-                from.handle,
-                vk::ImageLayout::GENERAL,
-                to.handle,
-                &regions,
-            );
+            self.device.handle.cmd_copy_image_to_buffer(self.handle, from.handle, layout, to, &regions);
         }
+        self.transition(from, layout, from.layout());
     }
 
     /// Sets the first `bytes` of a buffer, a whole number of words, to one value.
@@ -279,8 +308,9 @@ impl Cmd<'_> {
             buffer.bytes()
         );
         self.work.copied_bytes += bytes;
+        let buffer = buffer.for_frame(self.mapped);
         // SAFETY: the range was checked.
-        unsafe { self.device.handle.cmd_fill_buffer(self.handle, buffer.handle, 0, bytes, value) };
+        unsafe { self.device.handle.cmd_fill_buffer(self.handle, buffer, 0, bytes, value) };
     }
 
     /// Sets every level and layer of an integer image to one value.

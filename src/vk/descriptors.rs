@@ -9,12 +9,13 @@ use ash::vk;
 const SETS: u32 = 128;
 const DESCRIPTORS: u32 = 256;
 
-const KINDS: [DescriptorKind; 5] = [
+const KINDS: [DescriptorKind; 6] = [
     DescriptorKind::CombinedImageSampler,
     DescriptorKind::SampledImage,
     DescriptorKind::StorageImage,
     DescriptorKind::StorageBuffer,
     DescriptorKind::TexelBuffer,
+    DescriptorKind::StorageTexelBuffer,
 ];
 
 impl DescriptorKind {
@@ -25,6 +26,7 @@ impl DescriptorKind {
             DescriptorKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
             DescriptorKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
             DescriptorKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+            DescriptorKind::StorageTexelBuffer => vk::DescriptorType::STORAGE_TEXEL_BUFFER,
         }
     }
 }

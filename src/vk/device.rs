@@ -5,7 +5,8 @@ use super::{Check, Error, Feature, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
 /// Device state that every wrapper shares through an `Arc`.
 pub(crate) struct Device {
@@ -20,17 +21,26 @@ pub(crate) struct Device {
     /// Counts submitted frames; its value is the last frame that has ended.
     pub(crate) timeline: vk::Semaphore,
     pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
-    garbage: Mutex<Garbage>,
+    objects: Mutex<Objects>,
+    /// The highest value of the timeline that the host has waited for.
+    pub(crate) waited: AtomicU64,
     /// Shaders that were recompiled at run time.
     pub(crate) replaced: Mutex<super::shader::Replaced>,
-    pub(crate) new_images: Mutex<Vec<vk::ImageMemoryBarrier2<'static>>>,
     pub(crate) instance: Arc<Instance>,
 }
 
+/// Objects at the start and at the end of their lives.
 #[derive(Default)]
-struct Garbage {
-    /// Value that the next submission signals. Objects dropped before that submission may be used by it.
-    next_value: u64,
+pub(super) struct Objects {
+    /// Transitions of new images that the next submission starts with.
+    pub(super) new_images: Vec<vk::ImageMemoryBarrier2<'static>>,
+    /// Number of frames that are being recorded.
+    pub(super) recording: usize,
+    /// The value that the last submission signals.
+    submitted: u64,
+    /// Dropped while frames were being recorded that may use them.
+    held: Vec<Dead>,
+    /// Dropped; no submission after the one that signals the value uses them.
     waiting: Vec<(u64, Dead)>,
 }
 
@@ -46,8 +56,32 @@ pub(crate) enum Dead {
 
 // SAFETY: barriers are plain data here (no pNext chain); the handles in them are used under Vulkan's own rules.
 unsafe impl Send for Device {}
-// SAFETY: the queue and the command pools are only touched under the ring's lock; all else is behind mutexes.
+// SAFETY: the queue is only used under the ring's lock; a command pool belongs to one frame; all else is behind mutexes.
 unsafe impl Sync for Device {}
+
+impl Objects {
+    /// A frame that is being recorded may use every object that lives now.
+    pub(super) fn begin_recording(&mut self) {
+        self.recording += 1;
+    }
+
+    /// The frame was submitted or dropped; `submitted` is the value that the last submission signals.
+    pub(super) fn end_recording(&mut self, submitted: u64) {
+        self.recording -= 1;
+        self.submitted = submitted;
+        if self.recording == 0 {
+            std::mem::take(&mut self.held).into_iter().for_each(|dead| self.discard(dead));
+        }
+    }
+
+    /// Queues an object that no later submission uses.
+    fn discard(&mut self, dead: Dead) {
+        if let Dead::Image(image, ..) = dead {
+            self.new_images.retain(|barrier| barrier.image != image);
+        }
+        self.waiting.push((self.submitted, dead));
+    }
+}
 
 impl Device {
     pub(super) fn new(
@@ -91,9 +125,9 @@ impl Device {
             timestamp_bits,
             timeline,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
-            garbage: Mutex::new(Garbage { next_value: 1, waiting: Vec::new() }),
+            objects: Mutex::default(),
+            waited: AtomicU64::new(0),
             replaced: Mutex::default(),
-            new_images: Mutex::default(),
             instance,
         };
         device.name(timeline, "timeline");
@@ -134,7 +168,7 @@ impl Device {
         let allocation = match allocate() {
             Ok(allocation) => Ok(allocation),
             Err(_) => {
-                self.collect(self.finished()?, None);
+                self.collect(self.finished()?);
                 allocate()
             }
         };
@@ -151,28 +185,25 @@ impl Device {
             .check("vkGetSemaphoreCounterValue", "timeline")
     }
 
-    /// Queues the object of a dropped wrapper for destruction.
-    pub(crate) fn bury(&self, dead: Dead) {
-        let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
-        let value = garbage.next_value;
-        garbage.waiting.push((value, dead));
+    pub(super) fn objects(&self) -> MutexGuard<'_, Objects> {
+        self.objects.lock().expect("no panic while objects are moved")
     }
 
-    /// Destroys objects that no submitted frame uses any more. `next_value`: the value that the next
-    /// submission signals, if it changes.
-    pub(crate) fn collect(&self, finished: u64, next_value: Option<u64>) {
-        let dead: Vec<Dead> = {
-            let mut garbage = self.garbage.lock().expect("no panic while garbage is moved");
-            garbage.next_value = next_value.unwrap_or(garbage.next_value);
-            let (dead, waiting) =
-                std::mem::take(&mut garbage.waiting).into_iter().partition(|(v, _)| *v <= finished);
-            garbage.waiting = waiting;
-            dead
+    /// Queues the object of a dropped wrapper for destruction.
+    pub(crate) fn bury(&self, dead: Dead) {
+        let mut objects = self.objects();
+        match objects.recording {
+            0 => objects.discard(dead),
+            _ => objects.held.push(dead),
         }
-        .into_iter()
-        .map(|(_, dead)| dead)
-        .collect();
-        dead.into_iter().for_each(|dead| self.destroy(dead));
+    }
+
+    /// Destroys objects that no submitted frame uses any more.
+    pub(crate) fn collect(&self, finished: u64) {
+        let mut objects = self.objects();
+        let dead: Vec<_> = objects.waiting.extract_if(.., |(value, _)| *value <= finished).collect();
+        drop(objects);
+        dead.into_iter().for_each(|(_, dead)| self.destroy(dead));
     }
 
     fn destroy(&self, dead: Dead) {
@@ -256,13 +287,15 @@ fn create(
     let mut v13 =
         vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
     let mut feedback = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default().transform_feedback(true);
-    let mut extensions = Vec::new();
-    if presents {
-        extensions.push(khr::swapchain::NAME.as_ptr());
-    }
+    let extensions = [
+        (khr::swapchain::NAME, presents),
+        (khr::portability_subset::NAME, physical.offered.portability_subset),
+        (ext::transform_feedback::NAME, has(Feature::TransformFeedback)),
+    ];
+    let extensions: Vec<_> =
+        extensions.iter().filter(|(_, enabled)| *enabled).map(|(name, _)| name.as_ptr()).collect();
     let mut info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_features(&core);
     if has(Feature::TransformFeedback) {
-        extensions.push(ext::transform_feedback::NAME.as_ptr());
         info = info.push_next(&mut feedback);
     }
     info = info.enabled_extension_names(&extensions).push_next(&mut v12).push_next(&mut v13);
@@ -297,7 +330,7 @@ impl Drop for Device {
         // SAFETY: the last Arc is gone, so no wrapper and no frame exists; after the wait the GPU uses no
         // object.
         unsafe {
-            self.collect(u64::MAX, None);
+            self.collect(u64::MAX);
             ManuallyDrop::drop(&mut self.allocator);
             self.handle.destroy_semaphore(self.timeline, None);
             self.handle.destroy_device(None);

@@ -1,7 +1,8 @@
 //! Device features by name. A scene's passes list the features they need; no others are enabled.
 
 use super::{Error, Result};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
+use std::ffi::CStr;
 
 /// An optional device feature that one of our passes can use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,6 +70,8 @@ pub struct Need {
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,
     pub(crate) scalar_block_layout: bool,
+    /// The device lacks parts of Vulkan that we do not use. Its extension must be enabled.
+    pub(crate) portability_subset: bool,
     /// Lanes per subgroup.
     pub(crate) subgroup_size: u32,
 }
@@ -79,11 +82,11 @@ pub(crate) fn offered(
     device: vk::PhysicalDevice,
     extensions: &[String],
 ) -> Offered {
-    let has_extension = extensions.iter().any(|e| e.as_bytes() == ext::transform_feedback::NAME.to_bytes());
+    let has_extension = |name: &CStr| extensions.iter().any(|e| e.as_bytes() == name.to_bytes());
     let mut feedback = vk::PhysicalDeviceTransformFeedbackFeaturesEXT::default();
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12);
-    if has_extension {
+    if has_extension(ext::transform_feedback::NAME) {
         all = all.push_next(&mut feedback);
     }
     // SAFETY: the chain lives on this stack frame; the physical device is the instance's.
@@ -112,6 +115,7 @@ pub(crate) fn offered(
     Offered {
         features: Feature::ALL.into_iter().filter(has).collect(),
         scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
+        portability_subset: has_extension(khr::portability_subset::NAME),
         subgroup_size: subgroup.subgroup_size,
     }
 }
@@ -160,7 +164,12 @@ mod tests {
     const NEED: Need = Need { feature: Feature::LogicOp, pass: "dedup", without: "choose the other variant" };
 
     fn offered(features: &[Feature]) -> Offered {
-        Offered { features: features.to_vec(), scalar_block_layout: true, subgroup_size: 8 }
+        Offered {
+            features: features.to_vec(),
+            scalar_block_layout: true,
+            subgroup_size: 8,
+            ..Offered::default()
+        }
     }
 
     #[test]
@@ -191,7 +200,7 @@ mod tests {
     fn unneeded_features_may_be_missing_but_scalar_block_layout_may_not() {
         assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED]).is_ok());
         assert!(offered(&[]).require("Some GPU", &[]).is_ok());
-        let bare = Offered { features: Feature::ALL.to_vec(), scalar_block_layout: false, subgroup_size: 8 };
+        let bare = Offered { scalar_block_layout: false, ..offered(&Feature::ALL) };
         let line = bare.require("Some GPU", &[]).unwrap_err().to_string();
         assert!(line.contains("scalarBlockLayout") && line.contains("--device"), "{line}");
     }

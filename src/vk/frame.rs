@@ -3,13 +3,16 @@
 //! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. No pass
 //! declares what it reads or writes, so no dependency can be forgotten. Passes never overlap, so their times add up.
 
+use super::buffer::Uses;
 use super::command::Cmd;
 use super::descriptors::Descriptors;
 use super::device::Device;
 use super::query::statistics_info;
 use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
 use ash::vk;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::collections::VecDeque;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, MutexGuard, OnceLock};
 
 /// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
 /// later.
@@ -28,12 +31,14 @@ pub struct PassTime {
     pub work: Option<Work>,
 }
 
-type Times = Arc<Mutex<Option<Vec<PassTime>>>>;
+type Times = Arc<OnceLock<Vec<PassTime>>>;
 
 /// One frame's command pool, queries and descriptors.
 struct Slot {
     pool: vk::CommandPool,
     buffer: vk::CommandBuffer,
+    /// Transitions new images, before `buffer`.
+    transitions: vk::CommandBuffer,
     descriptors: Descriptors,
     queries: vk::QueryPool,
     /// Pipeline statistics, if the device was opened with them.
@@ -41,13 +46,16 @@ struct Slot {
     labels: Vec<String>,
     /// One for each label if the frame counts its work; otherwise empty.
     works: Vec<Work>,
+    /// The mapped buffers that the frame uses.
+    mapped: Vec<Arc<Uses>>,
     /// The timeline's value once the GPU has finished the slot's last submission.
     value: u64,
     times: Times,
 }
 
+/// The slots of the frames that are not being recorded, the longest submitted first.
 pub(crate) struct Ring {
-    slots: Vec<Slot>,
+    slots: VecDeque<Slot>,
     device: Arc<Device>,
     pub(super) submitted: u64,
     /// True if the next frames count the work of their passes.
@@ -56,19 +64,16 @@ pub(crate) struct Ring {
 
 /// A frame that is being recorded.
 pub struct Frame<'a> {
-    ring: MutexGuard<'a, Ring>,
     gpu: &'a Gpu,
-    slot: usize,
-    submitted: bool,
-    /// Images that this frame transitions to GENERAL. They are queued again if the frame is not submitted.
-    transitions: Vec<vk::ImageMemoryBarrier2<'static>>,
+    /// Taken when the frame ends.
+    slot: Option<Slot>,
+    counting: bool,
 }
 
 /// A submitted frame.
 pub struct Ticket {
     gpu: Gpu,
     value: u64,
-    slot: usize,
     times: Times,
 }
 
@@ -87,44 +92,19 @@ impl Ring {
         let (semaphores, values) = ([self.device.timeline], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
         // SAFETY: the timeline lives; every value waited for was submitted.
-        unsafe { self.device.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")
+        unsafe { self.device.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")?;
+        self.device.waited.fetch_max(value, Ordering::SeqCst);
+        Ok(())
     }
 
-    /// Reads the times of the slot's last frame, once it has ended.
-    fn read_times(&mut self, slot: usize) -> Result<()> {
-        let device = &self.device;
-        let slot = &mut self.slots[slot];
-        if slot.times.lock().expect("no panic while times are stored").is_some() {
-            return Ok(());
+    /// Waits until the first slot is free for another frame.
+    fn wait_for_slot(&mut self) -> Result<()> {
+        if self.slots.is_empty() {
+            self.slots.push_back(Slot::new(&self.device)?);
         }
-        let labels = std::mem::take(&mut slot.labels);
-        let mut works = std::mem::take(&mut slot.works);
-        if let Some(statistics) = slot.statistics {
-            Work::add_statistics(device, statistics, &mut works)?;
-        }
-        let mut stamps = vec![0u64; 2 * labels.len()];
-        if !stamps.is_empty() && device.timestamp_bits > 0 {
-            // SAFETY: the frame has ended, and wrote 2 timestamps per label.
-            unsafe {
-                device.handle.get_query_pool_results(
-                    slot.queries,
-                    0,
-                    &mut stamps,
-                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-                )
-            }
-            .check("vkGetQueryPoolResults", "timestamps")?;
-        }
-        // Counters narrower than 64 bits wrap, so the difference is masked.
-        let mask = u64::MAX.checked_shr(64 - device.timestamp_bits).unwrap_or(0);
-        let period_ns = f64::from(device.physical.limits.timestamp_period);
-        let times = labels.into_iter().enumerate().map(|(n, label)| {
-            let ticks = stamps[2 * n + 1].wrapping_sub(stamps[2 * n]) & mask;
-            let ns = (device.timestamp_bits > 0).then_some((ticks as f64 * period_ns) as u64);
-            PassTime { label, ns, work: works.get(n).copied() }
-        });
-        *slot.times.lock().expect("no panic while times are stored") = Some(times.collect());
-        Ok(())
+        let before = self.submitted.saturating_sub(FRAMES_IN_FLIGHT as u64 - 1);
+        self.wait(before.max(self.slots[0].value))?;
+        self.slots[0].read_times(&self.device)
     }
 }
 
@@ -140,11 +120,12 @@ impl Slot {
         unsafe {
             let pool =
                 device.handle.create_command_pool(&pool_info, None).check("vkCreateCommandPool", "frame")?;
-            let buffers = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
-            let buffer = device
+            let buffers = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(2);
+            let buffers = device
                 .handle
                 .allocate_command_buffers(&buffers)
-                .check("vkAllocateCommandBuffers", "frame")?[0];
+                .check("vkAllocateCommandBuffers", "frame")?;
+            let [buffer, transitions] = [buffers[0], buffers[1]];
             let descriptors = Descriptors::new(device)?;
             let queries =
                 device.handle.create_query_pool(&query_info, None).check("vkCreateQueryPool", "frame")?;
@@ -157,45 +138,150 @@ impl Slot {
             };
             device.name(pool, "frame commands");
             device.name(buffer, "frame");
+            device.name(transitions, "new images");
             device.name(queries, "frame timestamps");
             Ok(Slot {
                 pool,
                 buffer,
+                transitions,
                 descriptors,
                 queries,
                 statistics,
                 labels: Vec::new(),
                 works: Vec::new(),
+                mapped: Vec::new(),
                 value: 0,
                 times: Times::default(),
             })
         }
     }
+
+    /// Stores the times of the slot's last frame, which has ended.
+    fn read_times(&mut self, device: &Device) -> Result<()> {
+        if self.times.get().is_some() {
+            return Ok(());
+        }
+        let labels = std::mem::take(&mut self.labels);
+        let mut works = std::mem::take(&mut self.works);
+        if let Some(statistics) = self.statistics {
+            Work::add_statistics(device, statistics, &mut works)?;
+        }
+        let mut stamps = vec![0u64; 2 * labels.len()];
+        if !stamps.is_empty() && device.timestamp_bits > 0 {
+            // SAFETY: the frame has ended, and wrote 2 timestamps per label.
+            unsafe {
+                device.handle.get_query_pool_results(
+                    self.queries,
+                    0,
+                    &mut stamps,
+                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+                )
+            }
+            .check("vkGetQueryPoolResults", "timestamps")?;
+        }
+        // Counters narrower than 64 bits wrap, so the difference is masked.
+        let mask = u64::MAX.checked_shr(64 - device.timestamp_bits).unwrap_or(0);
+        let period_ns = f64::from(device.physical.limits.timestamp_period);
+        let times = labels.into_iter().enumerate().map(|(n, label)| {
+            let ticks = stamps[2 * n + 1].wrapping_sub(stamps[2 * n]) & mask;
+            let ns = (device.timestamp_bits > 0).then_some((ticks as f64 * period_ns) as u64);
+            PassTime { label, ns, work: works.get(n).copied() }
+        });
+        self.times.get_or_init(|| times.collect());
+        Ok(())
+    }
+
+    /// Prepares the slot, whose last frame has ended, for the commands of another.
+    fn begin(&mut self, device: &Device) -> Result<()> {
+        self.forget_frame();
+        self.times = Times::default();
+        self.descriptors.reset(device)?;
+        // SAFETY: the GPU has finished the slot's last frame, and the slot belongs to one frame.
+        unsafe {
+            device
+                .handle
+                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
+                .check("vkResetCommandPool", "frame")?;
+            device.handle.reset_query_pool(self.queries, 0, 2 * MOST_PASSES as u32);
+            if let Some(statistics) = self.statistics {
+                device.handle.reset_query_pool(statistics, 0, MOST_PASSES as u32);
+            }
+            device.handle.begin_command_buffer(self.buffer, &once()).check("vkBeginCommandBuffer", "frame")
+        }
+    }
+
+    /// Ends the recording. The host may read what the frame writes.
+    fn end(&mut self, device: &Device) -> Result<()> {
+        let to_host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&to_host);
+        self.mapped.iter().for_each(|buffer| buffer.require_no_view());
+        // SAFETY: the recording began with the frame.
+        unsafe {
+            device.handle.cmd_pipeline_barrier2(self.buffer, &dependency);
+            device.handle.end_command_buffer(self.buffer).check("vkEndCommandBuffer", "frame")
+        }
+    }
+
+    /// The command buffers of the submission. The first one transitions `new_images`, if there are any: another frame
+    /// may be submitted while this one is recorded, and the first submission finds them in UNDEFINED.
+    fn commands(
+        &self,
+        device: &Device,
+        new_images: &[vk::ImageMemoryBarrier2<'static>],
+    ) -> Result<Vec<vk::CommandBufferSubmitInfo<'static>>> {
+        let buffer = |handle| vk::CommandBufferSubmitInfo::default().command_buffer(handle);
+        if new_images.is_empty() {
+            return Ok(vec![buffer(self.buffer)]);
+        }
+        let barrier = vk::DependencyInfo::default().image_memory_barriers(new_images);
+        // SAFETY: the buffer was reset with its pool; the images live while their barriers are queued.
+        unsafe {
+            device
+                .handle
+                .begin_command_buffer(self.transitions, &once())
+                .check("vkBeginCommandBuffer", "new images")?;
+            device.handle.cmd_pipeline_barrier2(self.transitions, &barrier);
+            device.handle.end_command_buffer(self.transitions).check("vkEndCommandBuffer", "new images")?;
+        }
+        Ok(vec![buffer(self.transitions), buffer(self.buffer)])
+    }
+
+    fn forget_frame(&mut self) {
+        self.labels.clear();
+        self.works.clear();
+        self.mapped.clear();
+    }
+}
+
+fn once() -> vk::CommandBufferBeginInfo<'static> {
+    vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT)
 }
 
 impl Gpu {
-    /// Starts the next frame. Waits until the GPU has finished the frame [`FRAMES_IN_FLIGHT`] before it. Only
-    /// one frame is recorded at a time: other threads wait for its submission. The recording thread must
-    /// submit or drop its frame before it starts another, creates a filled buffer or waits for a ticket.
-    /// Otherwise it waits for itself.
+    /// Starts a frame. Waits until the GPU has finished the frame [`FRAMES_IN_FLIGHT`] before it. Frames run in the
+    /// order of their submissions; several can be recorded at a time, on one thread or on several.
     ///
     /// # Errors
     /// [`Error::DeviceLost`].
     pub fn frame(&self) -> Result<Frame<'_>> {
-        let mut ring = self.ring.lock().expect("no panic while a frame is recorded");
-        let slot = (ring.submitted % FRAMES_IN_FLIGHT as u64) as usize;
-        let value = ring.slots[slot].value;
-        ring.wait(value)?;
-        ring.read_times(slot)?;
-        self.device.collect(self.device.finished()?, Some(ring.submitted + 1));
-        ring.slots[slot].times = Times::default();
-        let mut frame = Frame { ring, gpu: self, slot, submitted: false, transitions: Vec::new() };
-        frame.begin()?;
+        let mut ring = self.lock_ring();
+        ring.wait_for_slot()?;
+        self.device.collect(self.device.finished()?);
+        self.device.objects().begin_recording();
+        let mut frame = Frame { gpu: self, slot: ring.slots.pop_front(), counting: ring.counting };
+        drop(ring);
+        frame.slot().begin(&self.device)?;
         Ok(frame)
     }
-}
 
-impl Gpu {
+    pub(super) fn lock_ring(&self) -> MutexGuard<'_, Ring> {
+        self.ring.lock().expect("no panic under the ring's lock")
+    }
+
     /// Enables or disables counting of the passes' work, from the next frame on. Pipeline statistics cost
     /// time on some devices.
     ///
@@ -203,43 +289,13 @@ impl Gpu {
     /// If `counting` is true and the device was opened without [`Feature::PipelineStatistics`].
     pub fn count_work(&self, counting: bool) {
         assert!(!counting || self.has(Feature::PipelineStatistics), "opened without pipeline statistics");
-        self.ring.lock().expect("no panic while a frame is recorded").counting = counting;
+        self.lock_ring().counting = counting;
     }
 }
 
 impl Frame<'_> {
-    fn begin(&mut self) -> Result<()> {
-        let device = &self.gpu.device;
-        let slot = &mut self.ring.slots[self.slot];
-        slot.descriptors.reset(device)?;
-        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the GPU has passed the slot's last use; the ring is locked.
-        unsafe {
-            device
-                .handle
-                .reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty())
-                .check("vkResetCommandPool", "frame")?;
-            device.handle.reset_query_pool(slot.queries, 0, 2 * MOST_PASSES as u32);
-            if let Some(statistics) = slot.statistics {
-                device.handle.reset_query_pool(statistics, 0, MOST_PASSES as u32);
-            }
-            device.handle.begin_command_buffer(slot.buffer, &begin).check("vkBeginCommandBuffer", "frame")?;
-        }
-        Ok(())
-    }
-
-    /// Transitions the images created since the last pass to GENERAL, where they stay.
-    fn flush_new_images(&mut self) {
-        let device = &self.gpu.device;
-        let new_images =
-            std::mem::take(&mut *device.new_images.lock().expect("no panic while a barrier is stored"));
-        if new_images.is_empty() {
-            return;
-        }
-        let barrier = vk::DependencyInfo::default().image_memory_barriers(&new_images);
-        // SAFETY: the images live: dropping one removes its barrier from the list.
-        unsafe { device.handle.cmd_pipeline_barrier2(self.ring.slots[self.slot].buffer, &barrier) };
-        self.transitions.extend(new_images);
+    fn slot(&mut self) -> &mut Slot {
+        self.slot.as_mut().expect("the frame has not ended")
     }
 
     /// Transitions an acquired swapchain image to GENERAL and discards its content. The submission must wait
@@ -254,20 +310,11 @@ impl Frame<'_> {
     }
 
     fn present_barrier(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
-        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        // ALL_COMMANDS: the submission waits for the acquisition at that stage, so the layout transition
-        // waits too.
-        let barrier = [vk::ImageMemoryBarrier2::default()
-            .image(image.handle)
-            .old_layout(from)
-            .new_layout(to)
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(all)
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .dst_access_mask(all)
-            .subresource_range(image.whole())];
+        // The submission waits for the acquisition at ALL_COMMANDS, the barrier's first stage, so the layout
+        // transition waits too.
+        let barrier = [image.barrier(from, to)];
         let dependency = vk::DependencyInfo::default().image_memory_barriers(&barrier);
-        let buffer = self.ring.slots[self.slot].buffer;
+        let buffer = self.slot().buffer;
         // SAFETY: recording into the frame's own buffer; the swapchain keeps the image.
         unsafe { self.gpu.device.handle.cmd_pipeline_barrier2(buffer, &dependency) };
     }
@@ -277,16 +324,19 @@ impl Frame<'_> {
     /// # Errors
     /// The error of `record`.
     pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
-        self.flush_new_images();
-        let device = &*self.gpu.device;
-        let counting = self.ring.counting;
-        let slot = &mut self.ring.slots[self.slot];
+        let (device, counting) = (&*self.gpu.device, self.counting);
+        let slot = self.slot();
         assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
         let query = slot.labels.len() as u32;
         slot.labels.push(label.to_string());
         let statistics = slot.statistics.filter(|_| counting);
-        let mut cmd =
-            Cmd { device, handle: slot.buffer, descriptors: &mut slot.descriptors, work: Work::default() };
+        let mut cmd = Cmd {
+            device,
+            handle: slot.buffer,
+            descriptors: &mut slot.descriptors,
+            mapped: &mut slot.mapped,
+            work: Work::default(),
+        };
         cmd.begin_label(label);
         // The timestamp precedes the barrier. llvmpipe queues a timestamp with the rasterisation. Without a
         // barrier after it, llvmpipe takes it only after the pass's vertex work: 35 ms of transform feedback
@@ -322,15 +372,8 @@ impl Frame<'_> {
     /// As [`Frame::submit`].
     pub fn submit_between(mut self, waits: &[&Semaphore], signals: &[&Semaphore]) -> Result<Ticket> {
         let device = &self.gpu.device;
-        let value = self.ring.submitted + 1;
-        let buffer = self.ring.slots[self.slot].buffer;
-        let to_host = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let dependency = vk::DependencyInfo::default().memory_barriers(&to_host);
-        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(buffer)];
+        let slot = self.slot.as_mut().expect("the frame has not ended");
+        slot.end(device)?;
         let semaphore = |handle| {
             vk::SemaphoreSubmitInfo::default()
                 .semaphore(handle)
@@ -338,37 +381,37 @@ impl Frame<'_> {
         };
         let waits: Vec<_> = waits.iter().map(|wait| semaphore(wait.handle)).collect();
         let mut signals: Vec<_> = signals.iter().map(|signal| semaphore(signal.handle)).collect();
+        let mut ring = self.gpu.lock_ring();
+        let mut objects = device.objects();
+        let value = ring.submitted + 1;
         signals.push(semaphore(device.timeline).value(value));
+        slot.mapped.iter().for_each(|buffer| buffer.submit(value));
+        let commands = slot.commands(device, &objects.new_images)?;
         let submit = [vk::SubmitInfo2::default()
             .wait_semaphore_infos(&waits)
             .command_buffer_infos(&commands)
             .signal_semaphore_infos(&signals)];
         // SAFETY: recording is complete; every object named by it is kept until the timeline passes `value`.
-        unsafe {
-            device.handle.cmd_pipeline_barrier2(buffer, &dependency);
-            device.handle.end_command_buffer(buffer).check("vkEndCommandBuffer", "frame")?;
-            device
-                .handle
-                .queue_submit2(device.queue, &submit, vk::Fence::null())
-                .check("vkQueueSubmit2", &self.ring.slots[self.slot].labels.join(", "))?;
-        }
-        self.ring.submitted = value;
-        self.submitted = true;
-        let slot = self.slot;
-        self.ring.slots[slot].value = value;
-        Ok(Ticket { gpu: self.gpu.clone(), value, slot, times: self.ring.slots[slot].times.clone() })
+        unsafe { device.handle.queue_submit2(device.queue, &submit, vk::Fence::null()) }
+            .check("vkQueueSubmit2", &slot.labels.join(", "))?;
+        objects.new_images.clear();
+        objects.end_recording(value);
+        slot.value = value;
+        let ticket = Ticket { gpu: self.gpu.clone(), value, times: slot.times.clone() };
+        ring.submitted = value;
+        ring.slots.extend(self.slot.take());
+        Ok(ticket)
     }
 }
 
 impl Drop for Frame<'_> {
     fn drop(&mut self) {
-        if !self.submitted {
+        if let Some(mut slot) = self.slot.take() {
             // The frame wrote no timestamps, so none may be read.
-            self.ring.slots[self.slot].labels.clear();
-            self.ring.slots[self.slot].works.clear();
-            let mut new_images =
-                self.gpu.device.new_images.lock().expect("no panic while a barrier is stored");
-            new_images.append(&mut self.transitions);
+            slot.forget_frame();
+            let mut ring = self.gpu.lock_ring();
+            ring.slots.push_front(slot);
+            self.gpu.device.objects().end_recording(ring.submitted);
         }
     }
 }
@@ -379,18 +422,13 @@ impl Ticket {
     /// # Errors
     /// [`Error::DeviceLost`].
     pub fn wait(&self) -> Result<Vec<PassTime>> {
-        let mut ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        let mut ring = self.gpu.lock_ring();
         ring.wait(self.value)?;
-        let stored = self.times.lock().expect("no panic while times are stored").clone();
-        if let Some(times) = stored {
-            return Ok(times);
+        // A slot is used again only after its times are read.
+        if let Some(slot) = ring.slots.iter_mut().find(|slot| slot.value == self.value) {
+            slot.read_times(&self.gpu.device)?;
         }
-        assert_eq!(
-            ring.slots[self.slot].value, self.value,
-            "a slot is used again only after its times are read"
-        );
-        ring.read_times(self.slot)?;
-        let times = self.times.lock().expect("no panic while times are stored").clone();
+        let times = self.times.get().cloned();
         times.ok_or_else(|| Error::Limit { object: "frame".into(), what: "no times were kept".into() })
     }
 }

@@ -179,16 +179,9 @@ impl Gpu {
         if raw {
             device.name(image.raw_view, &format!("{name}, raw"));
         }
-        // The next frame starts with the transition to GENERAL, where the image stays.
-        device.new_images.lock().expect("no panic while a barrier is stored").push(
-            vk::ImageMemoryBarrier2::default()
-                .image(handle)
-                .old_layout(vk::ImageLayout::UNDEFINED)
-                .new_layout(vk::ImageLayout::GENERAL)
-                .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-                .subresource_range(image.whole()),
-        );
+        // The next submission starts with this transition.
+        let barrier = image.barrier(vk::ImageLayout::UNDEFINED, image.layout());
+        device.objects().new_images.push(barrier);
         Ok(image)
     }
 
@@ -236,7 +229,7 @@ impl Gpu {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        Ok(host.mapped()[..bytes as usize].to_vec())
+        Ok(host.mapped().to_vec())
     }
 
     /// Returns an error if an image may not have this many layers. `advice` says what the layers are and what
@@ -424,6 +417,40 @@ impl Image {
         self.info.bytes()
     }
 
+    /// The layout in which the image stays. Some drivers compress depth in a layout of its own, but not in GENERAL.
+    pub(crate) fn layout(&self) -> vk::ImageLayout {
+        match self.info.format {
+            Format::Depth32Float => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            _ => vk::ImageLayout::GENERAL,
+        }
+    }
+
+    /// The layout in which shaders read the image; see [`super::Cmd::read_depth`].
+    pub(crate) fn layout_for_shaders(&self) -> vk::ImageLayout {
+        match self.info.format {
+            Format::Depth32Float => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            _ => vk::ImageLayout::GENERAL,
+        }
+    }
+
+    /// A change of layout between all earlier commands and all later ones.
+    pub(crate) fn barrier(
+        &self,
+        from: vk::ImageLayout,
+        to: vk::ImageLayout,
+    ) -> vk::ImageMemoryBarrier2<'static> {
+        let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        vk::ImageMemoryBarrier2::default()
+            .image(self.handle)
+            .old_layout(from)
+            .new_layout(to)
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(all)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(all)
+            .subresource_range(self.whole())
+    }
+
     pub(crate) fn whole(&self) -> vk::ImageSubresourceRange {
         vk::ImageSubresourceRange {
             aspect_mask: self.info.format.aspect(),
@@ -450,9 +477,6 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        let mut new = self.device.new_images.lock().expect("no panic while a barrier is stored");
-        new.retain(|barrier| barrier.image != self.handle);
-        drop(new);
         let views = [self.view, self.raw_view].into_iter().filter(|v| *v != vk::ImageView::null()).collect();
         let handle = if self.borrowed { vk::Image::null() } else { self.handle };
         self.device.bury(Dead::Image(handle, views, self.memory.take()));

@@ -3,7 +3,7 @@
 use super::features::{Feature, Offered, offered};
 use super::message::{Message, Messages, messenger_info};
 use super::{Check, Error, Result};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use raw_window_handle::DisplayHandle;
 use std::ffi::CStr;
 use std::sync::{Arc, OnceLock};
@@ -98,14 +98,16 @@ impl Instance {
             );
             return Err(Error::Limit { object: "window".into(), what });
         }
+        // Without it, the loader hides devices that lack parts of Vulkan, such as MoltenVK's.
+        let portability: Vec<_> = [khr::portability_enumeration::NAME].into_iter().filter(named).collect();
         if DRIVERS.get().is_none() {
-            let keeps = create(&entry, false, false, &[], &messages)?;
+            let keeps = create(&entry, false, false, &portability, &messages)?;
             if let Err((_, second)) = DRIVERS.set((entry.clone(), keeps)) {
                 // SAFETY: another thread stored its instance first; nothing was created from this one.
                 unsafe { second.destroy_instance(None) };
             }
         }
-        let handle = create(&entry, validate, has_debug, &surface, &messages)?;
+        let handle = create(&entry, validate, has_debug, &[surface, portability].concat(), &messages)?;
         let debug = has_debug.then(|| ext::debug_utils::Instance::new(&entry, &handle));
         let messenger = match &debug {
             // SAFETY: `messages` lives as long as the instance.
@@ -260,7 +262,7 @@ fn create(
     entry: &ash::Entry,
     validate: bool,
     debug: bool,
-    surface: &[&CStr],
+    more: &[&CStr],
     messages: &Arc<Messages>,
 ) -> Result<ash::Instance> {
     let app = vk::ApplicationInfo::default()
@@ -268,7 +270,11 @@ fn create(
         .engine_name(c"ortelius")
         .api_version(vk::API_VERSION_1_3);
     let layers: Vec<_> = validate.then_some(VALIDATION.as_ptr()).into_iter().collect();
-    let mut extensions: Vec<_> = surface.iter().map(|name| name.as_ptr()).collect();
+    let flags = match more.contains(&khr::portability_enumeration::NAME) {
+        true => vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR,
+        false => vk::InstanceCreateFlags::empty(),
+    };
+    let mut extensions: Vec<_> = more.iter().map(|name| name.as_ptr()).collect();
     if debug {
         extensions.push(ext::debug_utils::NAME.as_ptr());
     }
@@ -279,6 +285,7 @@ fn create(
     let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
     let mut messenger = messenger_info(messages);
     let mut info = vk::InstanceCreateInfo::default()
+        .flags(flags)
         .application_info(&app)
         .enabled_layer_names(&layers)
         .enabled_extension_names(&extensions);

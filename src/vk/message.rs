@@ -25,7 +25,10 @@ const ACCEPTED: &[(&str, &str)] = &[
         "from Mesa 22.3's SPIR-V reader, not the layer; the decoration is legal on gl_PerVertex's members and works",
     ),
     // The layer's warning for an image in GENERAL where another layout is faster.
-    ("For optimal performance", "advice: images stay in GENERAL, which rules out missing layout transitions"),
+    (
+        "For optimal performance",
+        "advice: colour images stay in GENERAL, which rules out missing layout transitions",
+    ),
 ];
 
 /// The messages that the debug messenger has received.

@@ -1,7 +1,8 @@
 //! Thin wrappers around Vulkan objects, and the only `unsafe` of the crate.
 //!
 //! Wrappers own their handle and an `Arc` of the device. `Drop` moves handle and memory to a queue, which
-//! destroys them once the GPU has finished every frame that could use them. Images stay in GENERAL. A
+//! destroys them once the GPU has finished every frame that could use them. Images stay in GENERAL,
+//! depth images in a layout of their own. A
 //! [`Frame`] is a short list of passes, each with a label, one global barrier and two timestamps.
 
 mod buffer;
@@ -24,7 +25,7 @@ pub mod shader;
 mod swapchain;
 mod watched;
 
-pub use buffer::{Buffer, BufferUse, IndexType, TexelCopy};
+pub use buffer::{Buffer, BufferUse, IndexType, Mapped, MappedMut, TexelCopy};
 pub use command::{Cmd, Resource};
 pub use device::failure_at_the_end;
 pub use error::Error;
@@ -82,6 +83,17 @@ impl Gpu {
     /// No loader, driver or device; a missing feature, with the pass that needs it and the variant that works
     /// without it.
     pub fn new(options: &GpuOptions<'_>) -> Result<Gpu> {
+        Gpu::for_device(options, |_| options.needs.to_vec())
+    }
+
+    /// As [`Gpu::new`], with the needs that `needs` states for the chosen device instead of those of `options`.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`].
+    pub fn for_device(
+        options: &GpuOptions<'_>,
+        needs: impl FnOnce(&PhysicalDevice) -> Vec<Need>,
+    ) -> Result<Gpu> {
         let instance = Arc::new(Instance::presenting(options.validate, options.display)?);
         let physical = instance.choose(options.device)?;
         if physical.api < (1, 3, 0) {
@@ -93,8 +105,9 @@ impl Gpu {
                 ),
             });
         }
-        physical.offered.require(&physical.name, options.needs)?;
-        let needed = options.needs.iter().map(|need| need.feature);
+        let needs = needs(&physical);
+        physical.offered.require(&physical.name, &needs)?;
+        let needed = needs.iter().map(|need| need.feature);
         let optional = options.wishes.iter().copied().filter(|feature| physical.features.contains(feature));
         let features = needed.chain(optional).collect();
         let device = Arc::new(Device::new(instance, physical, features, options.display.is_some())?);
@@ -148,9 +161,8 @@ impl Gpu {
     /// # Errors
     /// Device lost.
     pub fn allocations(&self) -> Result<Vec<(String, u64)>> {
-        let ring = self.ring.lock().expect("no panic while a frame is recorded");
-        ring.wait_for_all()?;
-        self.device.collect(self.device.finished()?, None);
+        self.lock_ring().wait_for_all()?;
+        self.device.collect(self.device.finished()?);
         let report = self.device.allocator.lock().expect("no panic in the allocator").generate_report();
         let allocations = report.allocations.into_iter();
         let mut allocations: Vec<_> = allocations.map(|one| (one.name, one.size)).collect();

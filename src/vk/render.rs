@@ -1,7 +1,7 @@
 //! Drawing into images, and transform feedback.
 
 use super::command::{Cmd, Resource};
-use super::{Buffer, GraphicsPipeline, Image, Result, StreamQuery};
+use super::{Buffer, GraphicsPipeline, Image, IndexType, Result, StreamQuery};
 use ash::vk;
 
 /// A target's content before the first draw.
@@ -97,7 +97,7 @@ impl<'a> Cmd<'a> {
             min_depth: 0.0,
             max_depth: 1.0,
         };
-        // SAFETY: the attachments live until the frame has passed, and are in GENERAL.
+        // SAFETY: the attachments live until the frame has passed, and are in these layouts.
         unsafe {
             self.device.handle.cmd_begin_rendering(self.handle, &info);
             self.device.handle.cmd_set_viewport(self.handle, 0, &[viewport]);
@@ -134,7 +134,7 @@ fn depth_attachment(size: [u32; 2], target: &DepthTarget<'_>) -> vk::RenderingAt
     let depth_stencil = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
     vk::RenderingAttachmentInfo::default()
         .image_view(target.image.view)
-        .image_layout(vk::ImageLayout::GENERAL)
+        .image_layout(target.image.layout())
         .load_op(if target.clear { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
         .store_op(vk::AttachmentStoreOp::STORE)
         .clear_value(vk::ClearValue { depth_stencil })
@@ -178,6 +178,21 @@ impl Render<'_, '_> {
         Ok(())
     }
 
+    /// Binds vertices and indices. Returns the type of the indices.
+    fn bind_geometry(&mut self, Geometry { vertices, indices }: Geometry<'_>) -> IndexType {
+        let vertices = vertices.map(|vertices| vertices.for_frame(self.cmd.mapped));
+        let (of, indices) = (indices.index_type(), indices.for_frame(self.cmd.mapped));
+        let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
+        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
+        unsafe {
+            if let Some(vertices) = vertices {
+                device.cmd_bind_vertex_buffers(cmd, 0, &[vertices], &[0]);
+            }
+            device.cmd_bind_index_buffer(cmd, indices, 0, of.raw());
+        }
+        of
+    }
+
     /// Draws all indices of a mesh.
     pub fn draw_mesh(
         &mut self,
@@ -191,13 +206,9 @@ impl Render<'_, '_> {
         let of = indices.index_type();
         let count = u32::try_from(indices.bytes() / of.bytes()).expect("a mesh has fewer than 2^32 indices");
         self.cmd.work.draws += 1;
-        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
-        unsafe {
-            let device = &self.cmd.device.handle;
-            device.cmd_bind_vertex_buffers(self.cmd.handle, 0, &[vertices.handle], &[0]);
-            device.cmd_bind_index_buffer(self.cmd.handle, indices.handle, 0, of.raw());
-            device.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0);
-        }
+        self.bind_geometry(Geometry { vertices: Some(vertices), indices });
+        // SAFETY: everything is bound.
+        unsafe { self.cmd.device.handle.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0) };
         Ok(())
     }
 
@@ -213,15 +224,11 @@ impl Render<'_, '_> {
         let (base, indices) = (&pipeline.0, geometry.indices);
         self.cmd.bind(base, vk::PipelineBindPoint::GRAPHICS, resources, bytemuck::bytes_of(&first.push))?;
         self.cmd.work.draws += slices.len() as u64;
+        let of = self.bind_geometry(geometry);
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
-        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout, and `bind` checked
-        // the size of the push constants; the indices of a slice lie within the buffer.
+        // SAFETY: everything is bound; `bind` checked the size of the push constants; the indices of a slice lie within
+        // the buffer.
         unsafe {
-            if let Some(vertices) = geometry.vertices {
-                device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
-            }
-            let of = indices.index_type();
-            device.cmd_bind_index_buffer(cmd, indices.handle, 0, of.raw());
             for slice in slices {
                 let end = of.bytes() * (u64::from(slice.first_index) + u64::from(slice.count));
                 assert!(end <= indices.bytes(), "{}: a draw ends at {end}", indices.name());
@@ -248,15 +255,10 @@ impl Render<'_, '_> {
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
         self.cmd.work.draws += slices.len() as u64;
+        let of = self.bind_geometry(geometry);
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
-        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout; the indices of a
-        // slice lie within the buffer.
+        // SAFETY: everything is bound; the indices of a slice lie within the buffer.
         unsafe {
-            if let Some(vertices) = geometry.vertices {
-                device.cmd_bind_vertex_buffers(cmd, 0, &[vertices.handle], &[0]);
-            }
-            let of = geometry.indices.index_type();
-            device.cmd_bind_index_buffer(cmd, geometry.indices.handle, 0, of.raw());
             for ClippedSlice { at, size, first_index, count } in slices {
                 let end = of.bytes() * (u64::from(*first_index) + u64::from(*count));
                 assert!(end <= geometry.indices.bytes(), "{}: a draw ends at {end}", geometry.indices.name());
@@ -286,19 +288,13 @@ impl Render<'_, '_> {
             self.cmd.device.feedback.as_ref().expect("the pass named TransformFeedback in its needs");
         let feedback = feedback.fp();
         self.cmd.work.draws += 1;
+        let [buffer, counter] = [into.buffer, into.counter].map(|buffer| buffer.for_frame(self.cmd.mapped));
         let cmd = self.cmd.handle;
         // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter
         // buffers starts at offset 0; End stores the bytes written. The pass and `Cmd::sync` provide the
         // barriers.
         unsafe {
-            (feedback.cmd_bind_transform_feedback_buffers_ext)(
-                cmd,
-                0,
-                1,
-                &into.buffer.handle,
-                &0,
-                &into.buffer.bytes(),
-            );
+            (feedback.cmd_bind_transform_feedback_buffers_ext)(cmd, 0, 1, &buffer, &0, &into.buffer.bytes());
             (feedback.cmd_begin_query_indexed_ext)(
                 cmd,
                 into.query.pool,
@@ -308,7 +304,7 @@ impl Render<'_, '_> {
             );
             (feedback.cmd_begin_transform_feedback_ext)(cmd, 0, 0, std::ptr::null(), std::ptr::null());
             self.cmd.device.handle.cmd_draw(cmd, count, 1, 0, 0);
-            (feedback.cmd_end_transform_feedback_ext)(cmd, 0, 1, &into.counter.handle, &0);
+            (feedback.cmd_end_transform_feedback_ext)(cmd, 0, 1, &counter, &0);
             (feedback.cmd_end_query_indexed_ext)(cmd, into.query.pool, into.query_index, 0);
         }
         Ok(())

@@ -28,6 +28,7 @@ pub enum DescriptorKind {
     StorageImage,
     StorageBuffer,
     TexelBuffer,
+    StorageTexelBuffer,
 }
 
 /// Component type and count of a vertex input.

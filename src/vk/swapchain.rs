@@ -278,7 +278,7 @@ impl Swapchain {
             .swapchains(&swapchains)
             .image_indices(&numbers);
         // The queue is only used under the ring's lock.
-        let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        let ring = self.gpu.lock_ring();
         // SAFETY: the image was acquired, and a submission signals the semaphore.
         let presented = unsafe { self.calls.queue_present(self.gpu.device.queue, &info) };
         drop(ring);
@@ -355,15 +355,17 @@ impl Swapchain {
 
     /// Waits until the GPU and the presentation engine no longer use the images.
     fn clear_images(&mut self) -> Result<()> {
-        let ring = self.gpu.ring.lock().expect("no panic while a frame is recorded");
+        let ring = self.gpu.lock_ring();
         // Presentation signals no fence or semaphore. Its semaphores are free only when the queue is idle.
         // SAFETY: the queue is used only under the ring's lock.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
         idle.check("vkQueueWaitIdle", "window")?;
         self.images.clear();
         self.drawn.clear();
-        // Views must be destroyed before their images. Under the ring's lock no frame is recorded that could use them.
-        self.gpu.device.collect(ring.submitted + 1, None);
+        // Views must be destroyed before their images.
+        let recording = self.gpu.device.objects().recording;
+        assert!(recording == 0, "the window's images are replaced while {recording} frames are recorded");
+        self.gpu.device.collect(ring.submitted);
         Ok(())
     }
 

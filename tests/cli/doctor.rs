@@ -25,6 +25,7 @@ fn a_healthy_machine_passes_and_is_described() {
     assert_eq!(ran.status.code(), Some(0));
     let words = String::from_utf8(ran.stdout).unwrap();
     holds(&words, &["loader     Vulkan 1.", "device 0 ", "yes geometryShader", "self-test  passed"]);
+    holds(&words, &["variant.dedup = \"", "variant.compact = \""]);
     let ran = run(&folder, &["doctor", "--json"]);
     assert_eq!(ran.status.code(), Some(0));
     let found: Value = serde_json::from_slice(&ran.stdout).unwrap();

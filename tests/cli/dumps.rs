@@ -101,11 +101,11 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
             assert!(around.contains(&q), "pixel {pixel}: q {q}, in f64 {exact:?}");
         }
         // s and t times a power of two are exact, so rows and columns need no tolerance.
-        let native = match q < f64::from(g1) {
+        let own_level = match q < f64::from(g1) {
             true => [f64::from(exact.i >> q as u32), f64::from(exact.j >> q as u32)],
             false => [-1.0; 2],
         };
-        assert_eq!([i, j], native, "pixel {pixel}: q {q}, {exact:?}");
+        assert_eq!([i, j], own_level, "pixel {pixel}: q {q}, {exact:?}");
     }
     near
 }

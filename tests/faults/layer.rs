@@ -1,9 +1,11 @@
-//! A Vulkan layer that makes one call fail. It is not part of the crate: `main.rs` compiles it with rustc,
+//! A Vulkan layer that makes one call fail, or hides features of the device. It is not part of the crate: `main.rs` compiles it with rustc,
 //! and the loader loads it. For each kind of fault, only the calls that may return it are counted:
 //!
 //! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), or `lost`. A
 //!   lost device stays lost. N = 0 fails none. KIND:NAME fails the first call of that name.
 //! - ORTELIUS_FAULT_LOG=FILE: receives the name of the failed call; with N = 0 the names of all calls that may fail.
+//! - ORTELIUS_FAULT_START=FILE: calls are counted only while the file exists.
+//! - ORTELIUS_MASK=NAME,NAME: features of [`MASKS`] that the device does not report.
 //!
 //! Only functions that return a VkResult are wrapped. Their arguments are at most eight integers and pointers, which
 //! the C calling conventions of x86-64 and AArch64 pass in a word each: one wrapper of ten words serves all.
@@ -12,6 +14,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::fs::File;
 use std::io::Write;
 use std::mem::transmute;
+use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::SeqCst};
 
@@ -27,6 +30,7 @@ struct Fault {
     number: u64,
     name: Option<String>,
     log: Option<File>,
+    start: Option<PathBuf>,
 }
 
 fn fault() -> &'static Fault {
@@ -46,7 +50,8 @@ fn fault() -> &'static Fault {
             Ok(number) => (number, None),
             Err(_) => (u64::MAX, Some(number.to_owned())),
         };
-        Fault { result, number, name, log }
+        let start = std::env::var_os("ORTELIUS_FAULT_START").map(PathBuf::from);
+        Fault { result, number, name, log, start }
     })
 }
 
@@ -65,6 +70,9 @@ fn fails(name: &str) -> Option<i32> {
             | "vkGetQueryPoolResults"
     );
     let fault = fault();
+    if fault.start.as_ref().is_some_and(|start| !start.exists()) {
+        return None;
+    }
     if fault.result == LOST {
         if !may_be_lost {
             return None;
@@ -132,6 +140,38 @@ mod wrappers {
         let (_, slot, wrapper) = table.iter().find(|(known, ..)| *known == name)?;
         slot.store(next, SeqCst);
         Some(*wrapper as *mut c_void)
+    }
+}
+
+/// VkPhysicalDeviceFeatures2, or another structure of its chain.
+#[repr(C)]
+struct Features {
+    kind: i32,
+    next: *mut Features,
+    first: u32,
+}
+
+/// A feature, the structure that has it, and its index there.
+const MASKS: [(&str, i32, usize); 3] =
+    [("geometryShader", 1_000_059_000, 4), ("logicOp", 1_000_059_000, 8), ("transformFeedback", 1_000_028_000, 0)];
+
+static NEXT_FEATURES: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
+
+unsafe extern "C" fn get_features(physical: *mut c_void, features: *mut Features) {
+    let masked = std::env::var("ORTELIUS_MASK").unwrap_or_default();
+    // SAFETY: the next layer's function of this type; the structures of the chain have the words of `MASKS`.
+    unsafe {
+        let next: unsafe extern "C" fn(*mut c_void, *mut Features) = transmute(NEXT_FEATURES.load(SeqCst));
+        next(physical, features);
+        let mut at = features;
+        while !at.is_null() {
+            for (name, kind, index) in MASKS {
+                if (*at).kind == kind && masked.split(',').any(|masked| masked == name) {
+                    (&raw mut (*at).first).add(index).write(0);
+                }
+            }
+            at = (*at).next;
+        }
     }
 }
 
@@ -229,6 +269,10 @@ unsafe extern "C" fn get_instance_proc(instance: *mut c_void, name: *const c_cha
             _ => {}
         }
         let Some(next) = NEXT_OF_INSTANCE.get() else { return std::ptr::null_mut() };
+        if CStr::from_ptr(name) == c"vkGetPhysicalDeviceFeatures2" {
+            NEXT_FEATURES.store(next(instance, name), SeqCst);
+            return get_features as *mut c_void;
+        }
         wrap(false, name, next(instance, name))
     }
 }

@@ -5,6 +5,8 @@
 //! `./x test` lets every call of the small runs fail. With ORTELIUS_FAULTS=all, every call of every shipped scene fails
 //! too, which takes some hours; with ORTELIUS_FAULTS=N, N calls of each scene, evenly spaced.
 
+mod resize;
+
 use ortelius::scene::SHIPPED;
 use std::fmt::Display;
 use std::fs::File;
@@ -50,6 +52,11 @@ struct Ended {
 
 /// Runs the program with one call failing: its number, or the first of that name; 0 for none.
 fn run(arguments: &[&str], kind: &str, call: impl Display) -> Ended {
+    run_without("", arguments, kind, call)
+}
+
+/// As [`run`], on a device without the features of the list `masked`.
+fn run_without(masked: &str, arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     let (folder, log) = (tempfile::tempdir().unwrap(), tempfile::NamedTempFile::new().unwrap());
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE");
@@ -57,6 +64,7 @@ fn run(arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     // Mesa's layer that orders the devices crashes if a call of its own fails.
     command.env("NODEVICE_SELECT", "1");
     command.env("ORTELIUS_FAULT", format!("{kind}:{call}")).env("ORTELIUS_FAULT_LOG", log.path());
+    command.env("ORTELIUS_MASK", masked);
     let mut stderr = tempfile::tempfile().unwrap();
     let mut child = command.stdout(Stdio::null()).stderr(File::try_clone(&stderr).unwrap()).spawn().unwrap();
     let started = Instant::now();
@@ -180,6 +188,44 @@ fn a_device_lost_while_it_is_closed_is_one_line_and_exit_code_4() {
     assert_eq!(complaint(&ended, &undisturbed, "lost"), None, "{}", ended.stderr);
     assert_eq!(ended.files, undisturbed.files);
     assert_eq!(run(&render, "host", "vkDeviceWaitIdle").code, Some(1));
+}
+
+/// All exact variants render the same picture.
+#[test]
+fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and_a_named_one_is_refused() {
+    let render = |masked: &str, more: &[&str]| {
+        let own = ["render", "earth", "--size", "64x36", "--deterministic", "-o", "a.png"];
+        run_without(masked, &[&own, more].concat(), "host", 0)
+    };
+    let whole = render("", &[]);
+    assert_eq!((whole.code, whole.stderr.contains("WARN")), (Some(0), false), "{}", whole.stderr);
+    let all = "geometryShader,logicOp,transformFeedback";
+    for (masked, variants) in [
+        ("geometryShader", &["dedup", "compact"][..]),
+        ("logicOp", &["dedup"]),
+        ("transformFeedback", &["compact"]),
+        (all, &["dedup", "compact"]),
+    ] {
+        let ended = render(masked, &[]);
+        assert_eq!((ended.code, &ended.files), (Some(0), &whole.files), "{masked}: {}", ended.stderr);
+        let warnings: Vec<&str> = ended.stderr.lines().filter(|line| line.contains("WARN")).collect();
+        let [line] = warnings[..] else { panic!("{masked}: {warnings:?}") };
+        assert!(line.contains(masked.split(',').next().unwrap()), "{line}");
+        for (key, value) in [("dedup", "runs"), ("compact", "append")] {
+            let is_named = line.contains(&format!("variant.{key} defaults to {value:?}"));
+            assert_eq!(is_named, variants.contains(&key), "{masked}: {line}");
+        }
+        // A variant that the scene names, even the default, is refused.
+        let named = [["-D", "variant.dedup=geometry"], ["-D", "variant.compact=transform-feedback"]].concat();
+        let refused = render(masked, &named);
+        let line = refused.stderr.lines().find(|line| line.starts_with("ortelius: ")).unwrap_or("");
+        assert_eq!((refused.code, refused.files.len()), (Some(1), 0), "{masked}: {}", refused.stderr);
+        assert!(line.contains("this device lacks") && line.contains("does not need it"), "{line}");
+        // One that needs nothing else is not replaced.
+        let other = render(masked, &["-D", "variant.dedup=tile-memo", "-D", "variant.compact=ordered"]);
+        assert_eq!((other.code, other.files), (Some(0), whole.files.clone()), "{masked}: {}", other.stderr);
+        assert!(!other.stderr.contains("WARN"), "{masked}: {}", other.stderr);
+    }
 }
 
 /// A bake runs on the host alone: no call can fail.

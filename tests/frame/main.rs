@@ -181,8 +181,8 @@ fn variants(landscape: &Landscape) -> Vec<Config> {
         let of = |&compact: &Compaction| Config { dedup, compact, address, ..base };
         let fits = |config: &Config| config.check(&landscape.source.pyramid()).is_ok();
         let mut compactions = Compaction::ALL.iter().cycle().skip(n).take(Compaction::ALL.len()).map(of);
-        let native = Config { dedup, compact: Compaction::Append, address: TileAddress::OwnLevel, ..base };
-        variants.push(compactions.find(fits).unwrap_or(native));
+        let own_level = Config { dedup, compact: Compaction::Append, address: TileAddress::OwnLevel, ..base };
+        variants.push(compactions.find(fits).unwrap_or(own_level));
     }
     variants.extend(Listing::ALL.iter().map(|&list| Config { list, ..base }));
     let filter = |kind| Filter { kind, samples: 2, ..base.filter };

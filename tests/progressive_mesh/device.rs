@@ -19,10 +19,8 @@ fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     match buffer.index_type() {
-        IndexType::U16 => {
-            host.mapped().as_chunks().0.iter().map(|two| u16::from_ne_bytes(*two).into()).collect()
-        }
-        IndexType::U32 => bytemuck::cast_slice(host.mapped()).to_vec(),
+        IndexType::U16 => host.mapped::<u16>().iter().map(|index| (*index).into()).collect(),
+        IndexType::U32 => host.mapped().to_vec(),
     }
 }
 

@@ -49,7 +49,7 @@ fn compute_shaders() -> [(Dedup, &'static Shader, u32); 6] {
 }
 
 /// Values of the shader's specialization constants, with 32 streamed levels.
-fn constants(shader: &Shader, native: bool) -> Vec<(&'static str, u32)> {
+fn constants(shader: &Shader, own_level: bool) -> Vec<(&'static str, u32)> {
     let [m, n, k] = TEXTURE;
     let all = [
         ("WIDTH_LOG2", m),
@@ -57,7 +57,7 @@ fn constants(shader: &Shader, native: bool) -> Vec<(&'static str, u32)> {
         ("TILE_LOG2", k),
         ("FIRST_RESIDENT_LEVEL", 32),
         ("REQUESTS_PACKED", 0),
-        ("NATIVE_KEYING", u32::from(native)),
+        ("OWN_LEVEL", u32::from(own_level)),
         ("SIDE_LOG2", 3),
         ("MEMO", 1),
     ];
@@ -85,11 +85,11 @@ fn marked(
     pyramid: &Pyramid,
     requests: &Image,
     (dedup, shader, side_log2): (Dedup, &'static Shader, u32),
-    native: bool,
+    own_level: bool,
 ) -> TileMask {
     assert_eq!(dedup.layout(), MaskLayout::Texels);
     let mask = TileMask::new(gpu, pyramid, &Config { dedup, ..ONE_SAMPLE }).unwrap();
-    let pipeline = gpu.compute_pipeline(shader.name, shader, &constants(shader, native)).unwrap();
+    let pipeline = gpu.compute_pipeline(shader.name, shader, &constants(shader, own_level)).unwrap();
     let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
     let texels: Sampler = gpu.sampler("request image texels", texels).unwrap();
     let groups = [0, 1].map(|axis| SIZE[axis].div_ceil(shader.group[axis] << side_log2));
@@ -109,7 +109,7 @@ fn marked(
 }
 
 /// The geometry shader's points with p = 3 and memo, combined by logic OR.
-fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, native: bool) -> TileMask {
+fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> TileMask {
     let mask = TileMask::new(gpu, pyramid, &ONE_SAMPLE).unwrap();
     let shader = &glsl::dedup_geom::SHADERS[3];
     let pipeline = gpu
@@ -118,7 +118,7 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, native: bool) -> TileMa
             vertex: &glsl::blocks_vert::SHADER,
             geometry: Some(shader),
             fragment: Some(&glsl::dedup_frag::SHADER),
-            specialization: &constants(shader, native),
+            specialization: &constants(shader, own_level),
             points: true,
             depth: None,
             colors: &[Format::R32Uint],
@@ -155,8 +155,9 @@ fn bits(gpu: &Gpu, mask: &TileMask) -> BTreeSet<[u32; 3]> {
 }
 
 /// The paper's rule applied to the triples: bit q of texel (i, j), or of (i / 2^q, j / 2^q).
-fn expected(triples: &[[u32; 3]], native: bool) -> BTreeSet<[u32; 3]> {
-    let of = |&[q, i, j]: &[u32; 3]| if native { [q, i / 2u32.pow(q), j / 2u32.pow(q)] } else { [q, i, j] };
+fn expected(triples: &[[u32; 3]], own_level: bool) -> BTreeSet<[u32; 3]> {
+    let of =
+        |&[q, i, j]: &[u32; 3]| if own_level { [q, i / 2u32.pow(q), j / 2u32.pow(q)] } else { [q, i, j] };
     triples.iter().filter(|triple| triple[0] < 32).map(of).collect()
 }
 
@@ -169,19 +170,19 @@ fn bit_31_of_the_mask_works_like_the_others() {
     let requests = Footprint::new(&gpu, &pyramid, &config, SIZE).unwrap().requests;
     let triples = triples();
     upload(&gpu, &requests, &triples);
-    for native in [false, true] {
-        let expected = expected(&triples, native);
-        assert!(expected.iter().filter(|[q, ..]| *q == 31).count() > if native { 0 } else { 8 });
-        assert_eq!(expected.iter().filter(|[_, i, j]| (*i, *j) == (3, 5)).count() == 32, !native);
+    for own_level in [false, true] {
+        let expected = expected(&triples, own_level);
+        assert!(expected.iter().filter(|[q, ..]| *q == 31).count() > if own_level { 0 } else { 8 });
+        assert_eq!(expected.iter().filter(|[_, i, j]| (*i, *j) == (3, 5)).count() == 32, !own_level);
         assert_eq!(
-            bits(&gpu, &drawn(&gpu, &pyramid, &requests, native)),
+            bits(&gpu, &drawn(&gpu, &pyramid, &requests, own_level)),
             expected,
-            "geometry, native {native}"
+            "geometry, own_level {own_level}"
         );
         let mut last = None;
         for variant in compute_shaders() {
-            let mask = marked(&gpu, &pyramid, &requests, variant, native);
-            assert_eq!(bits(&gpu, &mask), expected, "{:?}, native {native}", variant.0);
+            let mask = marked(&gpu, &pyramid, &requests, variant, own_level);
+            assert_eq!(bits(&gpu, &mask), expected, "{:?}, own_level {own_level}", variant.0);
             last = Some(mask);
         }
         // Stage 3's compute shaders list all bits; transform feedback is rejected beyond 16 levels.
@@ -202,7 +203,11 @@ fn bit_31_of_the_mask_works_like_the_others() {
             frame.submit().unwrap().wait().unwrap();
             let (listed, _) = pass.collect(&gpu, &mask, &mut list).unwrap();
             let entries: BTreeSet<[u32; 3]> = listed.iter().copied().collect();
-            assert_eq!((entries.len(), &entries), (listed.len(), &expected), "{compact:?}, native {native}");
+            assert_eq!(
+                (entries.len(), &entries),
+                (listed.len(), &expected),
+                "{compact:?}, own_level {own_level}"
+            );
         }
     }
 }

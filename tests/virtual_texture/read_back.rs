@@ -59,7 +59,7 @@ fn the_host_lists_the_reference_set_from_every_format() {
             let copy = copied(&gpu, &renderer);
             for pass in [HostPass::Hash, HostPass::Bitmap] {
                 let list = |address| {
-                    let list = HostList::new(pass, &pyramid, format, address).unwrap().list(copy.words());
+                    let list = HostList::new(pass, &pyramid, format, address).unwrap().list(&copy.words());
                     let entries: BTreeSet<[u32; 3]> = list.iter().copied().collect();
                     assert_eq!(entries.len(), list.len(), "{name}, {format:?}, {pass:?}: duplicate entry");
                     entries
@@ -70,9 +70,9 @@ fn the_host_lists_the_reference_set_from_every_format() {
                     "{name}"
                 );
                 let tile = |[level, row, column]: [u32; 3]| TileId { level, row, column };
-                let native: BTreeSet<TileId> = list(TileAddress::OwnLevel).into_iter().map(tile).collect();
+                let own_level: BTreeSet<TileId> = list(TileAddress::OwnLevel).into_iter().map(tile).collect();
                 assert_eq!(
-                    native,
+                    own_level,
                     reference::visible_tiles(&requests, &pyramid),
                     "{name}, {format:?}, {pass:?}"
                 );
@@ -114,7 +114,7 @@ fn a_cycle_of_samples_contains_each_pixel_once() {
                     }
                 }
             }
-            assert!(picture == copy.words(), "n = {n}, {format:?}");
+            assert!(picture == *copy.words(), "n = {n}, {format:?}");
             let samples: usize = frames.iter().map(|samples| samples.len() / words).sum();
             assert_eq!(samples - outside, (width * height) as usize, "n = {n}");
         }

@@ -105,7 +105,7 @@ impl Faces {
         if self.counts_misses {
             frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
         }
-        frame.pass("faces", |cmd| self.draw(cmd, meshes, view))
+        frame.pass("faces", |cmd| cmd.read_depth(&self.seen, |cmd| self.draw(cmd, meshes, view)))
     }
 
     fn count(&mut self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {

@@ -97,7 +97,7 @@ pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
         Ok(())
     })?;
     frame.submit()?.wait()?;
-    Ok(bytemuck::pod_collect_to_vec(host.mapped()))
+    Ok(host.mapped().to_vec())
 }
 
 /// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.

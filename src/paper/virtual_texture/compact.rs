@@ -75,7 +75,7 @@ impl CompactPass {
             return Ok(CompactPass { step, groups: [0; 3], entries: Entries::Triples });
         };
         let mut constants =
-            with(constants, &[("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel))]);
+            with(constants, &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))]);
         let mut entries = Entries::Triples;
         if config.compact == Compaction::FusedAppend {
             entries = Entries::Places(*pyramid, config.address);

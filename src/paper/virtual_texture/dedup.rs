@@ -65,7 +65,7 @@ impl DedupPass {
         gpu.require(&config.dedup.needs())?;
         let mut constants = with(
             pyramid_constants(pyramid, stage1.format, &config.filter),
-            &[("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel))],
+            &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))],
         );
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
@@ -169,8 +169,8 @@ fn reach_pipeline(
     format: super::RequestFormat,
 ) -> Result<ComputePipeline> {
     let shader = &glsl::dedup_reach_comp::SHADERS[config.dedup.layout() as usize];
-    let keying = ("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel));
-    let constants = with(pyramid_constants(pyramid, format, &config.filter), &[keying]);
+    let own_level = ("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel));
+    let constants = with(pyramid_constants(pyramid, format, &config.filter), &[own_level]);
     gpu.compute_pipeline(shader.name, shader, &constants)
 }
 

@@ -14,7 +14,7 @@ use super::RequestFormat;
 use crate::math::pyramid::TileId;
 use crate::vk::shader::Sampling;
 use crate::vk::shader::virtual_texture::feedback_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Resource, Result, View};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Mapped, Resource, Result, View};
 use std::collections::BTreeMap;
 
 /// Largest n: one pixel of 256, as in Unreal Engine 5.
@@ -110,8 +110,8 @@ impl Samples {
     }
 
     /// The samples in the request image's format, once the frame has ended. Pixels outside the picture are background.
-    pub fn words(&self) -> &[u32] {
-        bytemuck::cast_slice(self.host.mapped())
+    pub fn words(&self) -> Mapped<'_, u32> {
+        self.host.mapped()
     }
 
     /// Bytes on the device, and on the host.

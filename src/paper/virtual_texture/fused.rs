@@ -93,7 +93,7 @@ impl Fused {
         // No triple is stored, so the format has no effect.
         let mut specialization = constants(config, resident);
         specialization.extend(pyramid_constants(pyramid, RequestFormat::Rgb32, &config.filter));
-        specialization.push(("NATIVE_KEYING", u32::from(config.address == TileAddress::OwnLevel)));
+        specialization.push(("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel)));
         specialization.push(("LISTS", lists as u32));
         let shade = GraphicsInfo {
             name: fused_frag::SHADERS[0].name,
@@ -139,7 +139,6 @@ impl Fused {
             (fused_frag::H1, Resource::Buffer(&resident.page_table_words)),
             (fused_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
             (fused_frag::TILE_MASK, mask.resource()),
-            (fused_frag::SEEN, mask.resource()),
             (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];
         cmd.render(size, &[color], Some(depth), |render| {

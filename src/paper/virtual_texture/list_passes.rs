@@ -213,10 +213,10 @@ impl ListPasses {
     pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
             ListPasses::Device(_, stage3) => stage3.collect(gpu, slot),
-            ListPasses::Host(host, copies) => Ok((host.list(copies[slot].words()), false)),
+            ListPasses::Host(host, copies) => Ok((host.list(&copies[slot].words()), false)),
             ListPasses::Feedback(feedback) => {
                 let Subsampled { list, samples, .. } = &mut **feedback;
-                Ok((list.list(samples[slot].words()), false))
+                Ok((list.list(&samples[slot].words()), false))
             }
         }
     }

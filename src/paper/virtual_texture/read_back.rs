@@ -6,7 +6,7 @@
 
 use super::{RequestFormat, TileAddress, reach};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, Result, TexelCopy};
+use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, Mapped, Result, TexelCopy};
 use std::collections::{BTreeMap, HashSet};
 
 /// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8.5 GiB for 2^20 x 2^20 texels
@@ -43,8 +43,8 @@ impl HostCopy {
     }
 
     /// The request image as stored, once the copy's frame has ended.
-    pub fn words(&self) -> &[u32] {
-        bytemuck::cast_slice(self.texels.mapped())
+    pub fn words(&self) -> Mapped<'_, u32> {
+        self.texels.mapped()
     }
 
     /// Bytes on the host.
@@ -262,9 +262,9 @@ mod tests {
                     match address {
                         TileAddress::Level0 => assert_eq!(entries, triples, "{what}"),
                         TileAddress::OwnLevel => {
-                            let native =
+                            let own_level =
                                 entries.iter().map(|&[level, row, column]| TileId { level, row, column });
-                            assert_eq!(native.collect::<BTreeSet<_>>(), tiles, "{what}");
+                            assert_eq!(own_level.collect::<BTreeSet<_>>(), tiles, "{what}");
                         }
                     }
                     assert_eq!(host.list(&stored(&picture, format)), list, "{what}: again");

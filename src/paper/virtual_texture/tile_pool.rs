@@ -217,12 +217,11 @@ impl Uploads {
         if bytes > self.table.bytes() {
             self.table = gpu.buffer("page table staging", bytes.next_power_of_two(), BufferUse::Upload)?;
         }
-        let mut table = self.table.mapped_mut();
+        let (mut table, mut at) = (self.table.mapped_mut(), 0);
         for range in &self.ranges {
             let words: &[u8] = bytemuck::cast_slice(&page_table.words()[range.clone()]);
-            let (staged, rest) = table.split_at_mut(words.len());
-            staged.copy_from_slice(words);
-            table = rest;
+            table[at..at + words.len()].copy_from_slice(words);
+            at += words.len();
         }
         Ok(())
     }

@@ -110,6 +110,33 @@ impl Config {
         needs
     }
 
+    /// Replaces the variants of stages 2 and 3 that are not stated and need a feature that the device lacks, by those
+    /// that vt.dedup and vt.compact found fastest without it. Returns a line with the missing features and the
+    /// variants, if any was replaced.
+    pub fn fall_back(
+        &mut self,
+        is_stated: impl Fn(&str) -> bool,
+        has: impl Fn(Feature) -> bool,
+    ) -> Option<String> {
+        let lack = |needs: Vec<Need>| needs.into_iter().map(|need| need.feature).find(|one| !has(*one));
+        let words =
+            |key, lack: Feature, name| format!("without {}, variant.{key} defaults to {name:?}", lack.name());
+        let mut replaced = Vec::new();
+        if self.list != Listing::Device {
+            return None;
+        }
+        if let Some(feature) = lack(self.dedup.needs()).filter(|_| !is_stated("dedup")) {
+            let runs = lack(Dedup::Runs.needs()).is_none();
+            self.dedup = if runs { Dedup::Runs } else { Dedup::TestOr };
+            replaced.push(words("dedup", feature, self.dedup.name()));
+        }
+        if let Some(feature) = lack(self.compact.needs()).filter(|_| !is_stated("compact")) {
+            self.compact = Compaction::Append;
+            replaced.push(words("compact", feature, self.compact.name()));
+        }
+        (!replaced.is_empty()).then(|| replaced.join("; "))
+    }
+
     /// Checks that the variants fit together and fit this texture. Creating the pipelines checks device limits.
     ///
     /// # Errors
@@ -173,4 +200,35 @@ pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
 pub fn all_needs() -> Vec<Need> {
     let dedups = Dedup::ALL.iter().flat_map(|dedup| dedup.needs());
     dedups.chain(Compaction::ALL.iter().flat_map(|compact| compact.needs())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::PAPER;
+    use super::*;
+
+    #[test]
+    fn the_default_falls_back_to_what_the_device_can_run_unless_it_is_stated() {
+        let of = |missing: &[Feature], stated: &str| {
+            let mut config = PAPER;
+            let words = config.fall_back(|key| key == stated, |feature| !missing.contains(&feature));
+            let (dedup, compact) = (config.dedup, config.compact);
+            assert_eq!(words.is_some(), (dedup, compact) != (PAPER.dedup, PAPER.compact), "{words:?}");
+            (dedup, compact)
+        };
+        let own = (PAPER.dedup, PAPER.compact);
+        for feature in Feature::ALL {
+            let expected = match feature {
+                Feature::GeometryShader => (Dedup::Runs, Compaction::Append),
+                Feature::LogicOp => (Dedup::Runs, own.1),
+                Feature::TransformFeedback => (own.0, Compaction::Append),
+                _ => own,
+            };
+            assert_eq!(of(&[feature], ""), expected, "{feature:?}");
+            assert_eq!(of(&[feature], "dedup"), (own.0, expected.1), "{feature:?}");
+            assert_eq!(of(&[feature], "compact"), (expected.0, own.1), "{feature:?}");
+        }
+        assert_eq!(of(&Feature::ALL, ""), (Dedup::TestOr, Compaction::Append));
+        assert!(Dedup::TestOr.needs().is_empty() && Compaction::Append.needs().is_empty());
+    }
 }

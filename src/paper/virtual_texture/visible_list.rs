@@ -143,7 +143,7 @@ impl VisibleList {
     pub(super) fn needed(&self) -> Result<u64> {
         Ok(match &self.count {
             Count::Stream { query, .. } => query.read(0)?.needed,
-            Count::Stored => u64::from(bytemuck::pod_read_unaligned::<u32>(&self.host.mapped()[..4])),
+            Count::Stored => u64::from(self.host.mapped::<u32>()[0]),
         })
     }
 
@@ -154,9 +154,9 @@ impl VisibleList {
     pub(super) fn triples(&self) -> Result<Vec<[u32; 3]>> {
         let needed = self.needed()?;
         assert!(self.has_read(needed), "{needed} triples, but only {} were copied", self.read);
-        let bytes = &self.host.mapped()[self.count.header_bytes() as usize..];
+        let bytes = self.host.mapped::<u8>();
         let of_entry = self.entries.bytes() as usize;
-        let bytes = &bytes[..needed as usize * of_entry];
+        let bytes = &bytes[self.count.header_bytes() as usize..][..needed as usize * of_entry];
         Ok(bytes.chunks_exact(of_entry).map(|entry| self.entries.triple(entry)).collect())
     }
 }

@@ -50,12 +50,13 @@ impl Mapped {
             stale.clear();
             stale.push(0..bytes.len());
         }
-        let memory = Arc::get_mut(buffer).expect("the slot's own buffer").mapped_mut();
+        let mut memory = Arc::get_mut(buffer).expect("the slot's own buffer").mapped_mut();
         let mut written = 0;
         for range in stale.drain(..) {
             memory[range.clone()].copy_from_slice(&bytes[range.clone()]);
             written += range.len() as u64;
         }
+        drop(memory);
         Ok((buffer.clone(), written))
     }
 

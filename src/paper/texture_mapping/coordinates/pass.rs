@@ -173,7 +173,7 @@ impl CoordinatesPass {
                     Ok(())
                 })?;
                 frame.submit()?.wait()?;
-                Ok(bytemuck::pod_collect_to_vec(host.mapped()))
+                Ok(host.mapped().to_vec())
             }
         }
     }

@@ -113,8 +113,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
     let (mut contenders, mut rows) = (Vec::new(), Vec::new());
     for (name, config) in variants() {
-        let native = Config { address: TileAddress::OwnLevel, ..config };
-        let config = if config.check(pyramid).is_ok() { config } else { native };
+        let own_level = Config { address: TileAddress::OwnLevel, ..config };
+        let config = if config.check(pyramid).is_ok() { config } else { own_level };
         if let Some(why) = stage1.lacks(&config) {
             rows.push(Row::missing(name, TIME, why));
             continue;

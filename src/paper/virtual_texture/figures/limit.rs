@@ -94,11 +94,11 @@ fn tiles(pair: &Pair, stage1: &Stage1) -> anyhow::Result<Vec<TileId>> {
         TileAddress::Level0 => {
             distinct_tiles(&triples, TileAddress::Level0, stage1.pyramid.first_resident_level())
         }
-        TileAddress::OwnLevel => native(&triples),
+        TileAddress::OwnLevel => own_level(&triples),
     })
 }
 
-fn native(triples: &[[u32; 3]]) -> Vec<TileId> {
+fn own_level(triples: &[[u32; 3]]) -> Vec<TileId> {
     let mut tiles: Vec<TileId> =
         triples.iter().map(|&[level, row, column]| TileId { level, row, column }).collect();
     tiles.sort_unstable();
@@ -197,7 +197,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     contenders.extend(fused.contenders()?);
     let timed = bench.interleave(gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().flat_map(|of| time_rows(of, &timed)).collect();
-    let exact = native(&lists[1].1.borrow_mut().list(copy.words()));
+    let exact = own_level(&lists[1].1.borrow_mut().list(&copy.words()));
     rows.push(Row::number(COPY, "visible tiles", "tiles", exact.len() as f64));
     for pair in pairs {
         let wrong = differing(&tiles(pair, stage1)?, &exact);

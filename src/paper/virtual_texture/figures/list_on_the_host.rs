@@ -2,7 +2,7 @@
 
 use crate::figure::Contender;
 use crate::paper::virtual_texture::read_back::HostList;
-use crate::vk::PassTime;
+use crate::vk::{Mapped, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -20,11 +20,11 @@ pub fn host_pass<T>(work: impl FnOnce() -> T) -> PassTime {
 pub fn and_list<'a>(
     mut bring: Contender<'a>,
     host: &'a RefCell<HostList>,
-    words: impl Fn() -> &'a [u32] + 'a,
+    words: impl Fn() -> Mapped<'a, u32> + 'a,
 ) -> Contender<'a> {
     let run = move || {
         let mut times = (bring.run)()?;
-        times.push(host_pass(|| host.borrow_mut().list(words())));
+        times.push(host_pass(|| host.borrow_mut().list(&words())));
         Ok(times)
     };
     Contender { variant: bring.variant, run: Box::new(run) }

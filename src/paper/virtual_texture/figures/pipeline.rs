@@ -29,13 +29,13 @@ pub const PIPELINE: Figure = Figure {
             "gpu-list",
             "A frame that finds the visible tiles on the GPU is faster than one that reads the request image back and \
              finds them on the CPU.",
-            &[Test::ratio(best(FRAME, || those(Combination::is_classic)), one(FRAME, THE_PAPER), Above(1.0))],
+            &[Test::ratio(best(FRAME, || those(Combination::is_read_back)), one(FRAME, THE_PAPER), Above(1.0))],
         )
         .timed(),
         Claim::ours(
             "our-gpu-list",
             "The best exact variant's frame is also faster than every frame with read-back.",
-            &[Test::ratio(best(FRAME, || those(Combination::is_classic)), best(FRAME, exact), Above(1.0))],
+            &[Test::ratio(best(FRAME, || those(Combination::is_read_back)), best(FRAME, exact), Above(1.0))],
         )
         .timed(),
         Claim::ours(

@@ -44,7 +44,7 @@ impl Combination {
     }
 
     /// True if the host makes an exact list from the whole request image.
-    pub fn is_classic(&self) -> bool {
+    pub fn is_read_back(&self) -> bool {
         self.exact && self.config.list != Listing::Device
     }
 }

@@ -85,15 +85,15 @@ mod tests {
     #[test]
     fn both_tile_addresses_name_the_same_tiles() {
         let paper = [[1, 5, 9], [0, 5, 9], [1, 4, 8]];
-        let native = [[1, 2, 4], [0, 5, 9]];
+        let own_level = [[1, 2, 4], [0, 5, 9]];
         assert_eq!(
             distinct_tiles(&paper, TileAddress::Level0, 5),
-            distinct_tiles(&native, TileAddress::OwnLevel, 5)
+            distinct_tiles(&own_level, TileAddress::OwnLevel, 5)
         );
         // With the wrong address they name other tiles.
         assert_ne!(
             distinct_tiles(&paper, TileAddress::OwnLevel, 5),
-            distinct_tiles(&native, TileAddress::OwnLevel, 5)
+            distinct_tiles(&own_level, TileAddress::OwnLevel, 5)
         );
     }
 

@@ -138,7 +138,7 @@ impl<'a> Way<'a> {
             Apply::Mapped => None,
             Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
         };
-        let found = host.as_ref().unwrap_or(indices).mapped();
+        let found = host.as_ref().unwrap_or(indices).mapped::<u8>();
         let first = (face_bytes(program) * u64::from(surface.first_face(0))) as usize;
         Ok(Some(different_indices(&found[first..], expected, program.index_type().bytes() as usize)))
     }

@@ -83,7 +83,7 @@ impl Watch {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        let coverage = self.host.borrow().coverage(self.copy.words());
+        let coverage = self.host.borrow().coverage(&self.copy.words());
         Ok(coverage
             .into_iter()
             .map(|([level, row, column], pixels)| (TileId { level, row, column }, pixels))
@@ -112,7 +112,7 @@ impl Watch {
         let mut seen = Vec::new();
         for sampler in &self.samplers {
             seen.push(match taken(&sampler) {
-                true => tiles(self.host.borrow_mut().list(sampler.samples.words())),
+                true => tiles(self.host.borrow_mut().list(&sampler.samples.words())),
                 false => Vec::new(),
             });
         }

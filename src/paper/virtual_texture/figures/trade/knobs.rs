@@ -204,10 +204,7 @@ impl Values {
         // A list made on the host has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
-        let fits = |border: &u32| filter.beyond(*border, texture.tile_size).is_none();
-        let generated = texture.source != TextureSource::File;
-        let borders = [self.border, filter.least_border(), self.max_anisotropy];
-        let border = borders.into_iter().take(if generated { 3 } else { 1 }).find(fits)?;
+        let border = border_for(&filter, self.border, texture).ok()?;
         // Another format is tried with the filters that use a sampler, and with borders of whole blocks. Fewer tiles
         // are tried alone.
         let format = self.format == own.format
@@ -279,6 +276,23 @@ impl Values {
     }
 }
 
+/// `border` if the filter can have it, or else a border that the texture can be given for the filter. The error says why
+/// there is none.
+fn border_for(filter: &Filter, border: u32, texture: &Texture) -> Result<u32, String> {
+    let fault = |border| {
+        let pyramid = Texture { border, ..texture.clone() }.pyramid();
+        let beyond = filter.beyond(border, texture.tile_size).map(|(_, why)| why);
+        beyond.or_else(|| pyramid.err().map(|error| error.to_string()))
+    };
+    let others = match texture.source {
+        TextureSource::File => Vec::new(),
+        _ => vec![filter.least_border(), filter.max_anisotropy],
+    };
+    others.into_iter().fold(fault(border).map_or(Ok(border), Err), |found, other| {
+        found.or_else(|_| fault(other).map_or(Ok(other), Err))
+    })
+}
+
 /// The key of the surface with the scene's virtual texture.
 ///
 /// # Errors
@@ -342,11 +356,12 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
             }
         }
     }
-    if knobs.contains(&Knob::Anisotropy) && baked {
+    if knobs.contains(&Knob::Anisotropy) {
         for max_anisotropy in RATIOS {
             let filter = Filter { max_anisotropy, ..filter };
-            let Some((_, why)) = filter.beyond(own, texture.tile_size) else { continue };
-            refuse(format!("NA {max_anisotropy}"), format!("{why}: bake it again with --border 2"));
+            let Err(why) = border_for(&filter, own, &texture) else { continue };
+            let remedy = if baked { ": bake it again with --border 2" } else { "" };
+            refuse(format!("NA {max_anisotropy}"), format!("{why}{remedy}"));
         }
     }
     if knobs.contains(&Knob::Format) && texture.format != TileFormat::Bc1 {
@@ -389,6 +404,7 @@ mod tests {
             for setting in &all[1..] {
                 let changed = scene.with(&setting.changes).unwrap();
                 assert_ne!(&changed, scene, "{}", setting.name);
+                texture(&changed).unwrap();
             }
         }
     }
@@ -462,10 +478,14 @@ mod tests {
             all[1].name
         );
         assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
-        // 16 samples reach further than half a small tile: they need a texel of border for each.
-        let scene = scene.with(&["surface.land.texture.tile_size=16".into()]).unwrap();
-        let last = settings(&scene, &[Knob::Anisotropy]).unwrap().pop().unwrap();
-        assert_eq!(last.name, "NA 16, border 16");
+        // 16 samples reach further than half a small tile: they need a texel of border for each, which only tiles of
+        // 32 texels can have.
+        let of = |tile: u32| scene.with(&[format!("surface.land.texture.tile_size={tile}")]).unwrap();
+        let last = |tile| settings(&of(tile), &[Knob::Anisotropy]).unwrap().pop().unwrap();
+        assert_eq!((last(16).name.as_str(), last(32).name.as_str()), ("NA 8, border 2", "NA 16, border 2"));
+        let refused = not_turned(&of(16), &[Knob::Anisotropy]).unwrap();
+        let refused: Vec<_> = refused.iter().map(|one| format!("{}: {}", one.name, one.why)).collect();
+        assert_eq!(refused, ["NA 16: a border of 16 texels is wider than half a tile"]);
     }
 
     #[test]
