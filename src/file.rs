@@ -5,6 +5,9 @@ use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
+/// Limit of a file of results, fronts or bookmarks. The largest results of all figures have 2 MB.
+pub const MOST_RESULTS_BYTES: u64 = 256 << 20;
+
 /// Opens a regular file for reading. The check is on the open file, so the file cannot be replaced between check
 /// and reading. Opening never waits for the other end of a FIFO.
 ///

@@ -84,8 +84,11 @@ impl Command {
             | Command::Trade(_)
             | Command::Merge(_)
             | Command::Page(_)
+            | Command::Compare(_)
             | Command::Fetch(_)
             | Command::Mesh(_) => Some("no half-written file is left; finished files stay"),
+            #[cfg(feature = "window")]
+            Command::View(_) => Some("no half-written file is left; finished files stay"),
             _ => None,
         }
     }

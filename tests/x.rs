@@ -320,3 +320,34 @@ fn tests_without_a_browser_are_allowed_with_a_notice_but_not_in_ci() {
         assert!(!said.contains("Chromium") && said.contains("allowed: no"), "{said}");
     }
 }
+
+/// `.ci/nightly`, with scripts in place of `.ci/run` and `.ci/bare-machine`: they record their environment, and one fails.
+#[test]
+fn the_nightly_checks_all_run_and_name_what_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |within: &str| folder.path().join(within);
+    fs::create_dir(path(".ci")).unwrap();
+    symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/nightly"), path(".ci/nightly")).unwrap();
+    // A file that this process writes cannot be executed while another thread's child still has it open.
+    let written = r#"for script in run bare-machine; do
+cat > .ci/$script <<'END'
+#!/bin/sh
+echo "${0##*/} $*: $ORTELIUS_FAULTS $ORTELIUS_FUZZ $ORTELIUS_FUZZ_SEED $ORTELIUS_DEBIAN13" >> calls
+[ "$1" != 12 ]
+END
+chmod +x .ci/$script
+done"#;
+    let mut shell = Command::new("sh");
+    assert!(shell.args(["-c", written]).current_dir(&folder).status().unwrap().success());
+    let mut nightly = Command::new(path(".ci/nightly"));
+    let ran = nightly.env("ORTELIUS_FUZZ_SEED", "7").output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    let calls = fs::read_to_string(path("calls")).unwrap();
+    assert_eq!(calls, "run : all 100 7 1\nbare-machine 12: all 100 7 1\nbare-machine 13: all 100 7 1\n");
+    assert!(ran.status.code() == Some(1) && said.ends_with("failed: .ci/bare-machine 12\n"), "{said}");
+    // Without a seed, the date.
+    let ran = Command::new(path(".ci/nightly")).env_remove("ORTELIUS_FUZZ_SEED").output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout).into_owned();
+    let seed = said.lines().next().unwrap().strip_prefix("ORTELIUS_FUZZ_SEED=").unwrap();
+    assert!(seed.len() == 8 && seed.parse::<u32>().is_ok_and(|date| date > 20_260_000), "{said}");
+}

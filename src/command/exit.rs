@@ -131,7 +131,7 @@ fn pmesh(error: &PmeshError) -> Option<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ortelius::frame::Stalled;
+    use ortelius::frame::{STALL, Stalled};
     use ortelius::math::pyramid::TileId;
     use std::io;
 
@@ -180,7 +180,14 @@ mod tests {
             (4, RenderError::Vulkan(lost()).into()),
             (4, RenderError::Surface(SurfaceError::Vulkan(lost())).into()),
             (4, RenderError::VirtualTexture(VirtualTextureError::Vulkan(lost())).into()),
-            (1, RenderError::VirtualTexture(VirtualTextureError::Stalled(Stalled { pending: 1 })).into()),
+            (
+                1,
+                RenderError::VirtualTexture(VirtualTextureError::Stalled(Stalled {
+                    pending: 1,
+                    waited: STALL,
+                }))
+                .into(),
+            ),
             (4, resident(TilePoolError::Vulkan(lost())).into()),
             (3, resident(TilePoolError::Source(checksum())).into()),
             (

@@ -4,6 +4,7 @@ use super::outputs::check_place;
 use anyhow::Context;
 use clap::Args;
 use ortelius::figure::{Results, choose, page_of_results};
+use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::picture::write::write_whole;
 use ortelius::renderer::figures::FAMILIES;
 use std::io::Write as _;
@@ -22,7 +23,7 @@ pub struct PageArgs {
 pub fn run(args: &PageArgs) -> anyhow::Result<()> {
     let shown = || args.results.display().to_string();
     let output = check_place(&args.output.clone().unwrap_or_else(|| args.results.with_extension("html")))?;
-    let text = std::fs::read_to_string(&args.results).with_context(shown)?;
+    let text = read_text(&args.results, MOST_RESULTS_BYTES).with_context(shown)?;
     let results = Results::parse(&text).with_context(shown)?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let (page, gone) = page_of_results(&results, &known)?;

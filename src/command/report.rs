@@ -5,6 +5,7 @@ use super::{Usage, say};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use ortelius::figure::{Changes, Effort, Figure, Results, Store, Verdict, write_outputs};
+use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::picture::write::write_whole;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -52,7 +53,7 @@ impl ReportArgs {
         }
         self.junit.as_deref().map(check_place).transpose()?;
         let read = |path: &PathBuf| -> anyhow::Result<Results> {
-            Ok(Results::parse(&std::fs::read_to_string(path)?)?)
+            Ok(Results::parse(&read_text(path, MOST_RESULTS_BYTES)?)?)
         };
         let context = |path: &PathBuf| read(path).with_context(|| format!("--against {}", path.display()));
         Ok(Checked { args: self, against: self.against.as_ref().map(context).transpose()? })

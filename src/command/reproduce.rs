@@ -157,7 +157,11 @@ fn describe_crash(result: &CellResult) -> String {
 fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> anyhow::Result<()> {
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let checked = args.report.check()?;
-    let machine = Machine::here(Gpu::new(&args.device.options())?.physical());
+    let machine = {
+        let gpu = Gpu::new(&args.device.options())?;
+        gpu.require_drawing()?;
+        Machine::here(gpu.physical())
+    };
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
     if from == 0 {
         warn_of_load();

@@ -8,6 +8,7 @@ use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
+use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
 use ortelius::renderer::sections;
@@ -134,7 +135,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
 /// Reads an earlier sweep's report.
 pub fn read(option: &str, path: &Path) -> anyhow::Result<Trade> {
     let context = || format!("{option} {}: not a trade.json of this program", path.display());
-    Trade::parse(&std::fs::read_to_string(path).with_context(context)?).with_context(context)
+    Trade::parse(&read_text(path, MOST_RESULTS_BYTES).with_context(context)?).with_context(context)
 }
 
 /// Prints a line of the answer; on stderr if stdout is used for JSON.

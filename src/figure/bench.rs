@@ -78,6 +78,7 @@ impl Bench {
         let (device, validate) = (self.device.as_deref(), self.validate);
         let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL, ..GpuOptions::default() };
         let gpu = Gpu::new(&options)?;
+        gpu.require_drawing()?;
         if self.validate {
             self.opened.borrow_mut().push(gpu.clone());
         }

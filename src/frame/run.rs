@@ -4,7 +4,7 @@ use super::{Memory, PerFrame, Progress, Records, STALL, Slot, Stalled, Target, T
 use crate::math::camera::Pose;
 use crate::picture;
 use crate::vk::{self, FRAMES_IN_FLIGHT, Frame, Gpu, Semaphore, Ticket};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Runs the frames of a technique on one device, into one target.
 pub struct Run<T: Technique> {
@@ -12,6 +12,8 @@ pub struct Run<T: Technique> {
     pub technique: T,
     /// Records of frames that have ended. [`Run::drain`] adds those in flight.
     pub records: Records<T::Record>,
+    /// [`Run::settle`] gives up after this wait without a new arrival: [`STALL`].
+    pub stall: Duration,
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
     next: u64,
@@ -29,7 +31,7 @@ impl<T: Technique> Run<T> {
             );
         }
         let (records, in_flight) = (Records::all(), PerFrame::default());
-        Run { gpu, technique, records, target, in_flight, next: 0 }
+        Run { gpu, technique, records, stall: STALL, target, in_flight, next: 0 }
     }
 
     /// Stores all further records in `records`.
@@ -126,8 +128,8 @@ impl<T: Technique> Run<T> {
             self.frame(pose)?;
             match self.technique.progress() {
                 Progress::Settled => return Ok(self.next - first),
-                Progress::Waiting { pending } if last_arrival.elapsed() > STALL => {
-                    return Err(Stalled { pending }.into());
+                Progress::Waiting { pending } if last_arrival.elapsed() > self.stall => {
+                    return Err(Stalled { pending, waited: self.stall }.into());
                 }
                 Progress::Waiting { .. } => {}
                 Progress::Arriving => last_arrival = Instant::now(),

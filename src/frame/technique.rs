@@ -22,14 +22,15 @@ pub enum Progress {
 /// Longest wait without a new arrival. A slow source may take seconds for one tile; a minute means a fault.
 pub const STALL: Duration = Duration::from_secs(60);
 
-/// Nothing arrived for [`STALL`].
+/// Nothing arrived for [`super::Run::stall`].
 #[derive(Debug, Error)]
 #[error(
     "{pending} visible tiles have not arrived for {} s; see the report's queues, or raise the load budget",
-    STALL.as_secs()
+    waited.as_secs()
 )]
 pub struct Stalled {
     pub pending: usize,
+    pub waited: Duration,
 }
 
 /// A part of a frame, or all of it. [`super::Run`] calls `retire`, `prepare` and `record` once for each

@@ -10,7 +10,7 @@ use toml::de::DeTable;
 use toml::{Table, Value};
 
 /// Far larger than any scene.
-const MOST_BYTES: u64 = 1 << 20;
+pub(super) const MOST_BYTES: u64 = 1 << 20;
 
 /// An invalid value or key.
 #[derive(Clone, Debug)]

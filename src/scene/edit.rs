@@ -1,8 +1,10 @@
 //! Writes overrides into a scene file, keeping comments and order.
 
 use super::Scene;
+use super::document::MOST_BYTES;
 use super::error::SceneError;
 use super::overrides::Change;
+use crate::file;
 use crate::picture::write::write_whole;
 use std::io::{Error, Write};
 use std::path::Path;
@@ -24,7 +26,7 @@ pub fn write_changes(
     let path = path.canonicalize().map_err(failed)?;
     let wanted = Scene::load(&path)?.with(changes)?;
     check(&wanted)?;
-    let text = std::fs::read_to_string(&path).map_err(failed)?;
+    let text = file::read_text(&path, MOST_BYTES).map_err(failed)?;
     let mut document: DocumentMut = text.parse().map_err(|error| failed(Error::other(error)))?;
     for change in changes {
         put(&mut document, &Change::parse(change)?);

@@ -93,6 +93,7 @@ impl App {
             display: Some(display),
         })?;
         tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
+        gpu.require_drawing()?;
         self.gpu = Some(gpu.clone());
         let live = self.live.insert(Live::new(&gpu, window, &self.opening)?);
         if self.opening.record {

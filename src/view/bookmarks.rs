@@ -2,6 +2,7 @@
 //! folder. Its table `[SCENE]` has one camera for each digit, in the format of scene files.
 
 use anyhow::{Context, anyhow};
+use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use std::path::{Path, PathBuf};
@@ -76,7 +77,7 @@ fn path(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
 }
 
 fn table(path: &Path) -> anyhow::Result<toml::Table> {
-    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    let text = read_text(path, MOST_RESULTS_BYTES).with_context(|| path.display().to_string())?;
     text.parse().with_context(|| format!("{}: not valid TOML; correct or remove the file", path.display()))
 }
 
@@ -122,5 +123,9 @@ mod tests {
             refused.contains("not valid TOML") && std::fs::read_to_string(&path).unwrap() == "no table",
             "{refused}"
         );
+        std::fs::remove_file(&path).unwrap();
+        std::os::unix::fs::symlink("/dev/null", &path).unwrap();
+        let words = format!("{:#}", Bookmarks::at(Some(path), &globe).1.unwrap_err());
+        assert!(words.contains("not a regular file"), "{words}");
     }
 }

@@ -6,7 +6,7 @@ use super::{Check, Error, Result};
 use ash::{ext, khr, vk};
 use raw_window_handle::DisplayHandle;
 use std::ffi::CStr;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Once, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -77,7 +77,7 @@ impl Instance {
     /// # Errors
     /// As [`Instance::new`]; [`Error::Limit`] if the loader does not support this display.
     pub fn presenting(validate: bool, display: Option<DisplayHandle<'_>>) -> Result<Instance> {
-        warn_of_mixed_vector_widths();
+        keep_vector_widths_apart();
         // SAFETY: the loader's initialisers are sound to run; the entry outlives the instance (field order).
         let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Loader(e.to_string()))?;
         let layers = layer_names(&entry)?;
@@ -302,16 +302,14 @@ fn create(
     }
 }
 
-/// Warns if Mesa's shader cache may mix vector widths. The cache does not distinguish them, and code for
-/// another width writes beyond its buffers.
-fn warn_of_mixed_vector_widths() {
-    let is_set = |name| std::env::var_os(name).is_some();
-    let own_cache = is_set("MESA_SHADER_CACHE_DIR") || is_set("MESA_SHADER_CACHE_DISABLE");
-    if is_set("LP_NATIVE_VECTOR_WIDTH") && !own_cache {
-        tracing::warn!(
-            "LP_NATIVE_VECTOR_WIDTH: Mesa's shader cache mixes vector widths, and lavapipe may crash; set \
-             MESA_SHADER_CACHE_DIR to a folder for this width"
-        );
+/// Switches Mesa's shader cache off if the environment sets the vector width. The cache does not distinguish widths, and
+/// code for another width writes beyond its buffers.
+fn keep_vector_widths_apart() {
+    static ONCE: Once = Once::new();
+    if std::env::var_os("LP_NATIVE_VECTOR_WIDTH").is_some() {
+        // SAFETY: the standard library orders its own accesses. No driver is loaded yet, so no driver's thread reads the
+        // environment; other C code that reads it meanwhile is not ours.
+        ONCE.call_once(|| unsafe { std::env::set_var("MESA_SHADER_CACHE_DISABLE", "true") });
     }
 }
 

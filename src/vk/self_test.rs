@@ -1,10 +1,10 @@
-//! Driver self-test: one dispatch, and one geometry-shader draw with transform feedback. `ortelius doctor`
-//! runs it in a child process, so that a crashing driver is reported and does not end the program.
+//! Driver self-test: one dispatch, one geometry-shader draw with transform feedback, and one triangle. `ortelius
+//! doctor` runs it in a child process, so that a crashing driver is reported and does not end the program.
 
-use super::shader::self_test::{dispatch_comp, feedback_geom, feedback_vert};
+use super::shader::self_test::{dispatch_comp, feedback_geom, feedback_vert, triangle_frag, triangle_vert};
 use super::{
-    Blend, BufferUse, Error, Feature, Gpu, GpuOptions, GraphicsInfo, Message, Need, Resource, Result,
-    TransformFeedback,
+    Blend, BufferUse, Clear, ColorTarget, Error, Feature, Format, Gpu, GpuOptions, GraphicsInfo, ImageInfo,
+    Message, Need, Resource, Result, TransformFeedback,
 };
 
 /// Features that the self-test needs.
@@ -17,14 +17,16 @@ pub const NEEDS: [Need; 2] = [
     },
 ];
 
-/// Runs both tests on one device; returns the validation messages.
+/// Runs all tests on one device; returns the validation messages.
 ///
 /// # Errors
 /// The device lacks something, or a result is wrong.
 pub fn run(options: &GpuOptions<'_>) -> Result<Vec<Message>> {
     let gpu = Gpu::new(&GpuOptions { needs: &NEEDS, ..options.clone() })?;
+    gpu.require_drawing()?;
     dispatch(&gpu)?;
     feedback(&gpu)?;
+    triangle(&gpu)?;
     Ok(gpu.messages())
 }
 
@@ -90,4 +92,47 @@ fn feedback(gpu: &Gpu) -> Result<()> {
     expect("stream query", &[count.written as u32, count.needed as u32], [100, 100].into_iter())?;
     let wanted = (0..100).filter(|x| x % 2 == 0).flat_map(|x| [2 * x, 2 * x + 1]).chain([400]);
     expect("transform feedback", &host.mapped(), wanted)
+}
+
+/// lavapipe with vectors of the wrong width crashed only where a triangle was rasterised.
+fn triangle(gpu: &Gpu) -> Result<()> {
+    let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+        name: "self-test triangle",
+        vertex: &triangle_vert::SHADER,
+        geometry: None,
+        fragment: Some(&triangle_frag::SHADER),
+        specialization: &[],
+        points: false,
+        depth: None,
+        colors: &[Format::R32Uint],
+        blend: Blend::Replace,
+    })?;
+    let image = gpu.image("self-test picture", ImageInfo::target([16, 16], Format::R32Uint))?;
+    let mut frame = gpu.frame()?;
+    frame.pass("triangle", |cmd| {
+        let target = ColorTarget { image: &image, clear: Clear::Uint([u32::MAX; 4]) };
+        cmd.render([16, 16], &[target], None, |render| render.draw(&pipeline, &[], &[], 3))
+    })?;
+    frame.submit()?.wait()?;
+    let wanted = (0..256).map(|index| if index % 16 + index / 16 < 15 { index } else { u32::MAX });
+    expect("triangle", bytemuck::cast_slice(&gpu.read_image(&image)?), wanted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::shader::Replaced;
+
+    #[test]
+    fn a_wrong_pixel_of_the_triangle_is_reported() {
+        let gpu = Gpu::new(&GpuOptions::default()).unwrap();
+        triangle(&gpu).unwrap();
+        let mut words = triangle_frag::SHADER.spirv.to_vec();
+        // The row's factor: OpConstant, of 4 words and with code 43.
+        let at = words.windows(4).position(|word| word[0] == 4 << 16 | 43 && word[3] == 16).unwrap();
+        words[at + 3] = 17;
+        gpu.replace_shaders(Replaced::from([(triangle_frag::SHADER.name.to_string(), words)]));
+        let broken = triangle(&gpu).unwrap_err().to_string();
+        assert!(broken.contains("triangle: word 16 is 17, not 16"), "{broken}");
+    }
 }

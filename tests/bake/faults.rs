@@ -1,17 +1,12 @@
 //! Kills, full disks, invalid input, limited memory.
 
-use super::pictures::{
-    dotted, geo_tags, write_png, write_tall_tiff, write_tiff_alpha, write_tiff_grey_alpha, write_tiff_strips,
-    write_tiff_tagged, write_tiff_tiles,
-};
+use super::pictures::{dotted, write_png, write_tall_tiff, write_tiff_strips, write_tiff_tiles};
 use super::*;
 use ortelius::texture::bake::{BakeSettings, SourceName};
 use ortelius::texture::source::TileFormat;
 use ortelius::texture::tiles::TileFile;
 use std::process::{Child, Stdio};
 use std::time::Duration;
-use tiff::encoder::{TiffEncoder, colortype};
-use tiff::tags::{ExtraSamples, Tag};
 
 /// Pseudo-random numbers, the same in every run (Marsaglia's xorshift, 64 bits).
 struct Random(u64);
@@ -162,7 +157,7 @@ fn invalid_bakes_are_rejected_in_one_line_and_nothing_is_written() {
         ("", &out, &tile, "not a regular file"),
         ("text.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
         ("empty.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
-        ("deep.png", &out, &tile, "16 bits"),
+        ("deep.png", &out, &tile, "16 bits per sample: magick IN -depth 8 OUT"),
         ("deep.tif", &out, &tile, "Gray(16)"),
         ("good.png", &path("no/folder/out.tiles"), &tile, "folder does not exist"),
         ("good.png", &path(""), &tile, "it is a folder"),
@@ -182,125 +177,6 @@ fn invalid_bakes_are_rejected_in_one_line_and_nothing_is_written() {
     }
     let ruler = bake(Path::new("ruler:6"), &out, &["--tile", "32", "--format", "bc1"]);
     assert!(failure(&ruler).1.contains("hashes"));
-}
-
-/// A TIFF's georeference and sample format are honoured or rejected, never ignored.
-#[test]
-fn a_tiff_that_is_not_the_whole_globe_is_rejected_with_the_command_that_helps() {
-    let folder = tempfile::tempdir().unwrap();
-    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
-    let picture = dotted(128, 64);
-    let globe = geo_tags([360.0 / 128.0, 180.0 / 64.0], [-180.0, 90.0]);
-    let keys = |model: u16, datum: u16| {
-        (Tag::GeoKeyDirectoryTag, vec![1, 1, 0, 2, 1024, 0, 1, model, 2048, 0, 1, datum])
-    };
-    let refused = |doubles: &[(Tag, Vec<f64>)], shorts: &[(Tag, Vec<u16>)], expected: &str| {
-        write_tiff_tagged(&source, &picture, doubles, shorts);
-        let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
-        assert!(code == 1 && line.contains(expected), "{expected}: {line}");
-        assert!(!output.exists() && leftovers(&output).is_empty(), "{line}");
-    };
-    let patch = geo_tags([10.0 / 128.0, 10.0 / 64.0], [5.0, 50.0]);
-    refused(&patch, &[], "longitudes 5.0000 to 15.0000 and latitudes 40.0000 to 50.0000");
-    refused(&patch, &[], "gdalwarp -t_srs EPSG:4326 -te -180 -90 180 90");
-    refused(&globe, &[keys(1, 4326)], "projection other than longitude and latitude");
-    refused(&globe, &[keys(2, 4267)], "EPSG:4267");
-    refused(&[(Tag::ModelTransformationTag, vec![1.0; 16])], &[], "rotated or sheared");
-    refused(&globe[..1], &[], "one tie point");
-    // One more texel in the west.
-    let beside = geo_tags([360.0 / 128.0, 180.0 / 64.0], [-180.0 - 360.0 / 128.0, 90.0]);
-    refused(&beside, &[], "longitudes -182.8125");
-    refused(&[], &[(Tag::GdalNodata, vec![0])], "no-data value");
-    // Near misses that are accepted.
-    let whole = [(&globe[..], vec![keys(2, 4326)]), (&[], vec![])];
-    for (doubles, shorts) in whole {
-        write_tiff_tagged(&source, &picture, doubles, &shorts);
-        baked(&source, &output, &["--tile", "32", "--force"]);
-    }
-}
-
-/// Other kinds that GDAL and satellites produce: JPEG (with YCbCr, as GDAL writes it), other compressions, palettes, 16
-/// bits. ZSTD, WebP, bands in planes and grey with alpha are read: see `content.rs`.
-#[test]
-fn a_tiff_of_a_kind_that_is_not_read_is_rejected_with_the_conversion() {
-    let folder = tempfile::tempdir().unwrap();
-    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
-    let refused = |expected: [&str; 2]| {
-        let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
-        assert!(code == 1 && expected.iter().all(|words| line.contains(words)), "{expected:?}: {line}");
-        assert!(!output.exists() && leftovers(&output).is_empty(), "{line}");
-    };
-    let deflate = "gdal_translate -co COMPRESS=DEFLATE IN OUT";
-    let y_cb_cr = (Tag::PhotometricInterpretation, vec![6]);
-    for (tags, name) in [
-        (vec![(Tag::Compression, vec![7])], "compression 7 (ModernJPEG)"),
-        (vec![(Tag::Compression, vec![7]), y_cb_cr], "compression 7"),
-        (vec![(Tag::Compression, vec![34887])], "compression 34887"),
-    ] {
-        write_tiff_tagged(&source, &dotted(128, 64), &[], &tags);
-        refused([name, deflate]);
-    }
-    let encoder = || TiffEncoder::new(fs::File::create(&source).unwrap()).unwrap();
-    let mut open = encoder();
-    let mut image = open.new_image::<colortype::Gray8>(128, 64).unwrap();
-    image.encoder().write_tag(Tag::PhotometricInterpretation, 3u16).unwrap();
-    image.encoder().write_tag(Tag::ColorMap, &[7u16; 768][..]).unwrap();
-    image.write_data(&[1; 128 * 64]).unwrap();
-    refused(["a palette", "gdal_translate -expand rgb IN OUT"]);
-    let byte = "gdal_translate -ot Byte -scale IN OUT";
-    encoder().write_image::<colortype::RGB16>(128, 64, &[300; 3 * 128 * 64]).unwrap();
-    refused(["RGB(16)", byte]);
-    encoder().write_image::<colortype::GrayI8>(128, 64, &[3; 128 * 64]).unwrap();
-    refused(["signed", byte]);
-}
-
-#[test]
-fn a_fourth_band_that_is_not_plain_alpha_is_rejected() {
-    let folder = tempfile::tempdir().unwrap();
-    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
-    let picture = dotted(128, 64);
-    let of = |kind: ExtraSamples| {
-        write_tiff_alpha(&source, &picture, kind);
-        bake(&source, &output, &["--tile", "32"])
-    };
-    assert!(failure(&of(ExtraSamples::AssociatedAlpha)).1.contains("premultiplied"));
-    assert!(failure(&of(ExtraSamples::Unspecified)).1.contains("not alpha"));
-    assert!(of(ExtraSamples::UnassociatedAlpha).status.success());
-    write_tiff_grey_alpha(&source, &picture, ExtraSamples::Unspecified);
-    assert!(failure(&bake(&source, &output, &["--tile", "32"])).1.contains("not alpha"));
-}
-
-#[test]
-fn a_tiff_with_missing_tiles_is_rejected() {
-    let folder = tempfile::tempdir().unwrap();
-    let (source, output) = (folder.path().join("a.tif"), folder.path().join("a.tiles"));
-    write_tiff_tiles(&source, &dotted(128, 64), false, 64);
-    let mut bytes = fs::read(&source).unwrap();
-    // TileByteCounts: the array of lengths, located by its value for two tiles.
-    let length = (64 * 64 * 3_u32).to_le_bytes();
-    let at = bytes.windows(8).position(|pair| pair[..4] == length && pair[4..] == length).unwrap();
-    bytes[at + 4..at + 8].fill(0);
-    fs::write(&source, bytes).unwrap();
-    let (code, line) = failure(&bake(&source, &output, &["--tile", "32"]));
-    assert!(code == 1 && line.contains("SPARSE_OK=FALSE"), "{line}");
-}
-
-#[test]
-fn a_photograph_with_an_exif_rotation_is_rejected() {
-    let folder = tempfile::tempdir().unwrap();
-    let (source, output) = (folder.path().join("a.jpg"), folder.path().join("a.tiles"));
-    let plain = include_bytes!("../../scenes/bmng.jpg");
-    for (orientation, refused) in [(6, true), (1, false)] {
-        // An EXIF segment with one entry, the orientation (0x0112).
-        let mut exif = b"\xFF\xE1\0\x22Exif\0\0II\x2a\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
-        exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
-        fs::write(&source, [&plain[..2], &exif, &plain[2..]].concat()).unwrap();
-        let ran = bake(&source, &output, &["--dry-run"]);
-        match refused {
-            true => assert!(failure(&ran).1.contains("EXIF"), "{ran:?}"),
-            false => assert!(ran.status.success(), "{ran:?}"),
-        }
-    }
 }
 
 /// The file appears by rename, which would replace the link or the device.

@@ -4,6 +4,7 @@ mod content;
 mod faults;
 mod pictures;
 mod png_by_hand;
+mod refused;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -48,7 +48,8 @@ pub fn write(path: &Path, raw: &Raw) {
     fs::write(path, file).unwrap();
 }
 
-fn chunk(file: &mut Vec<u8>, kind: &[u8; 4], content: &[u8]) {
+/// Adds a chunk: its length, kind, content and CRC.
+pub fn chunk(file: &mut Vec<u8>, kind: &[u8; 4], content: &[u8]) {
     file.extend((content.len() as u32).to_be_bytes());
     let start = file.len();
     file.extend(kind);

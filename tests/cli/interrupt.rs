@@ -26,18 +26,29 @@ pub fn last_line(child: Child) -> String {
 }
 
 #[test]
-fn an_interrupted_render_leaves_nothing_half_written() {
+fn an_interrupted_command_leaves_nothing_half_written() {
     let folder = folder();
-    // The output is a pipe that nobody reads, so that writing blocks.
-    let (mut reader, writer) = std::io::pipe().unwrap();
-    let pipe = format!("/proc/{}/fd/{}", std::process::id(), std::os::fd::AsRawFd::as_raw_fd(&writer));
-    let arguments = ["render", "earth", "--size", "160x90", "-o", "a.exr"];
-    let mut command = ortelius_writing_to(&pipe, "a.exr", &folder, &arguments);
-    let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    reader.read_exact(&mut [0]).unwrap();
-    interrupt(&child.id().to_string());
-    holds(&last_line(child), &["ortelius: stopped; ", "no half-written file"]);
-    assert_eq!(names(&folder), [""; 0]);
+    // Noise cannot be compressed, so the difference is larger than the pipe's buffer.
+    let noise = |n: u32| (n.wrapping_mul(0x9E37_79B1) ^ n.wrapping_mul(0x85EB_CA6B) >> 7).to_be_bytes();
+    let rgba = (0..256 * 256).flat_map(noise).collect();
+    Srgb8Picture { width: 256, height: 256, rgba }.save(&folder.path().join("noise.png")).unwrap();
+    Srgb8Picture { width: 256, height: 256, rgba: vec![255; 4 << 16] }
+        .save(&folder.path().join("white.png"))
+        .unwrap();
+    for arguments in [
+        &["render", "earth", "--size", "160x90", "-o", "a.exr"][..],
+        &["compare", "noise.png", "white.png", "-o", "a.exr"],
+    ] {
+        // The output is a pipe that nobody reads, so that writing blocks.
+        let (mut reader, writer) = std::io::pipe().unwrap();
+        let pipe = format!("/proc/{}/fd/{}", std::process::id(), std::os::fd::AsRawFd::as_raw_fd(&writer));
+        let mut command = ortelius_writing_to(&pipe, "a.exr", &folder, arguments);
+        let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        reader.read_exact(&mut [0]).unwrap();
+        interrupt(&child.id().to_string());
+        holds(&last_line(child), &["ortelius: stopped; ", "no half-written file"]);
+        assert_eq!(names(&folder), ["noise.png", "white.png"], "{arguments:?}");
+    }
 }
 
 #[test]

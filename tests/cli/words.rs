@@ -305,12 +305,20 @@ fn a_sequence_reports_its_single_picture_and_can_settle_each_frame() {
     let words = |name: &str| String::from_utf8(run(&folder, &[&orbit[..], &[name]].concat()).stderr).unwrap();
     assert!(words("a.png").contains("the picture shows the last pose"));
     assert!(!words("b{frame}.png").contains("the last pose"));
-    let each = ["render", "earth", "--size", "64x36", "--path", "pan", "--frames", "3", "--settle-each"];
-    let ran = run(&folder, &[&each[..], &["-o", "c.png", "--report", "c.json"]].concat());
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let report: serde_json::Value = serde_json::from_str(&crate::read(&folder, "c.json")).unwrap();
-    // The last frame of each pose has no missing tile, and more than three frames were rendered.
-    assert!(report["frames"].as_array().unwrap().len() > 3 && report["run"]["settle_each"] == true);
+    let rendered = |more: &[&str]| {
+        let usual = ["earth", "--size", "32x18", "--path", "teleport", "--deterministic"];
+        crate::rendered(&folder, &[&usual, more].concat());
+    };
+    rendered(&["--frames", "2", "-o", "first{frame}.png"]);
+    rendered(&["--frames", "2", "--settle-each", "-o", "each{frame}.png", "--report", "each.json"]);
+    holds(&crate::read(&folder, "each.json"), &["\"settle_each\": true"]);
+    let shown = |name: &str| picture(&folder.path().join(name));
+    for frame in 0..2 {
+        let alone = format!("alone{frame}.png");
+        rendered(&["--frames", &(frame + 1).to_string(), "--settle", "-o", &alone]);
+        assert!(shown(&format!("each0000{frame}.png")) == shown(&alone), "frame {frame}");
+        assert!(shown(&format!("first0000{frame}.png")) != shown(&alone), "frame {frame} needs no tiles");
+    }
 }
 
 #[test]
@@ -318,4 +326,40 @@ fn control_characters_of_a_name_are_not_printed() {
     let folder = folder();
     let (_, line) = failure(&mut ortelius(&folder, &["render", "no\u{1b}[31mred.toml", "-o", "a.png"]));
     assert!(line.contains(r"no\u{1b}[31mred.toml"), "{line:?}");
+}
+
+/// Nobody writes into the pipe: reading it would wait for ever. /dev/null comes first, because it is never waited for.
+#[test]
+fn an_input_that_is_not_a_regular_file_is_refused_by_every_command() {
+    let folder = folder();
+    let (pipe, _other_end) = std::io::pipe().unwrap();
+    let pipe = format!("/proc/{}/fd/{}", std::process::id(), std::os::fd::AsRawFd::as_raw_fd(&pipe));
+    let mut commands = vec![
+        "render in.toml -o a.png",
+        "render in.json -o a.png",
+        "compare in.png in.png",
+        "bake in.png -o a.tiles",
+        "verify in.tiles",
+        "mesh build in.ply -o a.pmesh",
+        "mesh info in.pmesh",
+        "page in.json",
+        "reproduce vt --against in.json",
+        "trade earth --against in.json",
+    ];
+    if cfg!(feature = "window") {
+        commands.push("view earth --trade in.json");
+    }
+    for target in ["/dev/null", &pipe] {
+        for name in ["in.toml", "in.json", "in.png", "in.tiles", "in.ply", "in.pmesh"] {
+            // The link of the first target.
+            let _absent = std::fs::remove_file(folder.path().join(name));
+            std::os::unix::fs::symlink(target, folder.path().join(name)).unwrap();
+        }
+        for command in &commands {
+            let arguments: Vec<&str> = command.split(' ').collect();
+            let (_, line) = failure(&mut ortelius(&folder, &arguments));
+            assert!(line.contains("not a regular file"), "{command}, {target}: {line}");
+        }
+    }
+    assert_eq!(names(&folder).len(), 6, "{:?}", names(&folder));
 }

@@ -1,21 +1,23 @@
 //! The frame loop: after a resize or a switch of variants between frames, the picture equals that of a process that
 //! draws nothing else. Validation and synchronisation validation are on; any message fails the test.
 
-use ortelius::frame::{self, Run, Technique};
+use ortelius::frame::{self, Progress, Run, STALL, Slot, Stalled, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes, load};
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{
     self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, ONE_SAMPLE, Settings, TileAddress,
-    VirtualTexture, all_needs,
+    VirtualTexture, VirtualTextureError, all_needs,
 };
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
-use ortelius::vk::{Gpu, GpuOptions, Watched};
+use ortelius::vk::{Frame, Gpu, GpuOptions, Need, PassTime, Watched};
+use std::collections::VecDeque;
 use std::process::Command;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Pixels: wide, high, odd, tiny, and back.
 const SIZES: [[u32; 2]; 20] = [
@@ -273,6 +275,71 @@ fn frames_wait_for_semaphores_and_signal_them() {
         second.drain().unwrap();
     }
     assert!(first.picture_bytes().unwrap() == second.picture_bytes().unwrap());
+}
+
+/// Draws nothing, and reports this progress, one for each frame.
+struct Reports(VecDeque<Progress>);
+
+impl Technique for Reports {
+    type Record = ();
+    type Error = VirtualTextureError;
+
+    fn needs(&self) -> Vec<Need> {
+        Vec::new()
+    }
+
+    fn passes(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    fn retire(&mut self, _: &Gpu, _: Slot, _: Vec<PassTime>) -> Result<(), VirtualTextureError> {
+        Ok(())
+    }
+
+    fn prepare(&mut self, _: &Gpu, _: &View) -> Result<(), VirtualTextureError> {
+        self.0.pop_front();
+        Ok(())
+    }
+
+    fn record(&mut self, _: &mut Frame<'_>, _: &View, _: &frame::Target) -> Result<(), VirtualTextureError> {
+        Ok(())
+    }
+
+    fn resize(&mut self, _: &Gpu, _: &frame::Target) -> Result<(), VirtualTextureError> {
+        Ok(())
+    }
+
+    fn progress(&self) -> Progress {
+        self.0[0]
+    }
+
+    fn memory(&self) -> frame::Memory {
+        Vec::new()
+    }
+}
+
+#[test]
+fn settling_gives_up_when_nothing_arrives_for_the_stated_time_and_not_while_something_arrives() {
+    let gpu = device();
+    let pose = Landscape::new().pose;
+    let settle = |stall: Option<Duration>, progress: &[Progress]| {
+        let target = frame::Target::new(&gpu, [8, 8], Target::Srgb8).unwrap();
+        // Each frame drops the previous entry.
+        let reports = [&[Progress::Settled], progress].concat();
+        let mut run = Run::new((*gpu).clone(), Reports(reports.into()), target);
+        assert_eq!(run.stall, STALL);
+        run.stall = stall.unwrap_or(STALL);
+        run.settle(&pose)
+    };
+    let waiting = Progress::Waiting { pending: 3 };
+    // Any wait is longer than no time.
+    let ended = settle(Some(Duration::ZERO), &[Progress::Arriving, waiting, Progress::Settled]);
+    assert!(matches!(ended, Err(VirtualTextureError::Stalled(Stalled { pending: 3, .. }))), "{ended:?}");
+    let arriving = [Progress::Arriving, Progress::Arriving, Progress::Settled];
+    assert_eq!(settle(Some(Duration::ZERO), &arriving).unwrap(), 3);
+    assert_eq!(settle(None, &[Progress::Arriving, waiting, Progress::Settled]).unwrap(), 3);
+    let stated = Stalled { pending: 3, waited: STALL }.to_string();
+    assert!(stated.starts_with("3 visible tiles have not arrived for 60 s; "), "{stated}");
 }
 
 /// A run requests the features of [`virtual_texture::needs`].

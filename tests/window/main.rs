@@ -203,6 +203,18 @@ fn without_a_display_one_line_names_the_headless_command() {
     assert!(words.lines().count() == 1 && words.contains("ortelius render SCENE -o"), "{words}");
 }
 
+/// lavapipe crashes with them; tests/faults does this for the other commands.
+#[test]
+fn vectors_of_512_bits_are_refused() {
+    let display = Display::start();
+    let arguments =
+        ["earth", "--size", "64x36", "--record", "-D", "view.path=orbit", "-D", "paths.orbit.frames=3"];
+    let window = Program::start(&display, &arguments, &[("LP_NATIVE_VECTOR_WIDTH", "512")]);
+    let (code, words) = window.ended();
+    let is_refused = code == Some(1) && words.contains("unset LP_NATIVE_VECTOR_WIDTH");
+    assert!(is_refused || !words.contains("llvmpipe"), "{code:?}: {words}");
+}
+
 #[test]
 fn a_measurement_prints_its_passes_and_ends() {
     let display = Display::start();

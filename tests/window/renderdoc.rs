@@ -9,8 +9,13 @@ const LIBRARY: &str = r#"
 #include <stdio.h>
 #include <stdlib.h>
 static void trigger(void) { FILE *file = fopen(getenv("CAPTURED"), "a"); fputs("captured\n", file); fclose(file); }
-static void *table[22] = { [15] = trigger };
-int RENDERDOC_GetAPI(int version, void **api) { *api = table; return version == 10000; }
+static void *table[22];
+extern "C" int RENDERDOC_GetAPI(int version, void **api)
+{
+    table[15] = (void *)trigger;
+    *api = table;
+    return version == 10000;
+}
 "#;
 
 #[test]
@@ -18,11 +23,12 @@ fn f8_asks_renderdoc_for_one_capture() {
     let display = Display::start();
     let folder = tempfile::tempdir().unwrap();
     let [source, library, captured] =
-        ["renderdoc.c", "librenderdoc.so", "captured"].map(|name| folder.path().join(name));
+        ["renderdoc.cpp", "librenderdoc.so", "captured"].map(|name| folder.path().join(name));
     std::fs::write(&source, LIBRARY).unwrap();
-    let mut compiler = Command::new("cc");
+    // CXX names the compiler, as for the build.
+    let mut compiler = Command::new(std::env::var("CXX").unwrap_or_else(|_| "c++".into()));
     compiler.args(["-shared", "-fPIC", "-Wl,-soname,librenderdoc.so", "-o"]).arg(&library).arg(&source);
-    assert!(compiler.status().unwrap().success(), "cc");
+    assert!(compiler.status().unwrap().success(), "{compiler:?}");
     let loaded = [("LD_PRELOAD", library.to_str().unwrap()), ("CAPTURED", captured.to_str().unwrap())];
     let mut window = Program::start(&display, &["globe", "--size", "96x54", "--no-panels"], &loaded);
     window.settled_picture();

@@ -345,7 +345,9 @@ fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, heigh
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::texture::bake::{SourceName, bake};
+    use crate::texture::bake::input::Rows;
+    use crate::texture::bake::{SourceName, bake, plan};
+    use std::sync::Mutex;
 
     /// A kill after the rename and before the cleanup: tests/bake hardly ever hits this moment.
     #[test]
@@ -374,5 +376,77 @@ mod tests {
         // With no leftovers, the same command is a second bake, and the output already exists.
         assert!(matches!(bake(&settings, &()), Err(BakeError::Exists { .. })));
         assert!(!files.journal.exists());
+    }
+    /// A picture that fails at its 41st row.
+    struct Failing(Box<dyn Rows>, u32, Option<SourceError>);
+
+    impl Rows for Failing {
+        fn size(&self) -> [u32; 2] {
+            self.0.size()
+        }
+
+        fn memory_bytes(&self) -> u64 {
+            self.0.memory_bytes()
+        }
+
+        fn next_row(&mut self, rgba: &mut [u8]) -> Result<(), SourceError> {
+            self.1 += 1;
+            if self.1 > 40 { Err(self.2.take().expect("one error")) } else { self.0.next_row(rgba) }
+        }
+
+        fn skip(&mut self, rows: u32) -> Result<(), SourceError> {
+            self.1 += rows;
+            self.0.skip(rows)
+        }
+    }
+
+    /// The bytes of the bands that are written.
+    struct Bands(Mutex<u64>);
+
+    impl Progress for Bands {
+        fn begin(&self, phase: &'static str, total_bytes: u64) {
+            if phase == "bands" {
+                *self.0.lock().unwrap() += total_bytes;
+            }
+        }
+
+        fn advance(&self, _bytes: u64) {}
+    }
+
+    #[test]
+    fn a_read_error_keeps_the_unfinished_work_and_damage_deletes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let picture = folder.path().join("a.png");
+        let texel = |x, y| image::Rgb([x as u8, y as u8, (x * y) as u8]);
+        image::RgbImage::from_fn(64, 64, texel).save(&picture).unwrap();
+        let settings = |name: &str| BakeSettings {
+            source: SourceName::Picture(picture.clone()),
+            output: folder.path().join(name),
+            tile_side: 16,
+            border_texels: 4,
+            format: TileFormat::Rgba8,
+            resident_levels: None,
+            force: false,
+        };
+        let fails = |settings: &BakeSettings, error: SourceError| {
+            let Source::Picture { rows, path, identity } = Source::open(&settings.source).unwrap() else {
+                panic!("a picture");
+            };
+            let source = Source::Picture { rows: Box::new(Failing(rows, 0, Some(error))), path, identity };
+            let files = Files::of(&settings.output).unwrap();
+            run(settings, &plan(settings).unwrap(), source, &files, &()).unwrap_err();
+            [files.partial, files.scratch, files.journal].map(|file| file.exists())
+        };
+        let (undisturbed, resumed) = (settings("undisturbed.tiles"), settings("resumed.tiles"));
+        bake(&undisturbed, &()).unwrap();
+        let source = io::Error::from_raw_os_error(libc::EIO);
+        assert_eq!(fails(&resumed, SourceError::Read { path: picture.clone(), source }), [true; 3]);
+        let bands = Bands(Mutex::new(0));
+        bake(&resumed, &bands).unwrap();
+        assert!(fs::read(&resumed.output).unwrap() == fs::read(&undisturbed.output).unwrap());
+        // Of four bands of 16 rows, two were written before the error.
+        assert_eq!(bands.0.into_inner().unwrap(), 2 * 16 * 64 * 4);
+        let damaged = SourceError::Damaged { path: picture.clone(), reason: "cut".into() };
+        assert_eq!(fails(&settings("damaged.tiles"), damaged), [false; 3]);
     }
 }

@@ -1,10 +1,9 @@
 //! JPEG. It has no random access, so the whole picture is decoded into memory, up to a limit. The decoder
 //! is built without SIMD, so that every machine bakes the same bytes.
 
-use super::{Rows, Samples, check_size};
+use super::{Rows, Samples, check_size, check_upright};
 use crate::file;
 use crate::texture::bake::error::SourceError;
-use image::metadata::Orientation;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use zune_jpeg::JpegDecoder;
@@ -43,10 +42,7 @@ impl Jpeg {
         };
         let size = [u32::from(info.width), u32::from(info.height)];
         check_size(path, size)?;
-        let turned = decoder.exif().and_then(|exif| Orientation::from_exif_chunk(exif));
-        if turned.is_some_and(|turned| turned != Orientation::NoTransforms) {
-            return unsupported("its EXIF data rotates or mirrors it: magick IN -auto-orient OUT".into());
-        }
+        check_upright(path, decoder.exif().map(|exif| &exif[..]))?;
         if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
             return unsupported(format!(
                 "a JPEG must be decoded as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",

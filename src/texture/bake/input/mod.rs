@@ -10,7 +10,8 @@ mod tiff;
 
 use super::error::SourceError;
 use crate::file;
-use std::io::{Read, Seek};
+use image::metadata::Orientation;
+use std::io::{self, Read, Seek};
 use std::path::Path;
 
 /// Maximum side of a source: a pyramid has at most 2^20 texels per side.
@@ -100,4 +101,54 @@ fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError>
     }
     let reason = format!("{width} x {height} texels are outside 1 ..= {MOST_SIDE} per side");
     Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
+}
+
+/// Refuses a picture that its EXIF data rotates or mirrors.
+fn check_upright(path: &Path, exif: Option<&[u8]>) -> Result<(), SourceError> {
+    match exif.and_then(Orientation::from_exif_chunk) {
+        None | Some(Orientation::NoTransforms) => Ok(()),
+        Some(_) => {
+            let reason = "its EXIF data rotates or mirrors it: magick IN -auto-orient OUT".into();
+            Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
+        }
+    }
+}
+
+/// An I/O error while a decoder reads. Only the end of the file, an error of the decoder itself and EINVAL (a seek to a
+/// damaged offset) prove damage. The system's other errors may be temporary.
+fn read_fault(path: &Path, source: io::Error) -> SourceError {
+    let path = path.to_path_buf();
+    match source.raw_os_error() {
+        Some(code) if code != libc::EINVAL => SourceError::Read { path, source },
+        _ if source.kind() == io::ErrorKind::UnexpectedEof => {
+            SourceError::Damaged { path, reason: "the file ends early".into() }
+        }
+        _ => SourceError::Damaged { path, reason: source.to_string() },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::png::DecodingError;
+    use ::tiff::TiffError;
+
+    #[test]
+    fn only_proven_damage_lasts() {
+        let path = Path::new("a");
+        let lasts = |error: &dyn Fn() -> io::Error| {
+            let of_png = png::fault(path, DecodingError::IoError(error()));
+            let of_tiff = tiff::fault(path, TiffError::IoError(error()));
+            assert_eq!(of_png.to_string(), of_tiff.to_string());
+            assert_eq!(of_png.lasts(), of_tiff.lasts());
+            of_png.lasts()
+        };
+        for code in [libc::EIO, libc::ESTALE, libc::ENOMEM, libc::ETIMEDOUT, libc::EACCES] {
+            assert!(!lasts(&|| io::Error::from_raw_os_error(code)), "{code}");
+        }
+        assert!(lasts(&|| io::Error::from_raw_os_error(libc::EINVAL)));
+        assert!(lasts(&|| io::ErrorKind::UnexpectedEof.into()));
+        assert!(lasts(&|| io::Error::other("not a deflate stream")));
+        assert!(png::fault(path, DecodingError::LimitsExceeded).lasts());
+    }
 }

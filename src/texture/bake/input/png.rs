@@ -1,6 +1,6 @@
 //! PNG, one row at a time. An interlaced file cannot be streamed; it is decoded whole, up to a limit.
 
-use super::{MOST_SIDE, Rows, Samples, check_size};
+use super::{MOST_SIDE, Rows, Samples, check_size, check_upright, read_fault};
 use crate::texture::bake::error::SourceError;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use std::fs::File;
@@ -30,7 +30,7 @@ impl Png {
         decoder.set_ignore_iccp_chunk(true);
         // Expands palettes to RGB, fewer than 8 bits to 8, and a transparent colour to alpha.
         decoder.set_transformations(Transformations::EXPAND);
-        let reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
+        let reader = decoder.read_info().map_err(|error| fault(path, error))?;
         let info = reader.info();
         check_size(path, [info.width, info.height])?;
         let unsupported = |reason: String| Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
@@ -41,7 +41,7 @@ impl Png {
             (ColorType::Rgb, BitDepth::Eight) => Samples::Rgb,
             (ColorType::Rgba, BitDepth::Eight) => Samples::Rgba,
             (_, BitDepth::Sixteen) => {
-                return unsupported("16 bits per sample; convert it to 8 bits first".into());
+                return unsupported("16 bits per sample: magick IN -depth 8 OUT".into());
             }
             other => return unsupported(format!("{other:?} samples")),
         };
@@ -56,21 +56,26 @@ impl Png {
         let mut png = Self { path: path.to_path_buf(), reader, samples, whole: None, row_bytes, next: 0 };
         if interlaced {
             let mut whole = vec![0; whole_bytes as usize];
-            png.reader.next_frame(&mut whole).map_err(|error| damaged(path, &error))?;
+            png.reader.next_frame(&mut whole).map_err(|error| fault(path, error))?;
             png.whole = Some(whole);
+            png.finish()?;
         }
+        check_upright(path, png.reader.info().exif_metadata.as_deref())?;
         Ok(png)
+    }
+
+    /// Reads the rest, which proves that the file is complete. EXIF data may follow the picture.
+    fn finish(&mut self) -> Result<(), SourceError> {
+        self.reader.finish().map_err(|error| fault(&self.path, error))?;
+        check_upright(&self.path, self.reader.info().exif_metadata.as_deref())
     }
 }
 
-fn damaged(path: &Path, error: &DecodingError) -> SourceError {
-    let reason = match error {
-        DecodingError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            "the file ends early".to_string()
-        }
-        other => other.to_string(),
-    };
-    SourceError::Damaged { path: path.to_path_buf(), reason }
+pub(super) fn fault(path: &Path, error: DecodingError) -> SourceError {
+    match error {
+        DecodingError::IoError(error) => read_fault(path, error),
+        other => SourceError::Damaged { path: path.to_path_buf(), reason: other.to_string() },
+    }
 }
 
 impl Rows for Png {
@@ -97,11 +102,10 @@ impl Rows for Png {
                 let reason = format!("it ends after {} rows", self.next - 1);
                 return Err(SourceError::Damaged { path: self.path.clone(), reason });
             }
-            Err(error) => return Err(damaged(&self.path, &error)),
+            Err(error) => return Err(fault(&self.path, error)),
         }
         if self.next == self.reader.info().height as usize {
-            // Reading the end chunk proves that the file is complete.
-            self.reader.finish().map_err(|error| damaged(&self.path, &error))?;
+            self.finish()?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! TIFF and BigTIFF in strips or tiles. One row of strips or tiles is in memory at a time.
 
-use super::{Rows, Samples, check_size, geo};
+use super::{Rows, Samples, check_size, geo, read_fault};
 use crate::texture::bake::error::SourceError;
 use std::fs::File;
 use std::io::BufReader;
@@ -245,15 +245,9 @@ fn damaged(path: &Path, reason: String) -> SourceError {
     SourceError::Damaged { path: path.to_path_buf(), reason }
 }
 
-fn fault(path: &Path, error: TiffError) -> SourceError {
+pub(super) fn fault(path: &Path, error: TiffError) -> SourceError {
     match error {
-        TiffError::IoError(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            damaged(path, "the file ends early".into())
-        }
-        // A seek to a damaged offset returns EINVAL.
-        TiffError::IoError(source) if source.raw_os_error().is_some_and(|code| code != libc::EINVAL) => {
-            SourceError::Read { path: path.to_path_buf(), source }
-        }
+        TiffError::IoError(error) => read_fault(path, error),
         TiffError::UnsupportedError(error) => {
             SourceError::Unsupported { path: path.to_path_buf(), reason: error.to_string() }
         }
