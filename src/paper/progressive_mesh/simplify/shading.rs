@@ -7,52 +7,14 @@
 //! faces around the hub. So a wanted error of `e` pixels lets an outline be `e` pixels off, and lets a disc of radius
 //! `e` on each face look different.
 //!
-//! Measured with pm.shading: with the side of a square in place of the radius, or with a chord of 0.1 in place of
-//! [`VISIBLE`], the outline is worse at equal numbers of faces, and the region inside it no better. With half the
-//! radius, regions that look different are wider than the wanted error and a pixel.
+//! Measured with pm.shading: with the side of a square in place of the radius, or with 0.1 as [`VISIBLE`], outlines are
+//! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at 8 pixels regions that look
+//! different are 10 pixels wide.
 
 use super::sequence::{Near, Sequence};
-use super::start::nearest_wedge;
-use super::surface::WorkingMesh;
-use crate::model::Model;
+use super::start::{Shading, nearest_wedge};
 use glam::DVec3;
 use std::f64::consts::PI;
-
-/// The model's normals, and the area for which each position stands.
-pub struct Shading {
-    /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
-    /// at the position.
-    normals: Vec<DVec3>,
-    /// A third of the area of each position's faces in the model.
-    areas: Vec<f64>,
-}
-
-impl Shading {
-    /// `surface` has all of the model's faces.
-    pub fn of(model: &Model, surface: &WorkingMesh, positions: usize) -> Shading {
-        let (mut sums, mut areas) = (vec![DVec3::ZERO; positions], vec![0.0; positions]);
-        for face in 0..surface.faces() as u32 {
-            let [a, b, c] = surface.triangle(face);
-            let twice_area = (b - a).cross(c - a);
-            for position in surface.face(face) {
-                sums[position as usize] += twice_area;
-                areas[position as usize] += twice_area.length() / 6.0;
-            }
-        }
-        let own = |normal: &[f32; 3]| DVec3::from(normal.map(f64::from)).normalize_or(DVec3::Z);
-        let mut normals: Vec<DVec3> = model.attributes.normals.iter().map(own).collect();
-        if normals.is_empty() {
-            normals = vec![DVec3::Z; model.wedge_positions.len()];
-            for face in 0..surface.faces() as u32 {
-                for (corner, position) in (0..).zip(surface.face(face)) {
-                    normals[surface.wedge(face, corner) as usize] =
-                        sums[position as usize].normalize_or(DVec3::Z);
-                }
-            }
-        }
-        Shading { normals, areas }
-    }
-}
 
 /// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes by
 /// 8 levels of 8-bit sRGB if its normal turns by 0.15 at 45 degrees from the sun.

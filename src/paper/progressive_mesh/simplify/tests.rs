@@ -316,15 +316,13 @@ fn a_ridge_that_only_normals_show_is_an_error_of_the_appearance() {
     model.attributes.normals = model.wedge_positions.iter().map(normal).collect();
     assert!(*to(&model, 2).collapses.errors.last().unwrap() < 1e-12);
     let collapses = by_appearance(&model, 2);
-    // The ridge stands for one column of cells: a sixteenth of the square.
-    let (found, whole) = (*collapses.errors.last().unwrap(), (1.0 / 16.0 / PI).sqrt());
-    assert!((whole..1.1 * whole).contains(&found), "{found}, {whole} expected");
+    // The ridge stands for one column of cells, a sixteenth of the square. Its last vertices show it on larger faces.
+    let found = *collapses.errors.last().unwrap();
+    assert!(found * found > 1.0 / 16.0 / PI && found * found < 1.0 / PI, "{found}");
     // Until the ridge vanishes nothing differs.
     let free = collapses.errors.iter().take_while(|error| **error < 1e-12).count();
-    assert!(
-        model.faces.len() - collapses.faces_after(&model, free).len() > 400,
-        "{free} collapses without error"
-    );
+    let left = collapses.faces_after(&model, free).len();
+    assert!(2 * left < model.faces.len(), "{left} faces after {free} collapses without error");
 }
 
 /// For each of these faces, the area of the model's positions whose normal differs visibly from the one that the
@@ -359,15 +357,16 @@ fn widest_difference(model: &Model, faces: &[[u32; 3]]) -> f64 {
 fn no_face_shows_more_of_the_model_differently_than_stated() {
     for name in ["knot:8", "solid:8"] {
         let model = named(name).unwrap();
-        let by_distance = to(&model, 64).collapses;
-        let collapses = by_appearance(&model, 64);
+        let (by_distance, collapses) = (to(&model, 64).collapses, by_appearance(&model, 64));
         for wanted in [2, 4, 10].map(|part| model.faces.len() / part) {
             let (faces, error) = left(&model, &collapses, wanted);
             let found = widest_difference(&model, &faces);
             assert!(found <= error, "{name} at {wanted}: {found} found, {error} stated");
+            // Distances do not bound it. Half of the solid's faces are flat.
             let (faces, error) = left(&model, &by_distance, wanted);
+            let flat = name == "solid:8" && 2 * wanted == model.faces.len();
             let found = widest_difference(&model, &faces);
-            println!("   geometry {found} found, {error} stated");
+            assert!(flat || found > 1.5 * error, "{name} at {wanted}: {found} found, {error} stated");
         }
     }
 }
