@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ortelius::model::Model;
-use ortelius::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
+use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
@@ -38,6 +38,11 @@ pub struct BuildArgs {
     /// fast: one pass of the simplifier; the error rises in jumps. best: two passes; the error rises evenly
     #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
     effort: BuildEffort,
+
+    /// What the error of a level counts. geometry: distances between the surfaces. appearance: also normals, as the
+    /// radius of the region around a collapse in which the shading differs visibly
+    #[arg(long, value_parser = named(|_: ErrorMetric| true), default_value = ErrorMetric::Geometry.name())]
+    metric: ErrorMetric,
 
     /// Order of the faces
     #[arg(long, value_parser = orders(), default_value = DEFAULT_ORDER.name())]
@@ -94,7 +99,8 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     check_moves(args, model.faces.len())?;
     let load = laps.lap();
     let bar = Bar::counting("faces");
-    let options = SimplifyOptions { target_faces: args.target_faces, seed: args.seed, effort: args.effort };
+    let BuildArgs { target_faces, seed, effort, metric, .. } = *args;
+    let options = SimplifyOptions { target_faces, seed, effort, metric };
     let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
     let simplify = laps.lap();
     let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);

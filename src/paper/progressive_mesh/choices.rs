@@ -57,6 +57,16 @@ choices! {
 }
 
 choices! {
+    /// What the error of a level counts. The simplifier orders collapses by it.
+    pub enum ErrorMetric {
+        /// Distances between the surfaces.
+        Geometry = "geometry",
+        /// Also normals: the radius of the region around a collapse in which the shading differs visibly.
+        Appearance = "appearance",
+    }
+}
+
+choices! {
     /// Which processor executes splits, collapses and permutations.
     pub enum Apply {
         /// The host, in its own copy of the index buffer; the changed parts are uploaded.

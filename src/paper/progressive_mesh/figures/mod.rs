@@ -15,6 +15,7 @@ mod order;
 mod orders;
 mod pop;
 mod scans;
+mod shading;
 mod size;
 mod surfaces;
 
@@ -38,6 +39,7 @@ pub const FIGURES: &[&Figure] = &[
     &pop::POP,
     &governor::GOVERNOR,
     &error::ERROR,
+    &shading::SHADING,
     &continuity::CONTINUITY,
     &extremes::EXTREMES,
 ];

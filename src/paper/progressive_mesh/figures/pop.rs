@@ -155,7 +155,7 @@ fn error(n: usize, frames: usize) -> f64 {
 }
 
 /// Samples along each side of a pixel.
-const SAMPLES: u32 = 4;
+pub const SAMPLES: u32 = 4;
 
 /// The surface at a wanted error in pixels, as sRGB bytes: one per pixel, because the picture is grey.
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
@@ -168,7 +168,7 @@ fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow:
 
 /// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
 /// x `height` pixels.
-fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
+pub fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
     let sample = |x: usize, y: usize| f64::from(samples[y * width * side + x][0]);
     let pixel = |n: usize| {
         let [left, top] = [n % width * side, n / width * side];

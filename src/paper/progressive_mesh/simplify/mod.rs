@@ -5,7 +5,8 @@
 //! Simplification Using Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance. For this distance, each
 //! removed position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
 //! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in the
-//! sequence (`pace`), so that the stated error rises evenly.
+//! sequence (`pace`), so that the stated error rises evenly. With [`ErrorMetric::Appearance`] the distance is at least
+//! the radius of the region in which normals differ visibly (`shading`).
 //!
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
 //! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
@@ -22,6 +23,7 @@ mod pace;
 mod quadric;
 mod queue;
 mod sequence;
+mod shading;
 mod shape;
 mod start;
 mod stated;
@@ -29,7 +31,7 @@ mod step;
 mod surface;
 mod triangle;
 
-use super::choices::BuildEffort;
+use super::choices::{BuildEffort, ErrorMetric};
 use crate::math::ragged::Ragged;
 use crate::model::Model;
 use serde::Serialize;
@@ -42,7 +44,7 @@ pub struct Collapses {
     /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
     /// remaining faces are measured at sample points: the distance to a replaced face plus that face's own
     /// distance from the model. A component that vanishes counts with its extent, regardless of its distance
-    /// from the rest. Positive errors rise evenly with every collapse (`stated`), so every level can be
+    /// from the rest. With [`ErrorMetric::Appearance`] the shading error counts too. Positive errors rise evenly with every collapse (`stated`), so every level can be
     /// selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
@@ -101,11 +103,17 @@ pub struct SimplifyOptions {
     /// other seed a random one. The differences between seeds show how much of a result is due to chance.
     pub seed: u64,
     pub effort: BuildEffort,
+    pub metric: ErrorMetric,
 }
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        SimplifyOptions { target_faces: 64, seed: 0, effort: BuildEffort::Best }
+        SimplifyOptions {
+            target_faces: 64,
+            seed: 0,
+            effort: BuildEffort::Best,
+            metric: ErrorMetric::Geometry,
+        }
     }
 }
 

@@ -10,11 +10,12 @@ use super::pace::Pace;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::Shape;
-use super::start::{WedgeLists, nearest_wedge, normals, quadrics};
+use super::start::{Shading, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
 use super::surface::{Corner, Frame, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
+use crate::paper::progressive_mesh::choices::ErrorMetric;
 use glam::DVec3;
 
 /// Why a target was not reached.
@@ -24,7 +25,7 @@ pub const SHORTFALL: &str =
 /// The simplifier's state. Positions and faces are numbered along the curve; the result has the model's
 /// numbers.
 pub struct Sequence<'a> {
-    model: &'a Model,
+    pub(super) model: &'a Model,
     curve: Curve,
     pub(super) options: SimplifyOptions,
     pub(super) rules: Rules,
@@ -33,6 +34,8 @@ pub struct Sequence<'a> {
     /// Each face's normal in the model; zero if it has no area.
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
+    /// Set if errors count normals.
+    pub(super) shading: Option<Shading>,
     /// Vanished positions by face, and by border edge.
     pub(super) lost: Lists,
     pub(super) lost_of_border: Lists,
@@ -52,7 +55,7 @@ pub struct Sequence<'a> {
     off: Vec<(u32, f64)>,
     /// Positions whose keys must be renewed.
     around: Vec<u32>,
-    wedges: WedgeLists,
+    pub(super) wedges: WedgeLists,
     /// All components except the largest that have not vanished, in order of decreasing extent.
     components: Vec<Component>,
     /// The largest deviation so far, in the simplifier's units.
@@ -109,6 +112,8 @@ impl<'a> Sequence<'a> {
             options: *options,
             rules: Rules::Strict,
             quadrics: quadrics(&mut surface, &mut hub, positions),
+            shading: (options.metric == ErrorMetric::Appearance)
+                .then(|| Shading::of(model, &surface, positions)),
             lost: Lists::new(positions, model.faces.len()),
             lost_of_border: Lists::new(positions, positions),
             off_model: vec![0.0; model.faces.len()],
@@ -305,6 +310,7 @@ impl<'a> Sequence<'a> {
         self.shape.spread(&self.hub, &self.surface, end);
         off.clear();
         off.extend((0..self.shape.fan).map(|index| (self.shape.new[index].0, self.off_model(index, 0.0))));
+        let shading = self.squared_shading_error(end, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners
             .filter_map(|(at, corner)| {
@@ -314,13 +320,14 @@ impl<'a> Sequence<'a> {
             })
             .collect();
         self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
-        let mut most: f64 = 0.0;
+        let mut most = shading;
         for (face, bound) in dropped {
             most = most.max(bound);
             self.lost.inherit(face, bound);
         }
         for near in &self.points {
-            let (squared, face) = self.shape.nearest(near.point, near.corner);
+            let (squared, index) = self.shape.nearest(near.point, near.corner);
+            let face = self.shape.new[index].0;
             most = most.max(squared.sqrt());
             self.lost.give(near.position, face, squared.sqrt());
         }

@@ -97,8 +97,9 @@ impl Shape {
         (*face, squared.into_iter().fold(0.0, f64::max).sqrt())
     }
 
-    /// The new face nearest to a point near a corner (on a tie, the first), and the squared distance.
-    pub fn nearest(&self, point: DVec3, corner: u32) -> (f64, u32) {
+    /// The squared distance from a point near a corner to the nearest new face (on a tie, the first), and its index in
+    /// [`Self::new`].
+    pub fn nearest(&self, point: DVec3, corner: u32) -> (f64, usize) {
         let heir = self.heirs[corner as usize] as usize;
         let mut least = (self.new[heir].1.squared_to(point), heir);
         for (index, (_, triangle)) in self.new.iter().enumerate() {
@@ -109,7 +110,7 @@ impl Shape {
                 }
             }
         }
-        (least.0, self.new[least.1].0)
+        least
     }
 
     /// The total area of the old triangles.

@@ -56,6 +56,42 @@ pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
+/// The model's normals, and the area for which each position stands.
+pub struct Shading {
+    /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
+    /// at the position.
+    pub normals: Vec<DVec3>,
+    /// A third of the area of each position's faces in the model.
+    pub areas: Vec<f64>,
+}
+
+impl Shading {
+    /// `surface` has all of the model's faces.
+    pub fn of(model: &Model, surface: &WorkingMesh, positions: usize) -> Shading {
+        let (mut sums, mut areas) = (vec![DVec3::ZERO; positions], vec![0.0; positions]);
+        for face in 0..surface.faces() as u32 {
+            let [a, b, c] = surface.triangle(face);
+            let twice_area = (b - a).cross(c - a);
+            for position in surface.face(face) {
+                sums[position as usize] += twice_area;
+                areas[position as usize] += twice_area.length() / 6.0;
+            }
+        }
+        let own = |normal: &[f32; 3]| DVec3::from(normal.map(f64::from)).normalize_or(DVec3::Z);
+        let mut normals: Vec<DVec3> = model.attributes.normals.iter().map(own).collect();
+        if normals.is_empty() {
+            normals = vec![DVec3::Z; model.wedge_positions.len()];
+            for face in 0..surface.faces() as u32 {
+                for (corner, position) in (0..).zip(surface.face(face)) {
+                    normals[surface.wedge(face, corner) as usize] =
+                        sums[position as usize].normalize_or(DVec3::Z);
+                }
+            }
+        }
+        Shading { normals, areas }
+    }
+}
+
 /// The wedges of each position, numbered along a [`Curve`].
 pub struct WedgeLists {
     ends: Vec<u32>,

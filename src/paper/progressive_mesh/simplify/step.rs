@@ -39,6 +39,11 @@ impl Sequence<'_> {
         self.rules != Rules::Crossing && self.surface.valence(position) > MOST_FACES
     }
 
+    /// True if the wedges of the hub may be replaced by any of the target's.
+    pub(super) fn may_tear(&self) -> bool {
+        self.rules == Rules::Crossing
+    }
+
     /// The edges along which the hub may move.
     pub(super) fn ways(&self) -> impl Iterator<Item = &RingEdge> {
         let path = self.path();
@@ -113,7 +118,7 @@ impl Sequence<'_> {
     pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<AllowedCollapse> {
         let link = self.hub.link(&self.surface, edge);
         let cost = if link == Link::Pinches { cost * PINCH_FACTOR } else { cost };
-        let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.rules == Rules::Crossing)?;
+        let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear())?;
         (link != Link::Forbidden).then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
     }
 
@@ -133,8 +138,8 @@ impl Sequence<'_> {
     }
 
     /// The cost of a collapse with its deviation, and the deviation. It measures vanished positions against
-    /// the new faces, and samples of the new faces against the old ones. Stops early, with a deviation that
-    /// is too small, once the cost exceeds `limit`.
+    /// the new faces, samples of the new faces against the old ones, and the shading error. Stops early, with
+    /// a deviation that is too small, once the cost exceeds `limit`.
     fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> (f64, f64) {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;
@@ -159,6 +164,9 @@ impl Sequence<'_> {
                 }
                 most = self.shape.raised_by_sample(most, sample, index);
             }
+        }
+        if self.shading.is_some() && !enough(most) {
+            most = most.max(self.squared_shading_error(edge.end, enough));
         }
         (least + factor * most, most.sqrt())
     }

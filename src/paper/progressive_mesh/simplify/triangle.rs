@@ -77,13 +77,19 @@ impl Triangle {
         (v, w)
     }
 
-    /// An upper bound of the squared distance: that to some point of the triangle, found without a branch.
-    pub fn at_most(&self, p: DVec3) -> f64 {
-        let ap = p - self.corners[0];
-        let (v, w) = self.barycentric(ap);
+    /// The corners' weights at a point near the point nearest to `p`: clamped barycentric coordinates of `p`. A thin
+    /// triangle has the weights of its first corner.
+    pub fn weights(&self, p: DVec3) -> [f64; 3] {
+        let (v, w) = self.barycentric(p - self.corners[0]);
         let v = least(most(v, 0.0), 1.0);
         let w = least(most(w, 0.0), 1.0 - v);
-        (ap - self.ab * v - self.ac * w).length_squared() * WIDER + self.rounding
+        [1.0 - v - w, v, w]
+    }
+
+    /// An upper bound of the squared distance: that to some point of the triangle, found without a branch.
+    pub fn at_most(&self, p: DVec3) -> f64 {
+        let [_, v, w] = self.weights(p);
+        (p - self.corners[0] - self.ab * v - self.ac * w).length_squared() * WIDER + self.rounding
     }
 
     /// True if [`Self::squared_to`] certainly exceeds `squared`, because the point lies beyond one of the sides by more

@@ -1,7 +1,7 @@
 //! The vertex buffer of a mesh, shared by all its levels and instances.
 
 use crate::model::mesh::MeshVertex;
-use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
+use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use crate::vk::shader::{VertexFormat, progressive_mesh::surface_vert};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
 use glam::DVec3;
@@ -39,23 +39,29 @@ pub const ALWAYS_LOG2: f32 = 1000.0;
 /// log2 of a chosen error so small that every vertex has reached its position.
 pub const EXACT_LOG2: f32 = -1000.0;
 
-/// One unit normal per vertex: the model's own, or else the area-weighted mean over the full mesh's faces at
-/// the position. Normals do not change with the level.
+/// One unit normal per vertex: the model's own, or else [`face_normals`] of the full mesh. Normals do not change with
+/// the level.
 pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
-    let Vertices { positions, welded, attributes, .. } = &mesh.vertices;
-    if !attributes.normals.is_empty() {
-        return attributes.normals.clone();
+    match &mesh.vertices.attributes.normals[..] {
+        [] => face_normals(mesh, full, &mesh.vertices.welded),
+        own => own.to_vec(),
     }
+}
+
+/// One unit normal per vertex: the area-weighted mean over `faces`. `shared` has for each vertex the one whose normal it
+/// shares.
+pub fn face_normals(mesh: &ProgressiveMesh, faces: &[[u32; 3]], shared: &[u32]) -> Vec<[f32; 3]> {
+    let positions = &mesh.vertices.positions;
     let at = |vertex: u32| DVec3::from(positions[vertex as usize].map(f64::from));
     let mut sums = vec![DVec3::ZERO; positions.len()];
-    for face in full {
+    for face in faces {
         let [a, b, c] = face.map(at);
         let twice_area = (b - a).cross(c - a);
-        face.iter().for_each(|&vertex| sums[welded[vertex as usize] as usize] += twice_area);
+        face.iter().for_each(|&vertex| sums[shared[vertex as usize] as usize] += twice_area);
     }
     // If the faces cancel out or are degenerate, any direction will do.
     let unit = |&first: &u32| sums[first as usize].normalize_or(DVec3::Z).as_vec3().to_array();
-    welded.iter().map(unit).collect()
+    shared.iter().map(unit).collect()
 }
 
 /// Each vertex with its birth.

@@ -1,0 +1,392 @@
+//! pm.shading: how much of a level's picture differs from the full mesh's, by the normals that it shows.
+
+use super::super::cache::live_faces;
+use super::super::choices::{ErrorMetric, FaceOrder};
+use super::super::config::{self, ProgressiveSurface};
+use super::super::load::{Model, ordered};
+use super::super::mesh::{Level, ProgressiveMesh, Vertices};
+use super::super::place::{Bounds, Placement};
+use super::super::run::level_for_error;
+use super::super::simplify::{SimplifyOptions, simplify};
+use super::super::stand::{Stand, stands};
+use super::super::surface::vertices::{face_normals, normals};
+use super::pop::{SAMPLES, averaged};
+use super::scans;
+use super::surfaces::distances;
+use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::math::camera::Pose;
+use crate::model;
+use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings};
+use crate::picture::Target;
+use crate::picture::write::Srgb8Picture;
+use crate::scene::Scene;
+use crate::vk::Gpu;
+use anyhow::Context;
+use glam::DVec3;
+use std::collections::HashMap;
+
+pub const SHADING: Figure = Figure {
+    id: "pm.shading",
+    title: "Shading at a wanted error",
+    about: "A level that is nowhere farther from the full mesh than a pixel may still look different: the paper draws it \
+            with the full mesh's normals at the remaining vertices, and its error knows only distances. How many pixels \
+            differ visibly from the full mesh at the error that a scene wants? `normals of the level` are area-weighted \
+            means over the level's faces; wedges of a crease stay apart. `normal-aware` collapses (`mesh build --metric \
+            appearance`) also count the region in which the interpolated normals differ visibly from the model's: its \
+            radius is an error like a distance, so an error of e pixels allows a disc of radius e (Cohen, Olano and \
+            Manocha 1998 and Hoppe 1999 measure or preserve attributes in other ways). They need more faces at the \
+            same wanted error. They are therefore also compared at equal numbers of faces: with the paper's number at \
+            this wanted error, and the paper's way with their number. Each pixel is the mean of 16 samples in linear \
+            light. A pixel differs visibly by more than 8 levels of 8-bit sRGB. Inside the outline are the pixels of \
+            which both pictures cover all samples. The widest visible difference is the side of the largest square of \
+            pixels that all differ visibly; the excess is this side less the wanted error. `solid/near`, `knot/near` \
+            and `dragon_res4/near` are the scene `bunny/near` with another model; solid and knot have stored normals, \
+            and solid has creases. The scan is measured if it has been fetched.",
+    scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
+    variants,
+    paper: &[PAPER],
+    sweep: Some(Sweep { name: "wanted error, pixels", quick: &WANTED, full: &WANTED }),
+    measure,
+    plots: &[
+        Plot::sweep(VISIBLE).log_x(),
+        Plot::sweep(INSIDE).log_x(),
+        Plot::sweep(WIDEST).log_x().log_y(),
+        Plot::sweep(RMS).log_x(),
+        Plot::sweep(FACES).log_x().log_y(),
+    ],
+    claims: &[
+        Claim::ours(
+            "distance-bounds",
+            "An error that knows only distances bounds what is seen: with the full mesh's normals, no visible \
+             difference is wider than the wanted error and a pixel.",
+            &[Test::value(one(EXCESS, PAPER), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "appearance-bounds",
+            "With normal-aware collapses, no visible difference is wider than the wanted error and a pixel.",
+            &[Test::value(one(EXCESS, AWARE), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "at-a-pixel",
+            "With normal-aware collapses, at a wanted error of at most a pixel, at most 2 % of the covered pixels \
+             lie inside the outline and differ visibly.",
+            &[Test::value(one(INSIDE, AWARE), AtMost(2.0))],
+        )
+        .at(Places::ALL.x(0.0, 1.0)),
+        Claim::ours(
+            "equal-faces-inside",
+            "At equal numbers of faces, normal-aware collapses leave at most 0.75 as many pixels inside the outline that \
+             differ visibly, at wanted errors of 1 to 8 pixels.",
+            &[Test::ratio(one(INSIDE, AWARE), one(INSIDE, PAPER_AS_MANY), AtMost(0.75))],
+        )
+        .at(Places::ALL.x(1.0, 8.0)),
+        Claim::ours(
+            "equal-faces",
+            "At equal numbers of faces they leave fewer pixels in all, outline included.",
+            &[Test::ratio(one(VISIBLE, AWARE), one(VISIBLE, PAPER_AS_MANY), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "equal-faces-rms",
+            "At equal numbers of faces they do not raise the root mean square of the difference.",
+            &[Test::ratio(one(RMS, AWARE), one(RMS, PAPER_AS_MANY), AtMost(1.0))],
+        ),
+        Claim::ours(
+            "level-normals",
+            "Normals of the level suffice: with the paper's collapses and as many faces as the normal-aware ones, they \
+             leave no more pixels inside the outline that differ visibly.",
+            &[Test::ratio(one(INSIDE, LEVEL_AS_MANY), one(INSIDE, AWARE), AtMost(1.0))],
+        ),
+    ],
+};
+
+const WANTED: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+
+const PAPER: &str = "normals of the full mesh (the paper)";
+const LEVEL: &str = "normals of the level";
+const AWARE: &str = "normal-aware collapses";
+const AWARE_AS_MANY: &str = "normal-aware collapses, the paper's number of faces";
+const PAPER_AS_MANY: &str = "the paper, the faces of normal-aware";
+const LEVEL_AS_MANY: &str = "normals of the level, the faces of normal-aware";
+
+const VISIBLE: &str = "pixels that differ visibly";
+const INSIDE: &str = "pixels inside the outline that differ visibly";
+const WIDEST: &str = "widest visible difference";
+const EXCESS: &str = "excess of the widest visible difference";
+const RMS: &str = "root mean square of the difference";
+const WORST: &str = "largest difference of a pixel";
+const FACES: &str = "faces";
+const DISTANCE: &str = "mean distance";
+
+fn variants() -> Vec<String> {
+    [PAPER, LEVEL, AWARE, AWARE_AS_MANY, PAPER_AS_MANY, LEVEL_AS_MANY].map(String::from).into()
+}
+
+/// The wanted error and the scenes of the pictures that are written.
+const PICTURED: (f64, [&str; 2]) = (4.0, ["bunny/near", "solid/near"]);
+
+fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
+    let wanted = cell.x.context("the sweep has values")?;
+    let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
+    let model_alone = Cell { scene: name.into(), x: cell.x };
+    if let Some(rows) = scans::absent(&model_alone, bench.effort, &variants(), VISIBLE) {
+        return Ok(rows);
+    }
+    let model = scans::open(name)?;
+    let stage = Stage::new(bench, name, eye)?;
+    let [plain, aware] = [ErrorMetric::Geometry, ErrorMetric::Appearance].map(|metric| {
+        let options = SimplifyOptions { metric, ..SimplifyOptions::default() };
+        let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
+        ordered(&model, &collapses, FaceOrder::Classical)
+    });
+    let [at_plain, at_aware] = [&plain, &aware].map(|mesh| stage.level(mesh, wanted));
+    let faces = |mesh: &ProgressiveMesh, level: u32| mesh.levels[level as usize].faces;
+    let as_few = level_with(&aware, faces(&plain, at_plain));
+    let as_many = level_with(&plain, faces(&aware, at_aware));
+    let own = |mesh: &ProgressiveMesh| normals(mesh, &live_faces(mesh, mesh.last_level()));
+    let of_level =
+        |mesh: &ProgressiveMesh, level: u32| face_normals(mesh, &live_faces(mesh, level), &smooth(mesh));
+    let truth = stage.shot(&plain, plain.last_level(), own(&plain))?;
+    let pictured = wanted == PICTURED.0 && PICTURED.1.contains(&&*cell.scene);
+    let mut rows = Vec::new();
+    for (variant, mesh, level, normals) in [
+        (PAPER, &plain, at_plain, own(&plain)),
+        (LEVEL, &plain, at_plain, of_level(&plain, at_plain)),
+        (AWARE, &aware, at_aware, own(&aware)),
+        (AWARE_AS_MANY, &aware, as_few, own(&aware)),
+        (PAPER_AS_MANY, &plain, as_many, own(&plain)),
+        (LEVEL_AS_MANY, &plain, as_many, of_level(&plain, as_many)),
+    ] {
+        let shot = stage.shot(mesh, level, normals)?;
+        rows.extend(Difference::between(&shot, &truth, stage.size[0] as usize).rows(variant, wanted));
+        rows.push(Row::number(variant, FACES, "faces", f64::from(faces(mesh, level))));
+        if [PAPER, AWARE_AS_MANY].contains(&variant) {
+            rows.push(Row::number(variant, DISTANCE, "diagonals", mean_distance(&model, mesh, level)?));
+        }
+        if pictured {
+            picture(bench, cell, variant, &shot, stage.size)?;
+        }
+    }
+    if pictured {
+        picture(bench, cell, "full mesh", &truth, stage.size)?;
+    }
+    Ok(rows)
+}
+
+/// The mean distance between a model and a level, in diagonals.
+fn mean_distance(model: &model::Model, mesh: &ProgressiveMesh, level: u32) -> anyhow::Result<f64> {
+    let Vertices { positions, centre, .. } = &mesh.vertices;
+    let positions: Vec<DVec3> = positions.iter().map(|&p| *centre + DVec3::from(p.map(f64::from))).collect();
+    Ok(distances(model, &positions, &live_faces(mesh, level), 20_000).context("no face is left")?.mean)
+}
+
+fn picture(bench: &mut Bench, cell: &Cell, what: &str, shot: &Shot, size: [u32; 2]) -> anyhow::Result<()> {
+    let rgba = shot.levels.iter().flat_map(|&level| [level, level, level, 255]).collect();
+    let name = format!("{} {} {what}", SHADING.id, cell.scene).replace([' ', '/', ',', '(', ')', '\''], "-");
+    bench.picture(&name, &Srgb8Picture { width: size[0], height: size[1], rgba })
+}
+
+/// A scene's camera and settings, for any mesh in place of the scene's.
+struct Stage {
+    gpu: Gpu,
+    settings: Settings,
+    surface: ProgressiveSurface,
+    stands: Vec<Stand>,
+    pose: Pose,
+    /// Width and height in pixels.
+    size: [u32; 2],
+}
+
+/// A picture.
+struct Shot {
+    /// An sRGB byte for each pixel.
+    levels: Vec<u8>,
+    /// True for pixels of which every sample shows the mesh.
+    inside: Vec<bool>,
+}
+
+impl Stage {
+    /// The scene `bunny` with another model.
+    fn new(bench: &Bench, model: &str, eye: &str) -> anyhow::Result<Stage> {
+        let scene = Scene::load_with("bunny", &[format!("surface.bunny.geometry.source={model}")])?;
+        let surface = config::surface(&scene, "bunny")?;
+        let size = bench.effort_of([320, 180], [1280, 720]);
+        Ok(Stage {
+            gpu: bench.gpu(&[])?,
+            settings: Settings {
+                size: size.map(|side| side * SAMPLES),
+                ..Settings::of_scene(&scene, Target::Linear32)?
+            },
+            stands: stands(&scene, &surface),
+            surface,
+            pose: scene.camera(eye)?.pose(),
+            size,
+        })
+    }
+
+    /// The level that a wanted error in pixels gives.
+    fn level(&self, mesh: &ProgressiveMesh, pixels: f64) -> u32 {
+        let bounds = Bounds::of(&mesh.vertices.positions);
+        let place = Placement::new(&self.surface, &bounds, &self.stands[0]);
+        level_for_error(&mesh.levels, place.wanted_error(&self.pose, self.size[1], pixels) as f32)
+    }
+
+    /// A level with these normals of its vertices.
+    fn shot(&self, mesh: &ProgressiveMesh, level: u32, normals: Vec<[f32; 3]>) -> anyhow::Result<Shot> {
+        let model = Model {
+            name: "bunny".into(),
+            surface: self.surface.clone(),
+            mesh: still(mesh, level, normals),
+            cut_from: None,
+            stands: self.stands.clone(),
+            textured: None,
+        };
+        let mut run = ProgressiveMeshes::run(self.gpu.clone(), &[model], self.settings)?;
+        run.frame(&self.pose)?;
+        let bytes = run.picture_bytes()?;
+        let samples: &[[f32; 4]] = bytemuck::cast_slice(&bytes);
+        let [width, height] = self.size.map(|side| side as usize);
+        // The corner sample shows the background.
+        let side = SAMPLES as usize;
+        let covered = |x: usize, y: usize| samples[y * width * side + x] != samples[0];
+        let inside = |n: usize| {
+            let [left, top] = [n % width * side, n / width * side];
+            (0..side * side).all(|n| covered(left + n % side, top + n / side))
+        };
+        Ok(Shot {
+            levels: averaged(samples, [width, height], side),
+            inside: (0..width * height).map(inside).collect(),
+        })
+    }
+}
+
+/// A mesh that has only one level, with other normals.
+fn still(mesh: &ProgressiveMesh, level: u32, normals: Vec<[f32; 3]>) -> ProgressiveMesh {
+    let faces = live_faces(mesh, level);
+    let attributes = model::Attributes { normals, ..model::Attributes::default() };
+    let vertices = Vertices { attributes, ..mesh.vertices.clone() };
+    let only = Level { vertices: vertices.positions.len() as u32, faces: faces.len() as u32, error: 0.0 };
+    ProgressiveMesh { vertices, faces, levels: vec![only], ..ProgressiveMesh::default() }
+}
+
+/// The finest level with at most `faces` faces.
+fn level_with(mesh: &ProgressiveMesh, faces: u32) -> u32 {
+    (mesh.levels.partition_point(|level| level.faces <= faces) as u32).saturating_sub(1)
+}
+
+/// For each vertex the first one at its position that has the same normal in the model: creases stay.
+fn smooth(mesh: &ProgressiveMesh) -> Vec<u32> {
+    let Vertices { welded, attributes, .. } = &mesh.vertices;
+    let mut firsts = HashMap::new();
+    let first = |(vertex, &position): (u32, &u32)| {
+        let own = attributes.normals.get(vertex as usize).map(|normal| normal.map(f32::to_bits));
+        *firsts.entry((position, own)).or_insert(vertex)
+    };
+    (0..).zip(welded).map(first).collect()
+}
+
+/// The difference of two pictures. Shares are percentages of the pixels that either covers.
+#[derive(Debug, PartialEq)]
+struct Difference {
+    visible: f64,
+    inside: f64,
+    /// Side of the largest square of pixels that all differ visibly.
+    widest: f64,
+    rms: f64,
+    worst: f64,
+}
+
+/// A larger change, in levels of 8-bit sRGB, is visible.
+const INVISIBLE: u8 = 8;
+
+impl Difference {
+    fn between(one: &Shot, other: &Shot, width: usize) -> Difference {
+        let change = |pixel: usize| one.levels[pixel].abs_diff(other.levels[pixel]);
+        let covers = |shot: &Shot, pixel: usize| shot.levels[pixel] != shot.levels[0];
+        let pixels = 0..one.levels.len();
+        let covered: Vec<usize> =
+            pixels.clone().filter(|&pixel| covers(one, pixel) || covers(other, pixel)).collect();
+        let count = covered.len() as f64;
+        let visible: Vec<bool> = pixels.map(|pixel| change(pixel) > INVISIBLE).collect();
+        let share = |is: &dyn Fn(usize) -> bool| {
+            100.0 * covered.iter().filter(|&&pixel| visible[pixel] && is(pixel)).count() as f64 / count
+        };
+        Difference {
+            visible: share(&|_| true),
+            inside: share(&|pixel| one.inside[pixel] && other.inside[pixel]),
+            widest: widest(&visible, width) as f64,
+            rms: (covered.iter().map(|&pixel| f64::from(change(pixel)).powi(2)).sum::<f64>() / count).sqrt(),
+            worst: covered.iter().map(|&pixel| change(pixel)).max().map_or(0.0, f64::from),
+        }
+    }
+
+    fn rows(&self, variant: &str, wanted: f64) -> Vec<Row> {
+        let numbers = [
+            (VISIBLE, "% of the covered", self.visible),
+            (INSIDE, "% of the covered", self.inside),
+            (WIDEST, "pixels", self.widest),
+            (EXCESS, "pixels", self.widest - wanted),
+            (RMS, "levels of 255", self.rms),
+            (WORST, "levels of 255", self.worst),
+        ];
+        numbers.map(|(quantity, unit, number)| Row::number(variant, quantity, unit, number)).into()
+    }
+}
+
+/// Side of the largest square in which the mask is true everywhere.
+fn widest(mask: &[bool], width: usize) -> usize {
+    // For each pixel the largest square of which it is the last.
+    let mut sides = vec![0; mask.len()];
+    for at in 0..mask.len() {
+        if mask[at] {
+            let inner = at >= width && at % width > 0;
+            let least = |sides: &[usize]| sides[at - 1].min(sides[at - width]).min(sides[at - width - 1]);
+            sides[at] = 1 + if inner { least(&sides) } else { 0 };
+        }
+    }
+    sides.into_iter().max().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::named;
+
+    #[test]
+    fn the_widest_difference_is_the_side_of_a_square() {
+        let mask = |text: &str| text.bytes().map(|byte| byte == b'#').collect::<Vec<_>>();
+        assert_eq!(widest(&mask("...........####.....####.....####..."), 9), 3);
+        assert_eq!(widest(&mask("#########"), 3), 3);
+        assert_eq!(widest(&mask("#########"), 9), 1);
+        assert_eq!(widest(&mask("........."), 3), 0);
+    }
+
+    #[test]
+    fn a_pixel_counts_if_it_differs_by_more_than_eight_levels_and_inside_if_all_its_samples_are_covered() {
+        let shot = |levels: [u8; 4], inside: [bool; 4]| Shot { levels: levels.into(), inside: inside.into() };
+        let one = shot([7, 100, 100, 7], [false, true, true, false]);
+        let other = shot([7, 109, 92, 7], [false, true, true, false]);
+        let found = Difference::between(&one, &other, 2);
+        assert_eq!((found.visible, found.inside, found.widest, found.worst), (50.0, 50.0, 1.0, 9.0));
+        assert_eq!(found.rms, 72.5_f64.sqrt());
+        let edge = shot([7, 109, 92, 7], [false, false, true, false]);
+        assert_eq!(Difference::between(&one, &edge, 2).inside, 0.0);
+    }
+
+    #[test]
+    fn normals_of_the_full_level_are_near_the_models_and_creases_stay() {
+        let model = named("solid:8").unwrap();
+        let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
+        let mesh = ordered(&model, &collapses, FaceOrder::Classical);
+        let full = live_faces(&mesh, mesh.last_level());
+        let own = normals(&mesh, &full);
+        let near =
+            |a: [f32; 3], b: [f32; 3]| DVec3::from(a.map(f64::from)).dot(DVec3::from(b.map(f64::from)));
+        let of_faces = face_normals(&mesh, &full, &smooth(&mesh));
+        assert!(full.iter().flatten().all(|&v| near(own[v as usize], of_faces[v as usize]) > 0.9));
+        assert!(
+            mesh.vertices.positions.len() > 1 && smooth(&mesh) != mesh.vertices.welded,
+            "the solid has creases"
+        );
+    }
+}
