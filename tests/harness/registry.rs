@@ -57,6 +57,14 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "an ellipse filter's Jacobians against f64",
+        function: ("tests/texture_mapping/coordinates.rs", "jacobian_errors"),
+        rejects: &[(
+            "tests/texture_mapping/coordinates.rs",
+            "an_ellipse_filters_footprint_has_the_derivatives_of_its_coordinates",
+        )],
+    },
+    Comparer {
         judges: "a relief of a scene against the mean of exact rays",
         function: ("tests/renderer/relief.rs", "nmse"),
         rejects: &[(

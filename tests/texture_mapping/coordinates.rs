@@ -4,7 +4,11 @@
 use ortelius::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs};
 use ortelius::paper::texture_mapping::coordinates::twin::{self, Fma};
 use ortelius::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk, reference};
-use ortelius::paper::texture_mapping::plane::Plane;
+use ortelius::paper::texture_mapping::method::{Coordinates, Ellipse};
+use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
+use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
+use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::reference::pattern::Pattern;
 use ortelius::vk::{Feature, Filter, Format, Gpu, GpuOptions, ImageInfo, SamplerInfo, Watched};
 
 const WIDTH: u32 = 16_384;
@@ -48,7 +52,13 @@ fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
             Form::Textbook => {
                 (0..width).map(|column| twin::textbook(plane, column, band.first_row + row)).collect()
             }
-            Form::RowConstants => (0..width).map(|n| twin::row_constants(&constants, n, fma)).collect(),
+            Form::TextbookBy(_) => {
+                let row = band.first_row + row;
+                (0..width).map(|column| twin::textbook_by(plane, column, row, fma)).collect()
+            }
+            Form::RowConstants | Form::RowConstantsBy(_) => {
+                (0..width).map(|n| twin::row_constants(&constants, n, fma)).collect()
+            }
             Form::Walk(walk) => twin::walk(&constants, walk, width, fma),
             other => panic!("{other:?} has no f32 twin"),
         }
@@ -89,7 +99,9 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
         Walk::Restart(1),
         Walk::Restart(16),
     ];
+    let runs = [Walk::Restart(64), Walk::Lanes(32)];
     let forms = [Form::Textbook, Form::RowConstants].into_iter().chain(walks.map(Form::Walk));
+    let forms = forms.chain(runs.map(Form::RowConstantsBy)).chain(runs.map(Form::TextbookBy));
     let mut roundings = Vec::new();
     for (form, (plane, band)) in forms.flat_map(|form| planes().take(2).map(move |case| (form, case))) {
         let found: Vec<_> =
@@ -104,13 +116,20 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
     // A device rounds `fma` the same way in every shader.
     let common = [Fma::Fused, Fma::Twice].into_iter().any(|fma| roundings.iter().all(|m| m.contains(&fma)));
     assert!(common, "{roundings:?}");
+    // The twins differ, so a form that computed another's values would be found.
+    let (plane, band) = planes().next().unwrap();
+    let runs = Walk::Restart(64);
+    let own = [Form::RowConstantsBy(runs), Form::TextbookBy(runs), Form::Walk(runs)];
+    let [row_constants, textbook, added] = own.map(|form| twin_of(form, &plane, band, Fma::Fused));
+    assert!(row_constants != textbook && row_constants != added && textbook != added);
 }
 
 #[test]
 fn row_constants_err_by_less_than_their_bound_and_by_less_than_5_thousandths_of_a_texel() {
     let gpu = device();
     for (plane, band) in planes() {
-        for form in [Form::RowConstants, Form::Walk(Walk::Restart(1))] {
+        let runs = [Walk::Restart(64), Walk::Lanes(32)].map(Form::RowConstantsBy);
+        for form in [Form::RowConstants, Form::Walk(Walk::Restart(1))].into_iter().chain(runs) {
             let errors = errors(&values(&gpu, form, Output::Coordinates, &plane, band), &plane, band);
             let beyond = errors.iter().find(|(error, bound)| error.is_nan() || error > bound);
             assert_eq!(beyond, None, "{}: error and bound", form.name());
@@ -218,5 +237,74 @@ fn every_form_draws_every_pixel_of_the_same_picture() {
         let near = |(a, b): (&[u8; 4], &[u8; 4])| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
         let far = found.iter().zip(&first).position(|pair| !near(pair));
         assert_eq!(far.map(|at| (at, found[at], first[at])), None, "{}", form.name());
+    }
+}
+
+/// The pixels of an ellipse filter with this form of the coordinates.
+fn filtered(gpu: &Gpu, form: Coordinates, plane: &Plane) -> Vec<Dumped> {
+    let size = super::SIZE;
+    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let pass = FilterPass::by(gpu, &Ellipse::BEST, texels.coarsest(), form, (plane, size), true).unwrap();
+    let targets = Targets::new(gpu, size, true).unwrap();
+    let uploaded = Uploaded::new(gpu, "texture", &texels).unwrap();
+    pass.run(gpu, &uploaded, &targets, &push(plane, size, 0)).unwrap();
+    targets.dumped(gpu).unwrap()
+}
+
+/// Each pixel's error of the Jacobian over its bound; the larger of both rows.
+fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &Plane) -> Vec<f64> {
+    let [width, height] = super::SIZE;
+    let of_pixel = |(n, dumped): (usize, &Dumped)| {
+        let [column, row] = [n as u32 % width, n as u32 / width].map(|c| f64::from(c) + 0.5);
+        let (x, y) = (column - f64::from(width) / 2.0, row - f64::from(height) / 2.0);
+        let pixel = dumped.pixel.expect("the plane fills the picture");
+        let exact = match form {
+            Coordinates::Analytic => plane.jacobian(x, y),
+            _ => reference::differences(plane, x, y),
+        };
+        // Sums of three products with a rounding error of 2^-24 each, from constants rounded as often, lose at most 8
+        // such errors of the largest product; every term is at most this large in the picture.
+        let term = |c: usize| {
+            let [by_x, by_y, constant] = plane.0[c];
+            (by_x * f64::from(width)).abs() + (by_y * f64::from(height)).abs() + constant.abs()
+        };
+        let w = plane.0[2][0] * x + plane.0[2][1] * y + plane.0[2][2];
+        let error = |axis: usize| {
+            let texels = pixel.centre[axis].abs();
+            let position =
+                8.0 * 2f64.powi(-24) * (term(axis) + texels * term(2)) / w + 2.5 * 2f64.powi(-23) * texels;
+            let largest = exact[axis][0].abs().max(exact[axis][1].abs());
+            let bound = match form {
+                // The numerator's and the denominator's relative errors, the latter twice, and the division.
+                Coordinates::Incremental | Coordinates::Analytic => {
+                    40.0 * 2f64.powi(-24) * term(2) / w * largest
+                }
+                // The pixel's and its neighbour's positions.
+                Coordinates::Textbook | Coordinates::Rows => 2.5 * position,
+            };
+            let off = [0, 1].map(|n| (pixel.jacobian[axis][n] - exact[axis][n]).abs());
+            greatest(off.into_iter()) / bound
+        };
+        error(0).max(error(1))
+    };
+    found.iter().enumerate().map(of_pixel).collect()
+}
+
+#[test]
+fn an_ellipse_filters_footprint_has_the_derivatives_of_its_coordinates() {
+    let gpu = device();
+    for tilt in [30.0, 75.0] {
+        let plane = Tilt { roll_degrees: 20.0, ..Tilt::of(tilt) }.plane(super::SIZE[1]);
+        let forms =
+            [Coordinates::Analytic, Coordinates::Textbook, Coordinates::Rows, Coordinates::Incremental];
+        let found = forms.map(|form| filtered(&gpu, form, &plane));
+        for (found, form) in found.iter().zip(forms) {
+            let worst = greatest(jacobian_errors(found, form, &plane).into_iter());
+            println!("{form:?} at {tilt}: {worst} of the bound");
+            assert!(worst <= 1.0, "{form:?} at {tilt} degrees: {worst} times the bound");
+        }
+        // Derivatives at the pixel's centre are not differences to its neighbours.
+        let other = jacobian_errors(&found[0], Coordinates::Textbook, &plane);
+        assert!(greatest(other.into_iter()) > 10.0, "at {tilt} degrees");
     }
 }

@@ -29,33 +29,39 @@ fn covariance(method: &Ellipse, pixel: &Pixel, texels: u32) -> [f64; 3] {
     moments
 }
 
+/// The whitened covariance of a filter with this edge, kernel and axis ratio, divided by the kernel's variance: (1 0 1)
+/// if the filter spreads as its kernel does.
+fn whitened(edge: Edge, kernel: Kernel, ratio: f64, degrees: f64) -> [f64; 3] {
+    let method = Ellipse::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
+    let mut mean = [0.0; 3];
+    let phases = 8;
+    for n in 0..phases * phases {
+        let centre = [n % phases, n / phases].map(|n| (f64::from(n) + 0.5) / f64::from(phases));
+        let [a, b, c] = covariance(&method, &pixel(4.0, ratio, degrees, centre), 1 << 20);
+        let (sin, cos) = f64::to_radians(degrees).sin_cos();
+        let along = a * cos * cos + 2.0 * b * sin * cos + c * sin * sin;
+        let across = a * sin * sin - 2.0 * b * sin * cos + c * cos * cos;
+        let mixed = (c - a) * sin * cos + b * (cos * cos - sin * sin);
+        let k = f64::from(method.footprint.k);
+        let (major, minor) = ((16.0 * ratio * ratio + k).sqrt(), (16.0 + k).sqrt());
+        let whitened = [along / (major * major), mixed / (major * minor), across / (minor * minor)];
+        for (sum, entry) in mean.iter_mut().zip(whitened) {
+            *sum += entry / kernel.variance() / f64::from(phases * phases);
+        }
+    }
+    mean
+}
+
 #[test]
 fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() {
-    let method = Ellipse::BEST.edge(Edge::None).minor_texels(0.0).most_ratio(100.0);
-    for kernel in [Kernel::FORMULA_4, Kernel::EWA] {
-        let method = method.kernel(kernel);
+    for (edge, kernel) in [Edge::None, Edge::AreaRamp]
+        .into_iter()
+        .flat_map(|edge| [Kernel::FORMULA_4, Kernel::EWA].map(|kernel| (edge, kernel)))
+    {
         for (ratio, degrees) in [(1.0, 0.0), (4.0, 30.0), (16.0, 77.0), (64.0, 45.0), (64.0, 10.0)] {
-            // The whitened covariance should be the identity.
-            let mut mean = [0.0; 3];
-            let phases = 8;
-            for n in 0..phases * phases {
-                let centre = [n % phases, n / phases].map(|n| (f64::from(n) + 0.5) / f64::from(phases));
-                let pixel = pixel(4.0, ratio, degrees, centre);
-                let [a, b, c] = covariance(&method, &pixel, 1 << 20);
-                let (sin, cos) = f64::to_radians(degrees).sin_cos();
-                let along = a * cos * cos + 2.0 * b * sin * cos + c * sin * sin;
-                let across = a * sin * sin - 2.0 * b * sin * cos + c * cos * cos;
-                let mixed = (c - a) * sin * cos + b * (cos * cos - sin * sin);
-                let k = f64::from(method.footprint.k);
-                let (major, minor) = ((16.0 * ratio * ratio + k).sqrt(), (16.0 + k).sqrt());
-                let whitened = [along / (major * major), mixed / (major * minor), across / (minor * minor)];
-                for (sum, entry) in mean.iter_mut().zip(whitened) {
-                    *sum += entry / kernel.variance() / f64::from(phases * phases);
-                }
-            }
-            let [along, mixed, across] = mean;
+            let found @ [along, mixed, across] = whitened(edge, kernel, ratio, degrees);
             let worst = (along - 1.0).abs().max(mixed.abs()).max((across - 1.0).abs());
-            assert!(worst < 0.01, "ratio {ratio} at {degrees} degrees: {mean:?}");
+            assert!(worst < 0.01, "{edge:?} {kernel:?} ratio {ratio} at {degrees} degrees: {found:?}");
         }
     }
 }

@@ -14,7 +14,7 @@ use ortelius::paper::virtual_texture::{
 };
 use ortelius::picture::Target;
 use ortelius::reference::Sample;
-use ortelius::reference::filter::{Edges, Texture, sample_count};
+use ortelius::reference::filter::{Edges, Texture, sample_count, srgb8_to_linear};
 use ortelius::reference::supersample::{Density, Kernel, supersample};
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::BTreeSet;
@@ -431,18 +431,36 @@ impl TileSource for Constant {
 }
 
 #[test]
-fn a_constant_texture_comes_out_exactly() {
-    let scene = bordered("plane", 8);
-    let pyramid = Pyramid::new(18, 17, 9, 8, None).unwrap();
-    let mut renderer = open_with(&device(), &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
-        filter(settings, 16);
-    });
-    renderer.settle(&pose(&scene, "tilted")).unwrap();
-    let bytes = renderer.picture_bytes().unwrap();
-    let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-    let mut colours: Vec<[u32; 4]> = pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect();
-    colours.sort();
-    colours.dedup();
-    // One colour of the sky and one of the texture.
-    assert_eq!(colours.len(), 2, "{colours:?}");
+fn a_constant_texture_comes_out_exactly_by_every_filter() {
+    let scene = bordered("plane", 16);
+    let (gpu, pyramid) = (device(), Pyramid::new(18, 17, 9, 16, None).unwrap());
+    // A device's sampler weights texels in steps of 1/256; sums of samples round.
+    let sampled = 1.0 / 512.0;
+    for (kind, samples, most) in [
+        (Filtering::Ellipse, 1, 0.0),
+        (Filtering::Trilinear, 1, sampled),
+        (Filtering::Stochastic, 1, 0.0),
+        (Filtering::Stochastic, 16, sampled),
+    ] {
+        let mut renderer = open_with(&gpu, &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
+            filter(settings, 16);
+            settings.config.filter = Filter { kind, samples, ..settings.config.filter };
+        });
+        renderer.settle(&pose(&scene, "tilted")).unwrap();
+        let bytes = renderer.picture_bytes().unwrap();
+        let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+        let exact = srgb8_to_linear(119);
+        // The sky is far from the texture's colour.
+        let off = |pixel: &[f32; 4]| (f64::from(pixel[0]) - exact).abs();
+        let on: Vec<&[f32; 4]> = pixels.iter().filter(|pixel| off(pixel) < 0.02).collect();
+        assert!(on.len() > pixels.len() / 3, "{kind:?} {samples}: {} pixels", on.len());
+        let mut sky: Vec<[u32; 4]> =
+            pixels.iter().filter(|pixel| off(pixel) >= 0.02).map(|pixel| pixel.map(f32::to_bits)).collect();
+        sky.dedup();
+        assert!(sky.len() <= 1, "{kind:?} {samples}: {sky:?}");
+        let channels = || on.iter().flat_map(|pixel| &pixel[..3]).copied();
+        let (least, largest) = (channels().fold(1.0, f32::min), channels().fold(0.0, f32::max));
+        println!("{kind:?} {samples}: {least} to {largest}");
+        assert!(largest - least <= most, "{kind:?} {samples}: {least} to {largest}");
+    }
 }

@@ -268,7 +268,8 @@ impl FilterPass {
         FilterPass::with(gpu, method, &constants(method, coarsest), coarsest, dumps)
     }
 
-    /// An ellipse with the given form of the coordinates, for pictures of `plane` only.
+    /// An ellipse with the given form of the coordinates, for pictures of `plane` only; with `dumps` as for
+    /// [`FilterPass::new`].
     ///
     /// # Errors
     /// Out of memory.
@@ -278,6 +279,7 @@ impl FilterPass {
         coarsest: u32,
         coordinates: Coordinates,
         (plane, size): (&Plane, [u32; 2]),
+        dumps: bool,
     ) -> Result<FilterPass> {
         let method = Method::Ellipse(*ellipse);
         let own = [("COORDINATES", coordinates as u32)];
@@ -286,7 +288,7 @@ impl FilterPass {
             &method,
             &[&constants(&method, coarsest)[..], &own].concat(),
             coarsest,
-            false,
+            dumps,
         )?;
         // Rows count from the picture's first corner.
         let plane = plane.shifted(size.map(|side| -f64::from(side) / 2.0));

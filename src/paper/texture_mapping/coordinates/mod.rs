@@ -13,8 +13,9 @@
 //! so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run.
 //! A fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one
 //! fused multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`Walk`]).
-//! Threads compute the values of their first pixel by multiplication. We add restarts, integers, and analytic
-//! derivatives, whose denominator is `w^2`.
+//! Threads compute the values of their first pixel by multiplication. We add restarts, integers, threads that read
+//! their row's constants once and compute each of their pixels from them, and analytic derivatives, whose denominator
+//! is `w^2`.
 //!
 //! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
 //! them.
@@ -46,6 +47,12 @@ pub enum Form {
     /// The fragment shader reads the row's constants from a buffer and computes each numerator and the denominator
     /// with one `fma`.
     RowConstants,
+    /// As `RowConstants` in a compute shader: a thread reads its row's constants once, and computes each of its
+    /// pixels from them.
+    RowConstantsBy(Walk),
+    /// As `Textbook` in a compute shader: a thread evaluates the part that its row shares once, and adds each pixel's
+    /// with one `fma`.
+    TextbookBy(Walk),
     /// The threads of a compute shader walk along rows by additions in f32.
     Walk(Walk),
     /// As `Walk`, with 64-bit integers.
@@ -95,11 +102,15 @@ pub struct RowConstants {
 
 impl Form {
     /// All forms of the figures.
-    pub const ALL: [Form; 16] = [
+    pub const ALL: [Form; 20] = [
         Form::Varyings,
         Form::NoPerspective,
         Form::Textbook,
+        Form::TextbookBy(Walk::Lanes(32)),
+        Form::TextbookBy(Walk::Restart(64)),
         Form::RowConstants,
+        Form::RowConstantsBy(Walk::Lanes(32)),
+        Form::RowConstantsBy(Walk::Restart(64)),
         Form::Walk(Walk::Sequential),
         Form::Walk(Walk::TwoEnds),
         Form::Walk(Walk::Lanes(8)),
@@ -121,6 +132,8 @@ impl Form {
             Form::NoPerspective => "noperspective".into(),
             Form::Textbook => "textbook".into(),
             Form::RowConstants => "row constants".into(),
+            Form::RowConstantsBy(walk) => format!("row constants, {}", walk.share()),
+            Form::TextbookBy(walk) => format!("textbook, {}", walk.share()),
             Form::Walk(walk) => walk.name(),
             Form::Integer(walk) => format!("integers, {}", walk.name()),
         }
@@ -135,6 +148,14 @@ impl Walk {
             Walk::Lanes(lanes) => format!("{lanes} lanes"),
             Walk::Restart(1) => "compute, row constants".into(),
             Walk::Restart(pixels) => format!("restart {pixels}"),
+        }
+    }
+
+    /// The name of a thread's share of a row, for threads that do not add from pixel to pixel.
+    fn share(self) -> String {
+        match self {
+            Walk::Restart(pixels) => format!("runs of {pixels}"),
+            other => other.name(),
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{Band, Derivatives, Form, Plane, RowConstants, Walk, twin};
 use crate::vk::shader::texture_mapping::{
     coordinates_band_vert, coordinates_comp, coordinates_frag, coordinates_integer_comp,
-    coordinates_varying_frag, coordinates_varying_vert,
+    coordinates_runs_comp, coordinates_varying_frag, coordinates_varying_vert,
 };
 use crate::vk::shader::{PlaneBand, Shader};
 use crate::vk::{
@@ -21,7 +21,7 @@ pub enum Output {
     /// u and v.
     Coordinates,
     /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] needs [`Form::Textbook`]; the others
-    /// need a form with the row's constants in f32.
+    /// need [`Form::RowConstants`] or [`Form::Walk`].
     Derivatives(Derivatives),
 }
 
@@ -74,8 +74,8 @@ pub fn set_up(form: Form, plane: &Plane, band: Band) -> Vec<u32> {
     let [width, height] = band.size;
     let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();
     match form {
-        Form::Varyings | Form::NoPerspective | Form::Textbook => vec![0],
-        Form::RowConstants | Form::Walk(_) => rounded(&rows),
+        Form::Varyings | Form::NoPerspective | Form::Textbook | Form::TextbookBy(_) => vec![0],
+        Form::RowConstants | Form::RowConstantsBy(_) | Form::Walk(_) => rounded(&rows),
         Form::Integer(_) => integers(&rows, width),
     }
 }
@@ -102,18 +102,21 @@ impl CoordinatesPass {
         };
         let constants = [("OUTPUT", output_id), ("METHOD", method)];
         let words = if output == Output::Texels { 1 } else { 4 };
-        let body = match form {
-            Form::Walk(walk) | Form::Integer(walk) => {
+        let body = match walk_of(form) {
+            Some(walk) => {
                 let shader = match form {
                     Form::Integer(_) => &coordinates_integer_comp::SHADER,
-                    _ => &coordinates_comp::SHADER,
+                    Form::Walk(_) => &coordinates_comp::SHADER,
+                    _ => &coordinates_runs_comp::SHADER,
                 };
                 let bytes = 4 * u64::from(words) * band.size.map(u64::from).iter().product::<u64>();
-                let constants = [constants[0], constants[1], ("WALK", walk_id(walk))];
+                let row_constants = u32::from(matches!(form, Form::RowConstantsBy(_)));
+                let own = [("WALK", walk_id(walk)), ("ROW_CONSTANTS", row_constants)];
+                let constants = used(shader, &[constants, own].concat());
                 let pixels = gpu.buffer(&format!("pixels, {name}"), bytes, BufferUse::Storage)?;
-                Body::Dispatch(gpu.compute_pipeline(&name, shader, &used(shader, &constants))?, pixels)
+                Body::Dispatch(gpu.compute_pipeline(&name, shader, &constants)?, pixels)
             }
-            _ => {
+            None => {
                 let format = if words == 1 { Format::R32Uint } else { Format::Rgba32Uint };
                 let pipeline = draw_pipeline(gpu, &name, form, format, constants)?;
                 Body::Draw(pipeline, gpu.image(&name, ImageInfo::target(band.size, format))?)
@@ -192,6 +195,16 @@ impl CoordinatesPass {
     }
 }
 
+/// How the threads of a compute form share a row; `None` for forms that draw.
+fn walk_of(form: Form) -> Option<Walk> {
+    match form {
+        Form::Varyings | Form::NoPerspective | Form::Textbook | Form::RowConstants => None,
+        Form::RowConstantsBy(walk) | Form::TextbookBy(walk) | Form::Walk(walk) | Form::Integer(walk) => {
+            Some(walk)
+        }
+    }
+}
+
 fn walk_id(walk: Walk) -> u32 {
     match walk {
         Walk::Sequential | Walk::Lanes(_) => 0,
@@ -200,19 +213,16 @@ fn walk_id(walk: Walk) -> u32 {
     }
 }
 
-/// Keeps the constants that the shader declares; integer shaders have no derivatives.
+/// Keeps the constants that the shader declares.
 fn used<'a>(shader: &Shader, constants: &[(&'a str, u32)]) -> Vec<(&'a str, u32)> {
     let has = |name: &str| shader.specialization.iter().any(|(constant, _)| *constant == name);
     constants.iter().copied().filter(|(name, _)| has(name)).collect()
 }
 
 fn push(form: Form, plane: &Plane, band: Band, image_side: u32) -> PlaneBand {
-    let (lanes, run) = match form {
-        Form::Walk(walk) | Form::Integer(walk) => {
-            (walk.lanes(band.size[0]), if let Walk::Restart(pixels) = walk { pixels } else { 0 })
-        }
-        _ => (0, 0),
-    };
+    let walk = walk_of(form);
+    let run = if let Some(Walk::Restart(pixels)) = walk { pixels } else { 0 };
+    let lanes = walk.map_or(0, |walk| walk.lanes(band.size[0]));
     PlaneBand {
         plane: [0, 1, 2].map(|column| [0, 1, 2].map(|row: usize| plane.0[row][column] as f32)),
         size: band.size,

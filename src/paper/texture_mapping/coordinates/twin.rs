@@ -33,7 +33,16 @@ pub fn textbook(plane: &Plane, column: u32, row: u32) -> [f32; 3] {
     })
 }
 
-/// [`super::Form::RowConstants`].
+/// [`super::Form::TextbookBy`]: (u w, v w, w) at a pixel.
+pub fn textbook_by(plane: &Plane, column: u32, row: u32, fma: Fma) -> [f32; 3] {
+    let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
+    plane.0.map(|row| {
+        let [by_x, by_y, constant] = row.map(|c| c as f32);
+        fma.of(by_x, x, by_y * y + constant)
+    })
+}
+
+/// [`super::Form::RowConstants`] and [`super::Form::RowConstantsBy`].
 pub fn row_constants(constants: &RowConstants, column: u32, fma: Fma) -> [f32; 3] {
     [0, 1, 2].map(|c| fma.of(constants.step[c] as f32, column as f32, constants.start[c] as f32))
 }

@@ -1,6 +1,6 @@
 //! tm.v1: approximations of the cut-off volume of texels at the ellipse's edge, and their effect on a picture's error.
 
-use super::lab::{FORMULA_4, GAUSSIAN, Lab, errors};
+use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, errors};
 use super::shape::pattern_of;
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
@@ -16,31 +16,31 @@ pub const EDGES: Figure = Figure {
             (sigma 0.2 texels) on the inner side of the cut. It gives three approximations of that volume and calls \
             the texel's covered area inadequate. The error bounds of the approximations are partly illegible; we read \
             1e-2, 5e-3 and 1e-2, which the formulas can meet. Each approximation is compared with the exact volume. \
-            Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 r^2) \
-            without a reconstruction term, as in the thesis. The other is the EWA filter's exp(-2 r^2) with a \
-            reconstruction term of 0.8, our default. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x \
-            192 pixels.",
+            Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 \
+            r^2) without a reconstruction term, as in the thesis. The other is the EWA filter's exp(-2 r^2) with a \
+            reconstruction term of 0.8, our default. A line shows each truth's own error. Planes of `pink-noise` and \
+            `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
-    variants: || Edge::ALL.map(|edge| edge.name().to_string()).to_vec(),
+    variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[
-        Plot::sweep(NMSE).log_y(),
-        Plot::sweep(NMSE_EWA).log_y(),
+        Plot::sweep(NMSE).log_y().floor(FLOOR),
+        Plot::sweep(NMSE_EWA).log_y().floor(FLOOR),
         Plot::sweep(TIME),
         Plot::curves(VOLUME, "distance to the edge, texels"),
     ],
     claims: &[
         Claim::paper(
-            "chapter 2, figures 4-6",
+            "claim 3, figures 4-6",
             "accuracy",
             "Weighting edge texels by their cut-off volume is more accurate than counting them as whole \
              texels.",
             &[Test::ratio(one(NMSE, EXACT), one(NMSE, NONE), Below(1.0))],
         ),
         Claim::paper(
-            "chapter 2, figure 5",
+            "claim 3, figure 5",
             "bounds",
             "The errors of the quadratic, cubic and piecewise linear form are at most 1e-2, 5e-3 and 1e-2.",
             &[
@@ -77,7 +77,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let formula_4 = Ellipse::BEST.kernel(Kernel::FORMULA_4).k(0.0);
     let filters = [(NMSE, formula_4, FORMULA_4), (NMSE_EWA, Ellipse::BEST, GAUSSIAN)];
     let truths = filters.map(|(.., of_truth)| lab.truth(&plane, of_truth));
-    let mut rows = Vec::new();
+    let floors = filters.iter().zip(&truths);
+    let mut rows: Vec<Row> =
+        floors.map(|((quantity, ..), truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse)).collect();
     let mut methods = Vec::new();
     for edge in Edge::ALL {
         let method = Method::Ellipse(Ellipse::BEST.edge(edge));

@@ -1,7 +1,7 @@
 //! tm.extremes: planes on which filters fail.
 
 use super::agreement::{Agreement, compare_fragments};
-use super::lab::{GAUSSIAN, Lab, Shown, errors};
+use super::lab::{FLOOR, GAUSSIAN, Lab, Shown, errors};
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, RADIAL_64};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
@@ -16,16 +16,16 @@ use crate::reference::pattern::Pattern;
 pub const EXTREMES: Figure = Figure {
     id: "tm.extremes",
     title: "Filters at the extremes",
-    about: "1/f noise, 64 x 48 pixels, on planes on which filters fail. `tilt-89.999`: almost edge-on. `horizon`: \
-            the horizon crosses the middle of the picture. `behind`: the homography's denominator changes its sign \
-            in the picture, so part of the plane is behind the camera. `rank-1`: a singular Jacobian. `magnified`: \
-            50 pixels per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per pixel. \
-            `overdraw-100`: a plane at 89 degrees that gives object-space texturing more than 100 fragments per \
-            pixel (planes are cut off where a pixel would receive more than 5000). Counted: pixels that are not \
-            finite or outside 0 to 1, and ellipses in which no texel has a weight (such pixels show the nearest \
-            texel). The paper's filter as printed has no reconstruction term, and its determinant cancels in f32, so \
-            it has no f64 reference. The pixels of every other method are also compared with that method's f64 \
-            reference. The truth is the f64 supersample.",
+    about: "1/f noise, 64 x 48 pixels, on planes on which filters fail. `tilt-89.999`: almost edge-on. `horizon`: the \
+            horizon crosses the middle of the picture. `behind`: the homography's denominator changes its sign in the \
+            picture, so part of the plane is behind the camera. `rank-1`: a singular Jacobian. `magnified`: 50 pixels \
+            per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per pixel. `overdraw-100`: a \
+            plane at 89 degrees that gives object-space texturing more than 100 fragments per pixel (planes are cut \
+            off where a pixel would receive more than 5000). Counted: pixels that are not finite or outside 0 to 1, \
+            and ellipses in which no texel has a weight (such pixels show the nearest texel). The paper's filter as \
+            printed has no reconstruction term, and its determinant cancels in f32, so it has no f64 reference. The \
+            pixels of every other method are also compared with that method's f64 reference. The truth is the f64 \
+            supersample; a line shows its own error.",
     scenes: &[
         "tilt-89.999",
         "horizon",
@@ -36,11 +36,11 @@ pub const EXTREMES: Figure = Figure {
         "far",
         "overdraw-100",
     ],
-    variants: || variants().into_iter().map(|(name, _)| name.to_string()).collect(),
+    variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
     paper: &["as printed, rows"],
     sweep: None,
     measure,
-    plots: &[Plot::bars(NMSE).log_y(), Plot::bars(EMPTY)],
+    plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],
     claims: &[
         Claim::ours(
             "finite",
@@ -157,7 +157,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
-    let mut rows = Vec::new();
+    let mut rows = vec![Row::number(FLOOR, NMSE, "", truth.own_nmse)];
     for (name, method) in variants() {
         let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
         rows.extend(match method {

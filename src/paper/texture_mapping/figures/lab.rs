@@ -27,6 +27,9 @@ pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
 pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
 
+/// The variant whose errors are the truth's own.
+pub const FLOOR: &str = "the truth's own error";
+
 /// A pattern on a device, and the targets for pictures of it.
 pub struct Lab {
     pub gpu: Gpu,
@@ -113,7 +116,7 @@ impl Lab {
         plane: &Plane,
     ) -> anyhow::Result<LabPass> {
         let of = (plane, self.size);
-        let pass = FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of)?;
+        let pass = FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of, false)?;
         Ok(LabPass::Filter(Box::new(pass)))
     }
 
@@ -166,6 +169,22 @@ impl Lab {
         let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
         rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
         Ok(Shown { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
+    }
+
+    /// The mean of the pictures of `frames` frames, which differ in their random numbers. The texels are those of one
+    /// frame.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn accumulated(&self, pass: &LabPass, plane: &Plane, frames: u32) -> anyhow::Result<Shown> {
+        let mut sum = self.show(pass, plane, 0)?;
+        for frame in 1..frames {
+            let next = self.show(pass, plane, frame)?.picture.rgba;
+            let channels = sum.picture.rgba.iter_mut().flatten();
+            channels.zip(next.iter().flatten()).for_each(|(sum, next)| *sum += next);
+        }
+        sum.picture.rgba.iter_mut().flatten().for_each(|channel| *channel /= frames as f32);
+        Ok(sum)
     }
 
     fn run(&self, pass: &LabPass, plane: &Plane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {

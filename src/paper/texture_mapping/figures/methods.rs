@@ -50,6 +50,7 @@ fn ellipses() -> Vec<(String, Method)> {
         (format!("{OURS}, 1/2 texel across"), best.minor_texels(0.5)),
         (format!("{OURS}, 1/4 texel across"), best.minor_texels(0.25)),
         (format!("{OURS}, 1/4 texel across, ratio 2"), best.minor_texels(0.25).most_ratio(2.0)),
+        (format!("{OURS}, 1/4 texel across, ratio 1.8"), best.minor_texels(0.25).most_ratio(1.8)),
     ];
     settings.into_iter().map(|(name, ellipse)| (name, Method::Ellipse(ellipse))).collect()
 }

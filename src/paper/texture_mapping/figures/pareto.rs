@@ -1,9 +1,10 @@
 //! tm.pareto: cost and error of all filters on one chart.
 
-use super::lab::{GAUSSIAN, Lab, errors, excused, geometric_mean};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, Shown, errors, excused, geometric_mean};
 use super::methods::{self, OURS};
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::paper::texture_mapping::baselines::Baseline;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Plane, Tilt};
 use crate::picture::write::Srgb8Picture;
@@ -19,17 +20,18 @@ pub const PARETO: Figure = Figure {
             of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the smallest error that can be \
             measured. The second truth is a box of one pixel, which favours box-like filters. NMSE is the geometric \
             mean over the cases. Texels fetched per pixel are a cost that does not depend on the device; the device's \
-            own samplers do not report them. The time is the mean over the six tilts of 1/f noise. Pictures have 96 x \
-            72 (quick) or 256 x 192 pixels. A software device's anisotropic sampler is an EWA filter; it is listed as \
-            `software driver's EWA`, not as a GPU's sampler.",
+            own samplers do not report them. The time is the mean over the six tilts of 1/f noise. `stochastic 1, 16 \
+            frames` is the mean of 16 frames of a view at rest; its texels and its time are those of one frame. \
+            Pictures have 96 x 72 (quick) or 256 x 192 pixels. A software device's anisotropic sampler is an EWA \
+            filter; it is listed as `software driver's EWA`, not as a GPU's sampler.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
     sweep: None,
     measure,
     plots: &[
-        Plot::curves(BY_TEXELS, "texels fetched a pixel").log_x().log_y(),
-        Plot::curves(BY_TIME, "NMSE").log_x().log_y(),
+        Plot::curves(BY_TEXELS, "texels fetched a pixel").log_x().log_y().floor(FLOOR),
+        Plot::curves(BY_TIME, "time a pixel, ns").log_x().log_y().floor(FLOOR),
         Plot::bars(NMSE).log_y().floor(FLOOR),
         Plot::bars(BOX).log_y().floor(FLOOR),
         Plot::bars(FLIP),
@@ -66,7 +68,6 @@ pub const PARETO: Figure = Figure {
 };
 
 const CHEAP: &str = "ellipse, ratio 4";
-const FLOOR: &str = "the truth's own error";
 const FRONT: &str = "front of all";
 
 const NMSE: &str = "NMSE";
@@ -78,13 +79,24 @@ const TEXELS: &str = "texels fetched a pixel";
 const TIME: &str = "time a pixel";
 const AHEAD: &str = "ahead of our settings";
 const BY_TEXELS: &str = "NMSE by texels";
-const BY_TIME: &str = "time by NMSE";
+const BY_TIME: &str = "NMSE by time";
+const SAMPLES: &str = "samples a pixel";
+const MOST_SAMPLES: &str = "samples of the pixel with most";
+
+/// One stochastic sample per pixel, accumulated over [`FRAMES`] frames.
+const ACCUMULATED: &str = "stochastic 1, 16 frames";
+const FRAMES: u32 = 16;
 
 const PATTERNS: [Pattern; 3] = [Pattern::Checker(2), Pattern::ZonePlate, Pattern::PinkNoise];
 const TILTS: [f64; 6] = [0.0, 30.0, 60.0, 70.0, 75.0, 80.0];
 
 fn names() -> Vec<String> {
-    methods::all().into_iter().map(|(name, _)| name).collect()
+    contenders().into_iter().map(|(name, _)| name).collect()
+}
+
+fn contenders() -> Vec<(String, Method)> {
+    let accumulated = (ACCUMULATED.to_string(), Method::Baseline(Baseline::Stochastic(1)));
+    methods::all().into_iter().chain([accumulated]).collect()
 }
 
 /// A method's results in all cases; `worst` is the largest error of a pixel.
@@ -101,7 +113,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
     let gpu = bench.gpu(&[])?;
     let (present, absent): (Vec<_>, Vec<_>) =
-        methods::all().into_iter().partition(|(name, method)| excused(&gpu, name, method).is_none());
+        contenders().into_iter().partition(|(name, method)| excused(&gpu, name, method).is_none());
     let planes = TILTS.map(|tilt| Tilt::of(tilt).plane(size[1]));
     let mut scores: Vec<Score> = present.iter().map(|_| Score::default()).collect();
     let mut floors = Vec::new();
@@ -111,41 +123,47 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             .iter()
             .map(|plane| [GAUSSIAN, Kernel::Box].map(|kernel| lab.truth(plane, kernel)))
             .collect();
-        floors.extend(truths.iter().map(|[truth, _]| truth.own_nmse));
         for ((name, method), score) in present.iter().zip(&mut scores) {
-            score_of(&lab, method, &planes, &truths, score)?;
+            let pass = lab.pass(method)?;
+            score_of(&lab, (name, &pass), &planes, &truths, score)?;
             if pattern == Pattern::PinkNoise {
                 continue;
             }
-            let shown = lab.show(&lab.pass(method)?, &planes[5], 0)?;
+            let shown = shown(&lab, (name, &pass), &planes[5])?;
             let file = format!("tm.pareto-{}-{}-{}", cell.scene, pattern.name(), plain(name));
             bench.picture(&file, &Srgb8Picture::from(&shown.picture))?;
         }
+        floors.extend(truths);
     }
     let mut rows: Vec<Row> =
         present.iter().zip(&scores).flat_map(|((name, _), score)| rows_of(name, score)).collect();
-    rows.push(Row::new(FLOOR, NMSE, "", Value::Number(geometric_mean(&floors))));
-    rows.push(Row::new(FLOOR, BOX, "", Value::Number(geometric_mean(&floors))));
+    rows.extend(floor_rows(&floors));
     for (name, method) in &absent {
         let why = excused(&gpu, name, method).expect("absent methods have a reason");
         rows.push(Row::new(&**name, NMSE, "", Value::Missing(why.into())));
     }
     rows.extend(ahead(&present, &scores));
-    rows.push(Row::new(FRONT, BY_TEXELS, "", Value::Series(front(&scores))));
+    let by_texels = scores.iter().map(|score| [mean(&score.fetched), geometric_mean(&score.nmse)]);
+    let counted = by_texels.filter(|[fetched, _]| *fetched > 0.0).collect();
+    rows.push(Row::new(FRONT, BY_TEXELS, "", Value::Series(front(counted))));
     rows.extend(time_rows(bench, &Lab::new(&gpu, Pattern::PinkNoise, size)?, &present, &planes, &scores)?);
     Ok(rows)
 }
 
+/// A contender's picture, accumulated if its name says so.
+fn shown(lab: &Lab, (name, pass): (&str, &LabPass), plane: &Plane) -> anyhow::Result<Shown> {
+    lab.accumulated(pass, plane, if name == ACCUMULATED { FRAMES } else { 1 })
+}
+
 fn score_of(
     lab: &Lab,
-    method: &Method,
+    contender: (&str, &LabPass),
     planes: &[Plane],
     truths: &[[Truth; 2]],
     score: &mut Score,
 ) -> anyhow::Result<()> {
-    let pass = lab.pass(method)?;
     for (plane, [gaussian, of_box]) in planes.iter().zip(truths) {
-        let shown = lab.show(&pass, plane, 0)?;
+        let shown = shown(lab, contender, plane)?;
         let found = errors(&shown.picture, gaussian)?;
         score.nmse.push(found.nmse);
         score.flip.push(found.flip);
@@ -154,6 +172,18 @@ fn score_of(
         score.fetched.push(shown.fetched);
     }
     Ok(())
+}
+
+/// Each truth's own error, and the samples of the Gaussian one.
+fn floor_rows(truths: &[[Truth; 2]]) -> Vec<Row> {
+    let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse).collect::<Vec<_>>());
+    let samples: Vec<f64> = truths.iter().map(|[truth, _]| truth.mean_samples).collect();
+    let most = truths.iter().map(|[truth, _]| truth.most_samples).max().unwrap_or(0);
+    let quantities = [(NMSE, own(0)), (BY_TEXELS, own(0)), (BY_TIME, own(0)), (BOX, own(1))];
+    let mut rows = quantities.map(|(quantity, nmse)| Row::number(FLOOR, quantity, "", nmse)).to_vec();
+    rows.push(Row::number(FLOOR, SAMPLES, "samples", mean(&samples)));
+    rows.push(Row::number(FLOOR, MOST_SAMPLES, "samples", most as f64));
+    rows
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -178,13 +208,8 @@ fn rows_of(name: &str, score: &Score) -> Vec<Row> {
     rows
 }
 
-/// (texels, NMSE) of the Pareto-optimal methods, in order of texels.
-fn front(scores: &[Score]) -> Vec<[f64; 2]> {
-    let mut points: Vec<[f64; 2]> = scores
-        .iter()
-        .map(|score| [mean(&score.fetched), geometric_mean(&score.nmse)])
-        .filter(|[fetched, _]| *fetched > 0.0)
-        .collect();
+/// The Pareto-optimal points (cost, NMSE), in order of cost.
+fn front(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut least = f64::INFINITY;
     points.retain(|&[_, nmse]| {
@@ -220,16 +245,29 @@ fn time_rows(
 ) -> anyhow::Result<Vec<Row>> {
     let timed = lab.times(bench, methods, planes)?;
     let mut rows: Vec<Row> = timed.iter().map(|timed| lab.time_row(timed, planes.len(), TIME)).collect();
-    for (row, score) in rows.clone().iter().zip(scores) {
-        if let Value::Summary(ns) = row.value {
-            let spread = Value::Spreads(vec![(geometric_mean(&score.nmse), ns)]);
-            rows.push(Row::new(&*row.variant, BY_TIME, "ns", spread));
-        }
-    }
+    let point = |(row, score): (&Row, &Score)| {
+        Some((row.variant.clone(), [row.value.number()?, geometric_mean(&score.nmse)]))
+    };
+    let points: Vec<(String, [f64; 2])> = rows.iter().zip(scores).filter_map(point).collect();
+    let ends = front(points.iter().map(|(_, point)| *point).collect());
+    let series = points.into_iter().map(|(name, point)| (name, vec![point])).chain([(FRONT.into(), ends)]);
+    rows.extend(series.map(|(name, points)| Row::new(name, BY_TIME, "", Value::Series(points))));
     Ok(rows)
 }
 
 /// A name as part of a file name.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_that_costs_more_and_is_not_more_accurate_is_not_on_the_front() {
+        let points = vec![[4.0, 0.1], [2.0, 0.3], [3.0, 0.3], [1.0, 0.9], [1.0, 0.8], [9.0, 0.2]];
+        assert_eq!(front(points), [[1.0, 0.8], [2.0, 0.3], [4.0, 0.1]]);
+        assert_eq!(front(Vec::new()), [[0.0; 2]; 0]);
+    }
 }

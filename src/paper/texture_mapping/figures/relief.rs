@@ -18,12 +18,13 @@ pub const RELIEF: Figure = Figure {
     id: "tm.26",
     title: "Relief: Donnelly's and the refined distance map",
     about: "Figure 26 of the thesis: the refined map takes fewer iterations (no number given) and is up to 11 % \
-            faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter \
-            of its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick \
-            runs have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's \
-            method and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may \
-            pass the surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step \
-            passes the surface. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends \
+            faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter of \
+            its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick runs \
+            have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's method \
+            and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
+            surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
+            surface. After a longer step a ray visits other cells, so single rays may take more steps by the refined \
+            map; they are counted. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends \
             with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than half a texel (the least \
             step) away from the exact hit.",
     scenes: RELIEFS,
@@ -35,7 +36,7 @@ pub const RELIEF: Figure = Figure {
         full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
     }),
     measure,
-    plots: &[Plot::sweep(STEPS), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
+    plots: &[Plot::sweep(STEPS), Plot::sweep(GAIN), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
     claims: &[
         Claim::paper(
             "claim 7",
@@ -51,8 +52,13 @@ pub const RELIEF: Figure = Figure {
         )
         .timed(),
         Claim::ours(
+            "no-more-steps-at-centres",
+            "In every view the refined map at centres takes on average no more steps than Donnelly's.",
+            &[Test::ratio(one(STEPS, REFINED_AT_CENTRES), one(STEPS, DONNELLY_AT_CENTRES), AtMost(1.0))],
+        ),
+        Claim::ours(
             "no-more-steps",
-            "In every view the guaranteed refined map takes at most 0.5 % more steps than Donnelly's.",
+            "In every view the guaranteed refined map takes on average at most 0.5 % more steps than Donnelly's.",
             &[Test::ratio(GUARANTEED_STEPS, one(STEPS, "Donnelly, guaranteed"), AtMost(1.005))],
         ),
         Claim::ours(
@@ -93,6 +99,8 @@ pub const MAP_BUILD: Figure = Figure {
 
 /// Quantities.
 const STEPS: &str = "steps a ray";
+const GAIN: &str = "Donnelly's steps over the refined map's";
+const MORE: &str = "rays with more steps than by Donnelly's map";
 const TIME: &str = "tracing";
 const MISSED: &str = "share of rays missed";
 const BUILD: &str = "construction";
@@ -243,13 +251,33 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = bench.interleave(&gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
     let hits = exact_hits(&relief, direction, columns);
+    let mut donnelly = Vec::new();
     for (method, trace) in &traces {
         let found = trace.read(&gpu)?;
-        let mean = found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64;
-        rows.push(Row::number(method.name(), STEPS, "steps", mean));
+        rows.push(Row::number(method.name(), STEPS, "steps", mean_steps(&found)));
         rows.push(Row::number(method.name(), MISSED, "", missed(&found, &hits)));
+        match method {
+            Method::Map(Build::Distances(_, false)) => donnelly = found,
+            // Each refined map follows Donnelly's with the same distances.
+            Method::Map(Build::Distances(_, true)) => rows.extend(gain(&method.name(), &found, &donnelly)),
+            _ => {}
+        }
     }
     Ok(rows)
+}
+
+fn mean_steps(found: &[Traced]) -> f64 {
+    found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64
+}
+
+/// A refined map's steps compared with Donnelly's, ray by ray.
+fn gain(name: &str, refined: &[Traced], donnelly: &[Traced]) -> [Row; 2] {
+    assert_eq!(refined.len(), donnelly.len(), "rays");
+    let more = refined.iter().zip(donnelly).filter(|(refined, donnelly)| refined.steps > donnelly.steps);
+    [
+        Row::number(name, GAIN, "x", mean_steps(donnelly) / mean_steps(refined)),
+        Row::number(name, MORE, "rays", more.count() as f64),
+    ]
 }
 
 /// (Index of a ray, its exact distance) for a grid of 64 x 64 rays.

@@ -1,6 +1,6 @@
 //! tm.24: error and time of weights that follow the footprint's shape, and of weight maps.
 
-use super::lab::{FORMULA_4, Lab, errors};
+use super::lab::{FLOOR, FORMULA_4, Lab, errors};
 use super::methods::{PAPER_BY_LEVEL, RADIAL_64, SQUARED_128};
 use crate::figure::claim::{Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
@@ -20,24 +20,25 @@ pub const SHAPE: Figure = Figure {
             accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
             and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \
             those of the exact ellipse with a reconstruction term of 0.8. \"As printed\" takes the lengths of the \
-            Jacobian's rows (columns) as the axes. \"Blind to shape\" uses the weights of a circle. The truths are \
+            Jacobian's rows (columns) as the axes. \"Diameter 1\" is the other reading of formula (4)'s base: its \
+            diameter, not its radius, is one pixel. \"Blind to shape\" uses the weights of a circle. The truths are \
             formula (4)'s kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also \
-            compared with its own kernel, a disc. Planes of `pink-noise` and `checker-2`, 96 x 72 (quick) or 256 x \
-            192 pixels.",
+            compared with its own kernel, a disc. A line shows each truth's own error. Planes of `pink-noise` and \
+            `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
-    variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
     paper: &["as printed, rows", "as printed, columns"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[
-        Plot::sweep(NMSE).log_y(),
-        Plot::sweep(BOX).log_y(),
+        Plot::sweep(NMSE).log_y().floor(FLOOR),
+        Plot::sweep(BOX).log_y().floor(FLOOR),
         Plot::sweep(OF_MAP).log_y(),
         Plot::sweep(TIME),
     ],
     claims: &[
         Claim::paper(
-            "chapter 2, figures 1-3",
+            "claim 2, figures 1-3",
             "accuracy",
             "Weights that follow the footprint's shape, as printed, are more accurate than no weights.",
             &[Test::ratio(one(NMSE, ROWS), one(NMSE, NONE), Below(1.0))],
@@ -55,21 +56,21 @@ pub const SHAPE: Figure = Figure {
             ],
         ),
         Claim::paper(
-            "chapter 2, figure 24",
+            "claim 2, figure 24",
             "cost",
             "Computing the weights costs at most 5 %.",
             &[Test::ratio(one(TIME, ROWS), one(TIME, NONE), AtMost(1.05))],
         )
         .timed(),
         Claim::paper(
-            "chapter 2, figure 24",
+            "claim 4, figure 24",
             "map-speed",
             "A weight map is up to 25 % faster than the formula.",
             &[Test::ratio(one(TIME, FORMULA), one(TIME, RADIAL), Within(1.0, 1.25, Better::More))],
         )
         .timed(),
         Claim::paper(
-            "chapter 2, figure 24",
+            "claim 4, figure 24",
             "map-error",
             "A weight map's picture has an NMSE of at most 0.000708 against the formula's picture.",
             &[Test::value(one(OF_MAP, RADIAL), AtMost(7.08e-4))],
@@ -88,6 +89,7 @@ const NONE: &str = "none";
 const BLIND: &str = "blind to shape";
 const ROWS: &str = "as printed, rows";
 const COLUMNS: &str = "as printed, columns";
+const DIAMETER_1: &str = "as printed, rows, diameter 1";
 const FORMULA: &str = "corrected";
 const RADIAL: &str = "corrected, radial map of 64";
 
@@ -105,6 +107,7 @@ fn variants() -> Vec<(String, Ellipse)> {
         (BLIND, formula.axes(Axes::Round)),
         (ROWS, formula.axes(Axes::Rows)),
         (COLUMNS, formula.axes(Axes::Columns)),
+        (DIAMETER_1, formula.axes(Axes::Rows).kernel(Kernel::DIAMETER_1)),
         (FORMULA, formula),
         (RADIAL, formula.map(RADIAL_64)),
         ("corrected, radial map of 64, nearest", map(Shape::Radial, 64, 16)),
@@ -129,14 +132,19 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(size[1]);
-    let disc = supersample::Kernel::Gaussian { sigma: 1e3, radius: 1.0 };
-    let [formula_4, of_box, disc] =
-        [FORMULA_4, supersample::Kernel::Box, disc].map(|kernel| lab.truth(&plane, kernel));
-    let mut rows = Vec::new();
+    let gaussian = |sigma, radius| supersample::Kernel::Gaussian { sigma, radius };
+    let kernels = [FORMULA_4, supersample::Kernel::Box, gaussian(1e3, 1.0), gaussian(0.2, 0.5)];
+    let [formula_4, of_box, disc, diameter_1] = kernels.map(|kernel| lab.truth(&plane, kernel));
+    let floors = [(NMSE, &formula_4), (BOX, &of_box)];
+    let mut rows = floors.map(|(quantity, truth)| Row::number(FLOOR, quantity, "", truth.own_nmse)).to_vec();
     let mut formula = None;
     for (name, ellipse) in variants() {
         let shown = lab.show(&lab.pass(&Method::Ellipse(ellipse))?, &plane, 0)?;
-        let own = if name == NONE { &disc } else { &formula_4 };
+        let own = match &*name {
+            NONE => &disc,
+            DIAMETER_1 => &diameter_1,
+            _ => &formula_4,
+        };
         for (quantity, truth) in [(NMSE, &formula_4), (BOX, &of_box), (OWN, own)] {
             let nmse = errors(&shown.picture, truth)?.nmse;
             rows.push(Row::new(&*name, quantity, "", Value::Number(nmse)));

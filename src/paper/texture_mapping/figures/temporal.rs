@@ -1,27 +1,29 @@
 //! tm.temporal: flicker while the camera moves by less than a pixel.
 
-use super::lab::{GAUSSIAN, Lab};
+use super::lab::{FLOOR, GAUSSIAN, Lab};
 use super::methods::{self, OURS};
 use super::shape::pattern_of;
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::Tilt;
+use crate::reference::supersample::Truth;
 
 pub const TEMPORAL: Figure = Figure {
     id: "tm.temporal",
     title: "Filters in motion: variance over 16 sub-pixel shifts",
     about: "16 frames. Between frames the camera moves by 1/16 pixel in x and y. A pixel's error against the f64 \
             truth of its frame flickers if it varies; a constant error does not. The first plot is the mean variance \
-            of the error, divided by the mean square of the truth. The second is the variance of the picture divided \
-            by that of the truth: below 1 is blur, above 1 is aliasing. Stochastic filters draw new random numbers in \
-            each frame. Planes of `pink-noise` and `checker-2`, 48 x 36 pixels.",
+            of the error, divided by the mean square of the truth; its line is the truth's own NMSE. The second is \
+            the variance of the picture divided by that of the truth: below 1 is blur, above 1 is aliasing. \
+            Stochastic filters draw new random numbers in each frame. Planes of `pink-noise` and `checker-2`, 48 x 36 \
+            pixels.",
     scenes: &["pink-noise", "checker-2"],
-    variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
     paper: &["paper's rows", "paper's columns"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: &[60.0, 80.0], full: &[0.0, 30.0, 60.0, 75.0, 80.0] }),
     measure,
-    plots: &[Plot::sweep(FLICKER).log_y(), Plot::sweep(MOTION).log_y()],
+    plots: &[Plot::sweep(FLICKER).log_y().floor(FLOOR), Plot::sweep(MOTION).log_y()],
     claims: &[Claim::ours(
         "least",
         "Our filter flickers least of all methods that fetch at most twice as many texels as it does (its other \
@@ -50,11 +52,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), SIZE)?;
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(SIZE[1]);
     let shifted = |frame: u32| plane.shifted([f64::from(frame) / f64::from(FRAMES); 2]);
-    let truths: Vec<Vec<f64>> = (0..FRAMES).map(|n| lab.truth(&shifted(n), GAUSSIAN).values).collect();
+    let truths: Vec<Truth> = (0..FRAMES).map(|n| lab.truth(&shifted(n), GAUSSIAN)).collect();
+    let own = truths.iter().map(|truth| truth.own_nmse).sum::<f64>() / f64::from(FRAMES);
+    let truths: Vec<Vec<f64>> = truths.into_iter().map(|truth| truth.values).collect();
     let square = truths.iter().flatten().map(|value| value * value).sum::<f64>()
         / (truths.len() * truths[0].len()) as f64;
     let true_variance = mean_variance(&truths);
-    let (mut rows, mut found) = (Vec::new(), Vec::new());
+    let (mut rows, mut found) = (vec![Row::number(FLOOR, FLICKER, "", own)], Vec::new());
     for (name, method) in variants() {
         let pass = lab.pass(&method)?;
         let (mut frames, mut fetched) = (Vec::new(), 0.0);

@@ -6,8 +6,9 @@ use super::{Ray, Relief};
 /// The least step of the distance-map tracer, in texels.
 pub const LEAST_STEP: f32 = 0.5;
 
-/// Bisection steps after a crossing is found.
+/// Bisection steps after a crossing is found, and those of [`Tracer::RelaxedCones`].
 pub const HALVINGS: u32 = 6;
+pub const RELAXED_HALVINGS: u32 = 12;
 
 /// The most steps of a ray.
 pub const MOST_STEPS: u32 = 1024;
@@ -51,27 +52,47 @@ pub fn above(relief: &Relief, [x, y, z]: [f32; 3]) -> f32 {
     z - (near + (far - near) * fy)
 }
 
-/// Steps by the map. `step` receives each step's start, its end, and true if the map guarantees that the step hits
-/// nothing (the map's distance is at least [`LEAST_STEP`]).
-pub fn by_distances(
+impl Tracer<'_> {
+    /// The longest step that the tracer takes from a point.
+    fn allowed(&self, relief: &Relief, ray: &Ray, at: [f32; 3]) -> f32 {
+        let side = relief.side as i64;
+        let [i, j] = [at[0], at[1]].map(|c| c.floor() as i64);
+        let place = |i: i64, j: i64| (j.rem_euclid(side) * side + i.rem_euclid(side)) as usize;
+        let [x, y, z] = ray.direction;
+        match self {
+            Tracer::Linear => -relief.depth / z / LINEAR_STEPS as f32,
+            Tracer::Distances(map, _) => {
+                let layer = ((at[2] * (map.layers as f32 / relief.depth)) as usize).min(map.layers - 1);
+                map.distances[layer * relief.side * relief.side + place(i, j)]
+            }
+            Tracer::Cones(cones) | Tracer::RelaxedCones(cones) => {
+                let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[a, b]| cones[place(i + a, j + b)]);
+                let cone = corners.into_iter().fold(f32::INFINITY, f32::min);
+                cone * above(relief, at).max(0.0) / ((x * x + y * y).sqrt() - cone * z)
+            }
+        }
+    }
+}
+
+/// Traces a ray. A map's distances are taken as they are, whatever its bits. `step` receives each step's start, its
+/// end, and true if the map guarantees that the step hits nothing (it allows at least [`LEAST_STEP`]).
+pub fn traced(
     relief: &Relief,
-    map: &DistanceMap,
+    tracer: &Tracer<'_>,
     ray: &Ray,
     mut step: impl FnMut(f32, f32, bool),
 ) -> Traced {
-    let layer_inverse = map.layers as f32 / relief.depth;
-    let side = relief.side as i64;
+    let by_map = matches!(tracer, Tracer::Distances(..) | Tracer::Cones(_));
+    let halvings = if matches!(tracer, Tracer::RelaxedCones(_)) { RELAXED_HALVINGS } else { HALVINGS };
     let (mut t, mut steps) = (0.0, 0);
     while steps < MOST_STEPS {
-        let at = point(relief, ray, t);
-        let layer = ((at[2] * layer_inverse) as usize).min(map.layers - 1);
-        let wrap = |c: f32| (c.floor() as i64).rem_euclid(side) as usize;
-        let length = map.distances[(layer * relief.side + wrap(at[1])) * relief.side + wrap(at[0])];
+        let length = tracer.allowed(relief, ray, point(relief, ray, t));
+        let guaranteed = by_map && length >= LEAST_STEP;
+        let next = t + if matches!(tracer, Tracer::Linear) { length } else { length.max(LEAST_STEP) };
         steps += 1;
-        let next = t + length.max(LEAST_STEP);
-        step(t, next, length >= LEAST_STEP);
-        if length < LEAST_STEP && above(relief, point(relief, ray, next)) <= 0.0 {
-            return Traced { distance: halve(relief, ray, t, next), steps };
+        step(t, next, guaranteed);
+        if !guaranteed && above(relief, point(relief, ray, next)) <= 0.0 {
+            return Traced { distance: halve(relief, ray, [t, next], halvings), steps };
         }
         t = next;
     }
@@ -79,8 +100,8 @@ pub fn by_distances(
 }
 
 /// Bisects to the crossing between a point above the surface and one below.
-fn halve(relief: &Relief, ray: &Ray, mut above_at: f32, mut below_at: f32) -> f32 {
-    for _ in 0..HALVINGS {
+fn halve(relief: &Relief, ray: &Ray, [mut above_at, mut below_at]: [f32; 2], halvings: u32) -> f32 {
+    for _ in 0..halvings {
         let middle = 0.5 * (above_at + below_at);
         match above(relief, point(relief, ray, middle)) > 0.0 {
             true => above_at = middle,

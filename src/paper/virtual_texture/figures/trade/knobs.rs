@@ -78,7 +78,7 @@ impl Knob {
                     (Filtering::Trilinear, at.samples, at.max_anisotropy),
                     (Filtering::Bilinear, at.samples, 1),
                 ];
-                let taps = [(1, 1), (4, 1), (16, at.max_anisotropy)];
+                let taps = [(1, 1), (4, 1), (16, at.max_anisotropy), (64, at.max_anisotropy)];
                 let turned =
                     filters.into_iter().chain(taps.map(|(taps, na)| (Filtering::Stochastic, taps, na)));
                 all.extend(turned.map(|(filter, samples, max_anisotropy)| Values {
