@@ -22,7 +22,8 @@ pub const EDGES: Figure = Figure {
             192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(|edge| edge.name().to_string()).to_vec(),
-    paper: &["exact"],
+    paper: &["exact", "quadratic", "cubic", "piecewise linear"],
+    ours: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[
