@@ -6,6 +6,9 @@
 #include "virtual_texture/tile_order.glsl"
 #include "virtual_texture/dedup.glsl"
 
+// C.-F. Hollemeersch, B. Pieters, P. Lambert and R. Van de Walle, "Accelerating Virtual Texturing Using CUDA", GPU Pro,
+// 2010.
+
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(push_constant, scalar) uniform MarkingFrame {

@@ -7,7 +7,7 @@ layout(constant_id = 18) const uint SAMPLES = 1;  // taps per pixel of the stoch
 layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: the next coarser level
 
 // A pixel's texture lookup.
-struct Wish {
+struct Lookup {
     Coordinate at;
     uvec2 ij;     // row and column in level 0's grid
     uint q;       // streamed levels: stage 1's q; resident levels: from the unclamped e
@@ -28,7 +28,7 @@ float log2_13(float x) {
     return float(int(bits >> 23) - 127) + fraction;
 }
 
-Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
+Lookup lookup(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
     vec2 sides = squared_sides(f);
     bool usable = finite(sides.x);
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
@@ -40,7 +40,7 @@ Wish wish(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
         q = uint(clamp(biased, float(q), float(max(WIDTH_LOG2, HEIGHT_LOG2))));
     // Magnification (e < 0) shows only level 0.
     float fraction = clamp(biased - float(q), 0.0, 1.0);
-    return Wish(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major, f);
+    return Lookup(at, qij.yz, q, FILTER == BILINEAR ? floor(fraction + 0.5) : fraction, count, major, f);
 }
 
 // A texel of a level, in the nearest resident tile of that level or a coarser one.
@@ -94,25 +94,25 @@ vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
 }
 
 // The mean of nA samples spread along the footprint's longer side. Each sample interpolates two levels.
-vec4 tile_samples(Wish wish, Resident tile, float coarser) {
-    vec2 centre = texels_in_tile(wish.at, wish.ij, tile.level);
+vec4 tile_samples(Lookup lookup, Resident tile, float coarser) {
+    vec2 centre = texels_in_tile(lookup.at, lookup.ij, tile.level);
     if (MAX_ANISOTROPY == 1) return bordered_sample(tile, centre, coarser);
-    vec2 reach = wish.major * power_of_half(tile.level);
+    vec2 reach = lookup.major * power_of_half(tile.level);
     vec4 sum = vec4(0.0);
-    for (float n = 0.5; n < wish.count; n++)
-        sum += sample_anywhere(tile, wish.ij, centre + (n / wish.count - 0.5) * reach, coarser);
-    return sum / wish.count;
+    for (float n = 0.5; n < lookup.count; n++)
+        sum += sample_anywhere(tile, lookup.ij, centre + (n / lookup.count - 0.5) * reach, coarser);
+    return sum / lookup.count;
 }
 
 // One tap reads one texel (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024). Its
 // position along the longer side, its level and its texel are random, with the weights of tile_samples as
 // probabilities. No tap mixes two texels, so no border is needed: a neighbour's texel is read from the neighbour.
-vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
+vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
     uint from = level < coarsest && chance.z < coarser ? level + 1 : level;
-    vec2 along = ((floor(chance.w * wish.count) + 0.5) / wish.count - 0.5) * wish.major;
-    ivec2 base = wish.at.texel >> int(from);
-    vec2 within = (vec2(wish.at.texel - (base << int(from))) + wish.at.fraction + along) * power_of_half(from);
+    vec2 along = ((floor(chance.w * lookup.count) + 0.5) / lookup.count - 0.5) * lookup.major;
+    ivec2 base = lookup.at.texel >> int(from);
+    vec2 within = (vec2(lookup.at.texel - (base << int(from))) + lookup.at.fraction + along) * power_of_half(from);
     // 2^22 texels are four times the widest level. NaN may give any texel.
     ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
     uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
@@ -125,14 +125,14 @@ vec4 tap(Wish wish, uint level, float coarser, vec4 chance) {
     return texelFetch(j1, ivec3(local, tile.slot), int(mip));
 }
 
-// Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (Roberts 2018), which spreads
-// few taps more evenly than random numbers. The start differs between pixels and between frames.
+// Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
+// Effectiveness of Quasirandom Sequences", 2018), which spreads few taps more evenly than random numbers. The start differs between pixels and between frames.
 vec4 chances(uvec4 start, uint n) {
     uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
     return vec4(bits >> 8) * power_of_half(24);
 }
 
-// PCG in four dimensions (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020).
+// PCG in four dimensions (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
 uvec4 stir(uvec4 v) {
     v.x += v.y * v.w;
     v.y += v.z * v.x;
@@ -145,9 +145,9 @@ uvec4 hash(uvec4 v) {
     return stir(v ^ v >> 16);
 }
 
-vec4 taps(Wish wish, uint level, float coarser, uvec4 start) {
+vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
     vec4 sum = vec4(0.0);
-    for (uint n = 0; n < SAMPLES; n++) sum += tap(wish, level, coarser, chances(start, n));
+    for (uint n = 0; n < SAMPLES; n++) sum += tap(lookup, level, coarser, chances(start, n));
     return sum / float(SAMPLES);
 }
 
@@ -167,38 +167,38 @@ vec3 texel(ivec2 at, uint level) {
 float weight(vec2 at) { return gaussian(at); }
 #include "texture_mapping/ellipse.glsl"
 
-vec4 tile_ellipse(Wish wish, Resident tile) {
+vec4 tile_ellipse(Lookup lookup, Resident tile) {
     ellipse_tile = tile;
-    ellipse_corner = corner_of(tile, wish.ij);
+    ellipse_corner = corner_of(tile, lookup.ij);
     bool whole = tile.level == max(WIDTH_LOG2, HEIGHT_LOG2);
-    Spot spot = spot_in_tile(wish.at, wish.ij, tile.level);
-    return vec4(ellipse_mean(jacobian(wish.footprint), ellipse(wish.footprint), tile.level, whole, spot).colour, 1.0);
+    Spot spot = spot_in_tile(lookup.at, lookup.ij, tile.level);
+    return vec4(ellipse_mean(jacobian(lookup.footprint), ellipse(lookup.footprint), tile.level, whole, spot).colour, 1.0);
 }
 
 // The colour that one tile gives for a lookup.
-vec4 shown_by(Resident tile, Wish wish, uvec4 start) {
+vec4 shown_by(Resident tile, Lookup lookup, uvec4 start) {
     // A coarser substitute (q' > q) shows only its own level.
-    float f = tile.level == wish.q ? wish.f : 0.0;
+    float f = tile.level == lookup.q ? lookup.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     // One call for all levels, because software drivers run both sides of a branch.
-    if (FILTER == ELLIPSE) return tile_ellipse(wish, tile);
-    return FILTER == STOCHASTIC ? taps(wish, tile.level, coarser, start) : tile_samples(wish, tile, coarser);
+    if (FILTER == ELLIPSE) return tile_ellipse(lookup, tile);
+    return FILTER == STOCHASTIC ? taps(lookup, tile.level, coarser, start) : tile_samples(lookup, tile, coarser);
 }
 
 // The pixel's colour from the resident tiles, in linear light. `seed` is pixel and frame, for stochastic filters.
-vec4 filtered(Wish wish, uvec3 seed) {
+vec4 filtered(Lookup lookup, uvec3 seed) {
     uvec4 start = hash(uvec4(seed, 0));
-    Resident tile = find_resident(wish.q, wish.ij);
-    vec4 colour = shown_by(tile, wish, start);
+    Resident tile = find_resident(lookup.q, lookup.ij);
+    vec4 colour = shown_by(tile, lookup, start);
     // A separate branch, because software drivers keep a loop's variables in memory, even if the loop never repeats.
     if (FADE_IN == 1) {
         // A tile that fades in leaves the rest of the weight to the tile shown before: the next coarser resident one.
         float weight = tile.fade;
         colour *= 1.0 - weight;
         while (weight > 0.0) {
-            tile = find_resident(tile.level + 1, wish.ij);
+            tile = find_resident(tile.level + 1, lookup.ij);
             float rest = weight * tile.fade;
-            colour += (weight - rest) * shown_by(tile, wish, start);
+            colour += (weight - rest) * shown_by(tile, lookup, start);
             weight = rest;
         }
     }

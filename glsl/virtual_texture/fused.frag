@@ -53,7 +53,7 @@ void main() {
         for (uint n = 1u; n < 4u && reach != 0u; n++)
             if (reaches(reach, n)) mark(neighbour(qij, reach, n));
     }
-    colour = filtered(wish(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+    colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
 #if LIT
     colour.rgb *= light(normal, view.sun);
 #endif

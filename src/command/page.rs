@@ -1,9 +1,9 @@
-//! `ortelius page`: writes the HTML page of stored results.
+//! `ortelius page`: writes the HTML page of stored results, with the verdicts of today's judge on the stored rows.
 
 use super::outputs::check_place;
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Args;
-use ortelius::figure::{Results, choose, page_of_results};
+use ortelius::figure::{Changes, ClaimChange, Results, choose, page_of_results};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::picture::write::write_whole;
 use ortelius::renderer::figures::FAMILIES;
@@ -18,14 +18,30 @@ pub struct PageArgs {
     /// The page; default: beside the results
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
+    /// Also write the results with the page's claims and verdicts
+    #[arg(long, value_name = "RESULTS.json")]
+    json: Option<PathBuf>,
 }
 
 pub fn run(args: &PageArgs) -> anyhow::Result<()> {
     let shown = || args.results.display().to_string();
     let output = check_place(&args.output.clone().unwrap_or_else(|| args.results.with_extension("html")))?;
     let text = read_text(&args.results, MOST_RESULTS_BYTES).with_context(shown)?;
-    let results = Results::parse(&text).with_context(shown)?;
+    let stored = Results::parse(&text).with_context(shown)?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
+    let judged = stored.judged_again(&known);
+    if let Some(json) = &args.json {
+        let judged = judged.as_ref().ok_or_else(|| {
+            anyhow!("--json: the file is of an earlier format, which has no rounds to judge; measure the figures again")
+        });
+        let text = judged.with_context(shown)?.text();
+        write_whole(&check_place(json)?, |file| file.write_all(text.as_bytes()))?;
+    }
+    let changes = judged.as_ref().map(|judged| Changes::between(&stored, judged).claims);
+    for ClaimChange { figure, claim, before, after, .. } in changes.iter().flatten() {
+        tracing::info!("{figure} {claim}: {before} -> {after}");
+    }
+    let results = judged.unwrap_or(stored);
     let (page, gone) = page_of_results(&results, &known)?;
     for id in gone {
         tracing::warn!("{}: this program has no figure {id}; the page leaves it out", shown());

@@ -103,12 +103,12 @@ fn check_stored(args: &ReproduceArgs, figures: &[&'static Figure]) -> anyhow::Re
 /// Load of other programs above which a warning is printed: half a core.
 const DISTURBED: f64 = 0.5;
 
-fn warn_of_load() {
-    if let Some(load) = load().filter(|load| *load > DISTURBED) {
-        tracing::warn!(
-            "the machine is busy: {load} processes ran or waited in the last minute; this disturbs the times"
-        );
-    }
+/// The warning about a load of the machine; `None` below the limit or if the load is unknown.
+fn warning(load: Option<f64>) -> Option<String> {
+    let load = load.filter(|load| *load > DISTURBED)?;
+    Some(format!(
+        "the machine is busy: {load} processes ran or waited in the last minute; this disturbs the times"
+    ))
 }
 
 /// Starts a new child after each crash, until one ends without crashing. If that child failed, it has already printed
@@ -163,8 +163,8 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
         Machine::here(gpu.physical())
     };
     tracing::info!("{}, {}; {}, {} cores", machine.device, machine.driver, machine.processor, machine.cores);
-    if from == 0 {
-        warn_of_load();
+    if let Some(warning) = warning(load()).filter(|_| from == 0) {
+        tracing::warn!("{warning}");
     }
     let _lock = Store::create(&args.output)?.lock()?;
     let run = Run {
@@ -203,7 +203,11 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
 fn conclude(args: &ReproduceArgs, mut tally: Tally) -> anyhow::Result<()> {
     let folder = args.output.display();
     let kept = if tally.kept > 0 { format!(", {} kept", tally.kept) } else { String::new() };
-    tracing::info!("{} cells measured{kept}; the report is {folder}/index.html", tally.measured);
+    let left_out = match &tally.left_out[..] {
+        [] => String::new(),
+        [first, ..] => format!(", {} left out, first {first}", tally.left_out.len()),
+    };
+    tracing::info!("{} cells measured{kept}{left_out}; the report is {folder}/index.html", tally.measured);
     if tally.failures.is_empty() {
         return Ok(());
     }
@@ -239,6 +243,7 @@ impl Progress for Bar {
         let (figure, cell, seconds) = (&result.figure, &result.cell, result.seconds);
         let line = match &result.outcome {
             Outcome::Failed(error) => format!("{figure} {cell}: failed after {seconds:.1} s: {error}"),
+            Outcome::LeftOut(why) => format!("{figure} {cell}: left out: {why}"),
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, Outcome::Failed(_));
@@ -249,5 +254,18 @@ impl Progress for Bar {
             (false, true) => tracing::info!("{line}"),
             (false, false) => {}
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DISTURBED, warning};
+
+    #[test]
+    fn only_a_load_above_the_limit_is_warned_of() {
+        assert_eq!([None, Some(0.0), Some(DISTURBED)].map(warning), [None, None, None]);
+        assert!(
+            warning(Some(1.25)).is_some_and(|line| line.starts_with("the machine is busy: 1.25 processes"))
+        );
     }
 }

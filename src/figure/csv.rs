@@ -15,10 +15,11 @@ pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
         let device = cell.machine.map(|at| field(&machines[at].device)).unwrap_or_default();
         match &cell.outcome {
             Outcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
-            Outcome::Failed(error) | Outcome::Crashed(error) => {
-                let error = field(&format!("failed: {error}"));
-                writeln!(text, "{place},,,,,,,,,,,{error},{device}")
-                    .expect("writing to a string cannot fail");
+            Outcome::Failed(why) | Outcome::Crashed(why) => {
+                text.push_str(&format!("{place},,,,,,,,,,,{},{device}\n", field(&format!("failed: {why}"))));
+            }
+            Outcome::LeftOut(why) => {
+                text.push_str(&format!("{place},,,,,,,,,,,{},\n", field(&format!("left out: {why}"))));
             }
             Outcome::Absent => text.push_str(&format!("{place},,,,,,,,,,,not measured,\n")),
         }

@@ -72,7 +72,7 @@ fn add<'a>(
         }
     }
     let same = |known: &CellResult| known.figure == result.figure && known.cell == result.cell;
-    let failed = |result: &CellResult| matches!(result.outcome, Outcome::Failed(_) | Outcome::Crashed(_));
+    let failed = |result: &CellResult| !matches!(result.outcome, Outcome::Rows(_));
     match merged.iter_mut().find(|(_, known)| same(known)) {
         None => merged.push((folder, result)),
         Some(place) if failed(&place.1) => *place = (folder, result),

@@ -37,7 +37,7 @@ pub use page::of_results as page_of_results;
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Results};
 pub use run::{Failure, Partition, Progress, Run, RunError, Tally};
 pub use same::{Choices, Same};
-pub use store::{CellResult, Lock, Outcome, Store, StoreError};
+pub use store::{CellResult, LeftOut, Lock, Outcome, Store, StoreError};
 pub use table::{Machine, Record, Row, Table, Value};
 pub use trade::{Budgeted, Errors, Refused, Trade, Traded};
 pub use worker::outlive;
@@ -58,6 +58,8 @@ pub struct Figure {
     pub variants: fn() -> Vec<String>,
     /// The paper's own variants. The page highlights them.
     pub paper: &'static [&'static str],
+    /// This project's recommended variants. The page highlights them too.
+    pub ours: &'static [&'static str],
     pub sweep: Option<Sweep>,
     /// Measures one cell, all variants interleaved. Rows may come in any order.
     pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,
@@ -182,6 +184,15 @@ impl Plot {
 }
 
 impl Figure {
+    /// The CSS class of a variant, with a space before it: the paper's own, ours, or none.
+    fn highlight(&self, variant: &str) -> &'static str {
+        match (self.paper.contains(&variant), self.ours.contains(&variant)) {
+            (true, _) => " cited",
+            (_, true) => " ours",
+            _ => "",
+        }
+    }
+
     /// The sweep's values for `effort`; one `None` without a sweep.
     pub fn values(&self, effort: Effort) -> Vec<Option<f64>> {
         match (&self.sweep, effort) {

@@ -8,9 +8,12 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// `results.json`. In format version 1, the key `version` held the program's version. Format version 3 added verdicts
-/// and rounds.
+/// and rounds, version 4 cells that were left out.
 pub const FORMAT: JsonFormat =
-    JsonFormat { name: "ortelius-results", version: 3, oldest: 1, first_name: Some("ortelius results 1") };
+    JsonFormat { name: "ortelius-results", version: 4, oldest: 1, first_name: Some("ortelius results 1") };
+
+/// The first format version with the rounds that the judge needs.
+const WITH_ROUNDS: u32 = 3;
 
 /// Indented levels of the file: a measured row is one line.
 const LEVELS: usize = 6;
@@ -18,6 +21,9 @@ const LEVELS: usize = 6;
 /// The results of one run, or of several merged runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
+    /// Version of the format from which they were read.
+    #[serde(skip)]
+    pub format_version: u32,
     /// The program that gathered them; empty in files without it.
     #[serde(default)]
     pub program_version: String,
@@ -82,6 +88,7 @@ impl Results {
             wrong => NoResults::Format(wrong),
         })?;
         let mut results: Results = serde_json::from_str(text)?;
+        results.format_version = version;
         if version == 1 {
             let First { version } = serde_json::from_str(text)?;
             let version = version.as_ref().and_then(|version| version.as_str());
@@ -99,7 +106,26 @@ impl Results {
     pub fn gather(figures: &[&Figure], effort: Effort, cells: &[CellResult]) -> Results {
         let mut machines: Vec<Machine> = Vec::new();
         let figures = figures.iter().map(|figure| of_figure(figure, effort, cells, &mut machines)).collect();
-        Results { program_version: env!("CARGO_PKG_VERSION").to_string(), effort, machines, figures }
+        let program_version = env!("CARGO_PKG_VERSION").to_string();
+        Results { format_version: FORMAT.version, program_version, effort, machines, figures }
+    }
+
+    /// These rows with the texts and verdicts of today's claims; figures that are not in `known` keep theirs. `None`
+    /// if the rows have no rounds (format versions 1 and 2).
+    pub fn judged_again(&self, known: &[&Figure]) -> Option<Results> {
+        let again = |result: &FigureResult| {
+            let Some(figure) = known.iter().find(|figure| figure.id == result.id) else {
+                return result.clone();
+            };
+            let stored = |cell: Cell| match result.cells.iter().find(|stored| stored.cell == cell) {
+                Some(stored) => stored.clone(),
+                None => CellRows::absent(cell),
+            };
+            let cells: Vec<CellRows> = figure.cells(self.effort).into_iter().map(stored).collect();
+            FigureResult::of(figure, cells, &self.machines)
+        };
+        let figures = self.figures.iter().map(again).collect();
+        (self.format_version >= WITH_ROUNDS).then(|| Results { figures, ..self.clone() })
     }
 
     /// The number of claims for each verdict that occurs.
@@ -123,7 +149,7 @@ fn of_figure(
     let mut rows_of = |cell: Cell| {
         let found = results.iter().find(|r| r.figure == figure.id && r.effort == effort && r.cell == cell);
         match found {
-            None => CellRows { cell, machine: None, pictures: Vec::new(), outcome: Outcome::Absent },
+            None => CellRows::absent(cell),
             Some(result) => CellRows {
                 cell,
                 machine: Some(place_of(&result.machine, machines)),
@@ -133,8 +159,20 @@ fn of_figure(
         }
     };
     let cells: Vec<CellRows> = figure.cells(effort).into_iter().map(&mut rows_of).collect();
-    let claims = judge(figure, &cells, machines);
-    FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
+    FigureResult::of(figure, cells, machines)
+}
+
+impl CellRows {
+    fn absent(cell: Cell) -> CellRows {
+        CellRows { cell, machine: None, pictures: Vec::new(), outcome: Outcome::Absent }
+    }
+}
+
+impl FigureResult {
+    fn of(figure: &Figure, cells: Vec<CellRows>, machines: &[Machine]) -> FigureResult {
+        let claims = judge(figure, &cells, machines);
+        FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
+    }
 }
 
 /// A machine's index in the list, to which it is added if new. The same machine on another day extends the
@@ -185,9 +223,10 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
                 table.records.extend(rows.iter().map(record));
                 continue;
             }
-            Outcome::Failed(_) => "failed",
-            Outcome::Crashed(_) => "crashed the driver",
-            Outcome::Absent => "left out",
+            Outcome::LeftOut(why) => format!("left out ({why})"),
+            Outcome::Failed(_) => "failed".into(),
+            Outcome::Crashed(_) => "crashed the driver".into(),
+            Outcome::Absent => "left out".into(),
         };
         table.lost.push((cell.clone(), became));
     }

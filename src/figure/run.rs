@@ -48,6 +48,8 @@ pub struct Tally {
     pub measured: usize,
     /// Kept from an earlier run.
     pub kept: usize,
+    /// Cells that this run leaves out, with the reason.
+    pub left_out: Vec<String>,
     pub failures: Vec<Failure>,
 }
 
@@ -70,6 +72,21 @@ pub enum RunError {
         "{folder} holds results of another {what} ({theirs}; this run: {ours}); name another folder with -o, or remove {folder}/cells"
     )]
     Mixed { folder: String, what: &'static str, theirs: String, ours: String },
+}
+
+impl Tally {
+    /// Counts a cell of this run; `cause` as [`Failure::cause`].
+    fn add(&mut self, result: CellResult, cause: Option<anyhow::Error>) {
+        let CellResult { figure, cell, outcome, .. } = result;
+        if let Outcome::LeftOut(why) = outcome {
+            self.left_out.push(format!("{figure} {cell}: {why}"));
+            return;
+        }
+        self.measured += 1;
+        if let Outcome::Failed(error) | Outcome::Crashed(error) = outcome {
+            self.failures.push(Failure { figure, cell, error, cause });
+        }
+    }
 }
 
 impl Partition {
@@ -103,7 +120,7 @@ impl Run<'_> {
             let stored = if kept { store.get(figure.id, cell)? } else { None };
             let (result, cause) = match stored {
                 Some(stored) if number < self.from => (stored, None),
-                Some(stored) if !matches!(stored.outcome, Outcome::Failed(_)) => {
+                Some(stored) if !matches!(stored.outcome, Outcome::Failed(_) | Outcome::LeftOut(_)) => {
                     if matches!(stored.outcome, Outcome::Crashed(_)) {
                         progress.skipped(&stored);
                     }
@@ -120,11 +137,7 @@ impl Run<'_> {
                     measured
                 }
             };
-            tally.measured += 1;
-            if let Outcome::Failed(error) | Outcome::Crashed(error) = result.outcome {
-                let (figure, cell) = (figure.id.to_string(), cell.clone());
-                tally.failures.push(Failure { figure, cell, error, cause });
-            }
+            tally.add(result, cause);
         }
         Ok(tally)
     }

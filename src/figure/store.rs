@@ -37,6 +37,9 @@ pub struct CellResult {
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
     Rows(Vec<Row>),
+    /// Why this run leaves the scene out ([`LeftOut`]).
+    #[serde(rename = "left-out")]
+    LeftOut(String),
     /// The error message.
     Failed(String),
     /// How the process died while measuring. The cell is not measured again.
@@ -45,13 +48,22 @@ pub enum Outcome {
     Absent,
 }
 
+/// The error of [`Figure::measure`] for a scene that this run leaves out, with the reason: its model is not
+/// fetched, or too large for a quick run.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct LeftOut(pub String);
+
 impl Outcome {
     /// The rows of a figure, or why they cannot be used.
     pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> (Outcome, Option<anyhow::Error>) {
         match measured {
             Ok(rows) => (Outcome::of_rows(rows), None),
-            // The message includes its causes, on one line.
-            Err(error) => (Outcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
+            Err(error) => match error.downcast::<LeftOut>() {
+                Ok(LeftOut(why)) => (Outcome::LeftOut(why), None),
+                // The message includes its causes, on one line.
+                Err(error) => (Outcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
+            },
         }
     }
 

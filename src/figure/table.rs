@@ -72,7 +72,7 @@ pub struct Table {
     pub machine: Machine,
     pub records: Vec<Record>,
     /// Cells without a measurement, and why: "failed".
-    pub lost: Vec<(Cell, &'static str)>,
+    pub lost: Vec<(Cell, String)>,
 }
 
 impl Row {

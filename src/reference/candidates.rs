@@ -99,7 +99,8 @@ fn value(linear: Linear, place: DVec2) -> f64 {
     linear.dot(place.extend(1.0))
 }
 
-/// The part of a convex polygon where a linear function is >= 0 (Sutherland and Hodgman 1974).
+/// The part of a convex polygon where a linear function is >= 0 (I. Sutherland and G. Hodgman, "Reentrant Polygon
+/// Clipping", Communications of the ACM, 1974).
 fn keep(polygon: &Polygon, side: Linear) -> Polygon {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (index, &from) in polygon.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Texture filtering by its definition, in f64 and linear light: bilinear between the four nearest texel
-//! centres of a level, linear between two levels (Williams, "Pyramidal Parametrics", 1983).
+//! centres of a level, linear between two levels (L. Williams, "Pyramidal Parametrics",
+//! SIGGRAPH 1983).
 
 /// Addressing beyond the texture's edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -233,4 +233,21 @@ fn stored_results_become_a_page_next_to_them_or_at_the_given_path() {
         holds(&line, &words);
     }
     assert!(!folder.path().join("scene.html").exists());
+    let (code, line) = failure(&mut ortelius(&folder, &["page", "h100.json", "--json", "again.json"]));
+    assert_eq!(code, 1);
+    holds(&line, &["h100.json", "earlier format"]);
+    assert!(!folder.path().join("again.json").exists());
+}
+
+#[test]
+fn stored_results_are_judged_again() {
+    let folder = folder();
+    let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("results/lavapipe-2-cores-tm.json");
+    let text = std::fs::read_to_string(stored).unwrap();
+    let (as_ever, other) = ("\"verdict\": \"reproduced\"", "\"verdict\": \"not-reproduced\"");
+    write(&folder, "changed.json", &text.replacen(as_ever, other, 1));
+    let ran = run(&folder, &["page", "changed.json", "--json", "again.json"]);
+    assert!(ran.status.success());
+    holds(&String::from_utf8(ran.stderr).unwrap(), &["not reproduced -> reproduced"]);
+    assert_eq!(read(&folder, "again.json"), text);
 }

@@ -130,8 +130,8 @@ fn foreign_files_are_rejected() {
         ("{}", "not results of this program"),
         ("[1", "not results of this program"),
         (
-            "{\"format\": \"ortelius-results\", \"version\": 4}",
-            "the file has format \"ortelius-results\" version 4; this program reads format \"ortelius-results\" versions 1 to 3",
+            "{\"format\": \"ortelius-results\", \"version\": 5}",
+            "the file has format \"ortelius-results\" version 5; this program reads format \"ortelius-results\" versions 1 to 4",
         ),
         (
             "{\"format\": \"ortelius results 7\"}",

@@ -1,6 +1,6 @@
 //! This program can read every file of results/, and has the figures and claims in them.
 
-use ortelius::figure::{Outcome, Results, choose, page_of_results};
+use ortelius::figure::{Outcome, Results, Verdict, choose, page_of_results};
 use ortelius::renderer::figures::FAMILIES;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,8 @@ fn objection(text: &str) -> Option<String> {
         if let Some(claim) = result.claims.iter().find(|claim| !known(&claim.id)) {
             return Some(format!("{}: no such claim {}", result.id, claim.id));
         }
-        let failed = result.cells.iter().find(|cell| !matches!(cell.outcome, Outcome::Rows(_)));
+        let failed =
+            result.cells.iter().find(|cell| !matches!(cell.outcome, Outcome::Rows(_) | Outcome::LeftOut(_)));
         if let Some(cell) = failed {
             return Some(format!("{} {}: not measured", result.id, cell.cell));
         }
@@ -49,6 +50,59 @@ fn every_file_of_results_is_readable_and_gives_a_page() {
         }
         assert!(!page.contains("<img") && page.contains("<svg"), "{}", file.display());
     }
+}
+
+/// The first claim whose words or verdict differ from today's claim and judge.
+fn outdated(results: &Results) -> Option<String> {
+    let judged = results.judged_again(&choose(&FAMILIES, &[]).unwrap())?;
+    let claims = |results: &Results| -> Vec<String> {
+        results.claims().map(|(figure, claim)| format!("{} {claim:?}", figure.id)).collect()
+    };
+    let (stored, today) = (claims(results), claims(&judged));
+    let differs = stored.iter().zip(&today).find(|(stored, today)| stored != today);
+    match differs {
+        Some((stored, today)) => Some(format!("stored: {stored}; today: {today}")),
+        None => {
+            (stored.len() != today.len()).then(|| format!("{} claims; today {}", stored.len(), today.len()))
+        }
+    }
+}
+
+#[test]
+fn stored_claims_are_worded_and_judged_as_today() {
+    for file in files() {
+        let results = Results::parse(&std::fs::read_to_string(&file).unwrap()).unwrap();
+        assert_eq!(
+            outdated(&results),
+            None,
+            "{0}: `ortelius page {0} --json {0}` judges it again",
+            file.display()
+        );
+    }
+}
+
+#[test]
+fn another_text_verdict_or_number_of_claims_is_outdated_and_judged_again() {
+    let of = |name: &str| files().into_iter().find(|file| file.ends_with(name)).unwrap();
+    let read = |name: &str| Results::parse(&std::fs::read_to_string(of(name)).unwrap()).unwrap();
+    let stored = read("lavapipe-2-cores-tm.json");
+    for change in [
+        (|results| results.figures[0].claims[0].text += " always") as fn(&mut Results),
+        |results| results.figures[0].claims[0].finding.verdict = Verdict::NotMeasurable,
+        |results| drop(results.figures.last_mut().unwrap().claims.pop()),
+    ] {
+        let mut changed = stored.clone();
+        change(&mut changed);
+        assert!(outdated(&changed).is_some());
+        let judged = changed.judged_again(&choose(&FAMILIES, &[]).unwrap()).unwrap();
+        assert_eq!(judged.text(), stored.text());
+    }
+    // A cell that is no longer stored leaves its claims unmeasured.
+    let mut fewer = stored.clone();
+    fewer.figures[0].cells.remove(0);
+    assert!(outdated(&fewer).is_some_and(|why| why.contains("missing cells: 1 left out")));
+    // Earlier formats have no rounds.
+    assert!(read("h100.json").judged_again(&[]).is_none());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use ortelius::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Test, every, one,
 };
-use ortelius::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
+use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::stats::Summary;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,6 +17,7 @@ pub const SWEPT: Figure = Figure {
     scenes: &["earth/oblique", "globe"],
     variants: || vec!["single".into(), "double".into()],
     paper: &[],
+    ours: &[],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
     measure: swept,
     plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
@@ -45,7 +46,8 @@ pub const BARS: Figure = Figure {
     about: "Bars with spreads.",
     scenes: &["plane"],
     variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
-    paper: &[],
+    paper: &["slow"],
+    ours: &["fast"],
     sweep: None,
     measure: bars,
     plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
@@ -69,6 +71,7 @@ pub const MANY: Figure = Figure {
         (0..6).flat_map(of_block).collect()
     },
     paper: &[],
+    ours: &[],
     sweep: Some(Sweep {
         name: "texels a side",
         quick: &[4096.0, 16384.0, 65536.0, 262144.0, 1048576.0],
@@ -91,6 +94,7 @@ pub const DIES: Figure = Figure {
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
     paper: &[],
+    ours: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "globe" => std::process::abort(),
@@ -108,6 +112,7 @@ pub const FAILS: Figure = Figure {
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
     paper: &[],
+    ours: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "earth" => anyhow::bail!("the disk is on fire"),
@@ -116,6 +121,18 @@ pub const FAILS: Figure = Figure {
     },
     plots: &[],
     claims: &[Claim::ours("holds", "it holds", &[Test::value(every("size"), Equal(1.0))])],
+};
+
+/// Leaves one of its three cells out.
+pub const LEAVES: Figure = Figure {
+    id: "made.leaves",
+    title: "A figure with a scene that is not fetched",
+    about: "One of three cells is left out.",
+    measure: |_, cell| match &*cell.scene {
+        "globe" => Err(LeftOut("the globe is not fetched".into()).into()),
+        _ => Ok(vec![number("only", "size", 1.0)]),
+    },
+    ..DIES
 };
 
 /// Environment variable that tells a process how many cells of [`SLOW`] to measure; in the next cell it waits to be
@@ -139,6 +156,7 @@ pub const SLOW: Figure = Figure {
     scenes: &["a", "b", "c", "d"],
     variants: || vec!["only".into()],
     paper: &[],
+    ours: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
     measure: |bench, cell| {
         wait_for_the_kill_after_enough_cells();

@@ -1,7 +1,8 @@
 //! Rules for the real figures, and selection by name.
 
 use super::family::{BARS, FAILS, SWEPT};
-use ortelius::figure::{Effort, Family, choose};
+use ortelius::figure::claim::{At, Bound, Claim, Origin, Part, Pick, Term, Test, Who, one};
+use ortelius::figure::{Effort, Family, Figure, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
 use ortelius::renderer::figures::FAMILIES;
 use ortelius::scene::Scene;
@@ -64,6 +65,62 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
                 assert_eq!(names.len(), cells.len(), "{id}: a duplicate cell");
             }
         }
+    }
+}
+
+fn picks(test: &Test) -> Vec<Pick> {
+    match test.term {
+        Term::Value(pick) | Term::Growth(pick, _) | Term::Steps(pick) => vec![pick],
+        Term::Ratio(a, b) | Term::Difference(a, b) => vec![a, b],
+    }
+}
+
+/// The first claim of the paper with a test that looks up none of the paper's variants, or one that the figure lacks.
+fn not_judged_on_the_paper(figure: &Figure) -> Option<String> {
+    let variants = (figure.variants)();
+    let highlighted = || figure.paper.iter().chain(figure.ours);
+    if let Some(unknown) = highlighted().find(|name| !variants.iter().any(|known| known == *name)) {
+        return Some(format!("{}: no variant {unknown}", figure.id));
+    }
+    let is_the_papers = |pick: &Pick| match pick.who {
+        Who::One(name) => figure.paper.contains(&name),
+        Who::Best(names) | Who::Each(names) => names().iter().any(|name| figure.paper.contains(&&**name)),
+        Who::Others(but) => figure.paper.iter().any(|name| *name != but),
+    };
+    let of_the_paper = figure.claims.iter().filter(|claim| claim.from != Origin::Ours);
+    let elsewhere = |claim: &&Claim| !claim.tests.iter().all(|test| picks(test).iter().any(is_the_papers));
+    of_the_paper.into_iter().find(elsewhere).map(|claim| format!("{} {}", figure.id, claim.id))
+}
+
+#[test]
+fn claims_of_a_paper_are_judged_on_the_papers_variants() {
+    for figure in FAMILIES.iter().flat_map(|(_, figures)| *figures) {
+        assert_eq!(not_judged_on_the_paper(figure), None);
+    }
+    let with = |paper: &'static [&'static str]| not_judged_on_the_paper(&Figure { paper, ..SWEPT });
+    assert_eq!(with(&["single"]), None);
+    assert_eq!(with(&[]).unwrap(), "made.swept doubles");
+    assert_eq!(with(&["triple"]).unwrap(), "made.swept: no variant triple");
+}
+
+/// True if a claim about time takes a least or a largest of its samples, which a lucky round would decide.
+fn selects_without_a_split(claim: &Claim) -> bool {
+    let extreme = |pick: &Pick| pick.x == At::Least || pick.part != Part::Median;
+    claim.timed && claim.tests.iter().chain(claim.given).any(|test| picks(test).iter().any(extreme))
+}
+
+#[test]
+fn no_claim_about_time_selects_a_value_by_the_rounds_that_judge_it() {
+    for figure in FAMILIES.iter().flat_map(|(_, figures)| *figures) {
+        for claim in figure.claims {
+            assert!(!selects_without_a_split(claim), "{} {}", figure.id, claim.id);
+        }
+    }
+    const LEAST: &[Test] = &[Test::value(one("time", "a").x(At::Least), Bound::AtMost(1.0))];
+    const MOST: &[Test] = &[Test::value(one("time", "a").part(Part::Most), Bound::AtMost(1.0))];
+    for tests in [LEAST, MOST] {
+        assert!(selects_without_a_split(&Claim::ours("id", "text", tests).timed()));
+        assert!(!selects_without_a_split(&Claim::ours("id", "text", tests)));
     }
 }
 

@@ -110,6 +110,9 @@ fn the_page_has_every_claim_verdict_and_plot_and_is_self_contained() {
         "Quick run, without three fifths of the runs of each timed pass, and side, texels: 2, 3, 4."
     ));
     assert!(page.contains("the disk is on fire") && page.contains("do not predict GPU rankings"));
+    for part in ["\"bar cited\"", "\"bar ours\"", "<th class=\"cited\">slow", "<th class=\"ours\">fast"] {
+        assert!(page.contains(part), "no {part}");
+    }
     // Plots: a sweep in each of two scenes; bars and a series; a sweep, and bars for each of 5 values, in
     // two scenes.
     let files =

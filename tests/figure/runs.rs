@@ -1,6 +1,6 @@
 //! Runs that are killed, resumed, shared and merged.
 
-use super::family::{BARS, DIES, FAILS, MEASURES, SLOW, SWEPT};
+use super::family::{BARS, DIES, FAILS, LEAVES, MEASURES, SLOW, SWEPT};
 use super::*;
 use ortelius::figure::{Outcome, Verdict, merge, outlive};
 use std::cell::RefCell;
@@ -207,6 +207,29 @@ fn a_failing_cell_stops_nothing_and_reproduces_no_claim() {
     again.resume = true;
     let tally = run(&again).unwrap();
     assert_eq!((tally.measured, tally.kept, tally.failures.len()), (2, 2, 2));
+}
+
+#[test]
+fn a_scene_that_is_left_out_fails_no_cell_and_leaves_its_claim_unmeasured() {
+    let folder = folder();
+    let tally = run(&a_run(&[&LEAVES], folder.path())).unwrap();
+    assert_eq!((tally.measured, tally.failures.len()), (2, 0));
+    assert_eq!(tally.left_out, ["made.leaves globe: the globe is not fetched"]);
+    let results = report(&[&LEAVES], folder.path());
+    let finding = &results.figures[0].claims[0].finding;
+    assert_eq!(finding.verdict, Verdict::NotMeasured);
+    assert_eq!(finding.why, "missing cells: 1 left out (the globe is not fetched)");
+    assert_eq!(Results::parse(&read(folder.path(), "results.json")).unwrap(), results);
+    assert!(
+        read(folder.path(), "made.leaves.csv")
+            .contains("globe,,,,,,,,,,,,left out: the globe is not fetched")
+    );
+    assert!(read(folder.path(), "index.html").contains("globe was left out: the globe is not fetched"));
+    // It is tried again.
+    let mut again = a_run(&[&LEAVES], folder.path());
+    again.resume = true;
+    let tally = run(&again).unwrap();
+    assert_eq!((tally.measured, tally.kept, tally.left_out.len()), (0, 2, 1));
 }
 
 #[test]

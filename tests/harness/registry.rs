@@ -15,7 +15,7 @@ struct Comparer {
 }
 
 const EARTH: &str = "src/texture/source/earth/tests.rs";
-const REFERENCE: &str = "src/paper/virtual_texture/reference.rs";
+const REFERENCE: &str = "src/paper/virtual_texture/reference/mod.rs";
 
 const PICTURE: &str = "src/picture/error.rs";
 

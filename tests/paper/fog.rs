@@ -52,6 +52,7 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     scenes: &["haze"],
     variants: || vec!["fog".into()],
     paper: &[],
+    ours: &[],
     sweep: None,
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
     plots: &[],

@@ -318,7 +318,7 @@ fn absent_and_unreadable_scenes_are_named() {
     let error = load(b"[view]\nsource = \"\xff\"\n").unwrap_err().to_string();
     assert!(error.contains("small.toml:2:11: this byte is not UTF-8"), "{error}");
     let too_long = |bytes: usize| {
-        load(&vec![b'#'; bytes])
+        load(vec![b'#'; bytes])
             .is_err_and(|error| error.to_string().contains("it has more than 1048576 bytes"))
     };
     assert_eq!([1 << 20, (1 << 20) + 1].map(too_long), [false, true]);

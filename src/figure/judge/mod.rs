@@ -36,6 +36,8 @@ enum Outcome {
 /// A number compared with a bound.
 #[derive(Clone, Debug)]
 struct Item {
+    /// Where the claim holds or fails with this number.
+    at: SceneAt,
     place: String,
     /// The compared variants, if the test chooses among several.
     names: String,
@@ -84,7 +86,8 @@ impl Claim {
                 }
             };
         }
-        let verdict = verdict(found.iter().flat_map(|items| &items.items).map(|item| item.outcome));
+        let items: Vec<&Item> = found.iter().flat_map(|items| &items.items).collect();
+        let verdict = verdict(&items);
         let verdict = if self.timed && table.machine.is_software() { verdict.here() } else { verdict };
         Finding::new(verdict, numbers, why(self.tests, &found))
     }
@@ -93,11 +96,11 @@ impl Claim {
 impl Claim {
     /// The number of missing cells and why; `None` if all are present.
     fn lost(&self, table: &Table) -> Option<String> {
-        let mut lost: Vec<(&str, usize)> = Vec::new();
+        let mut lost: Vec<(&String, usize)> = Vec::new();
         for (_, became) in table.lost.iter().filter(|(cell, _)| self.places.hold(&cell.scene, cell.x)) {
-            match lost.iter_mut().find(|(known, _)| known == became) {
+            match lost.iter_mut().find(|(known, _)| *known == became) {
                 Some((_, count)) => *count += 1,
-                None => lost.push((*became, 1)),
+                None => lost.push((became, 1)),
             }
         }
         let words = lost.iter().map(|(became, count)| format!("{count} {became}")).collect::<Vec<_>>();
@@ -105,15 +108,22 @@ impl Claim {
     }
 }
 
-/// The verdict over all tests and places.
-fn verdict(outcomes: impl Iterator<Item = Outcome>) -> Verdict {
+/// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails if one
+/// misses its bound.
+fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
-    for outcome in outcomes {
-        *match outcome {
-            Outcome::Holds => &mut holds,
-            Outcome::Better => &mut better,
-            Outcome::Fails => &mut fails,
-            Outcome::Undecided(_) => &mut undecided,
+    for place in judged_places(items) {
+        let here: Vec<Outcome> =
+            items.iter().filter(|item| item.at.covers(place)).map(|item| item.outcome).collect();
+        let any = |is: fn(&Outcome) -> bool| here.iter().any(is);
+        *if any(|outcome| *outcome == Outcome::Fails) {
+            &mut fails
+        } else if any(|outcome| matches!(outcome, Outcome::Undecided(_))) {
+            &mut undecided
+        } else if any(|outcome| *outcome == Outcome::Holds) {
+            &mut holds
+        } else {
+            &mut better
         } += 1;
     }
     match (holds + better, fails, undecided) {
@@ -123,6 +133,19 @@ fn verdict(outcomes: impl Iterator<Item = Outcome>) -> Verdict {
         _ if holds == 0 => Verdict::BetterThanStated,
         _ => Verdict::Reproduced,
     }
+}
+
+/// The places of `items`. A number of a whole scene is a place of its own only if no number has one value of the
+/// scene's sweep.
+fn judged_places<'a>(items: &[&'a Item]) -> Vec<&'a SceneAt> {
+    let mut places: Vec<&SceneAt> = Vec::new();
+    for Item { at, .. } in items {
+        let divided = at.x.is_none() && items.iter().any(|item| item.at.x.is_some() && at.covers(&item.at));
+        if !divided && !places.contains(&at) {
+            places.push(at);
+        }
+    }
+    places
 }
 
 impl Item {
@@ -197,7 +220,10 @@ impl Test {
             self.item(&at, &[large, small], grown)
         };
         match (self.term, samples) {
-            (Term::Growth(_, power), [small, .., large]) => vec![ratio(small, large, power)],
+            // Growth belongs to the whole scene, but is shown with the largest x.
+            (Term::Growth(_, power), [small, .., large]) => {
+                vec![Item { at: place.clone(), ..ratio(small, large, power) }]
+            }
             (Term::Steps(_), _) => samples.windows(2).map(|pair| ratio(&pair[0], &pair[1], 0.0)).collect(),
             _ => Vec::new(),
         }
@@ -225,6 +251,7 @@ impl Test {
             _ => "x".into(),
         };
         Item {
+            at: place.clone(),
             place: place.name(),
             names: names.join(" over "),
             unit: if unit == " " { String::new() } else { unit },

@@ -37,6 +37,11 @@ pub struct SceneAt {
 }
 
 impl SceneAt {
+    /// True for an equal place, and for a whole scene at each value of its sweep.
+    pub fn covers(&self, other: &SceneAt) -> bool {
+        self.scenes == other.scenes && (self.x.is_none() || self.x == other.x)
+    }
+
     /// `earth/oblique at 720`
     pub fn name(&self) -> String {
         let scene = match &self.scenes[..] {

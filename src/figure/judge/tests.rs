@@ -201,8 +201,34 @@ fn a_claim_that_fails_in_some_places_is_in_part_and_names_them() {
 fn all_tests_of_a_claim_must_hold() {
     const BOTH: &[Test] = &[Test::value(OF_A, AtMost(1.0)), Test::value(OF_B, AtMost(1.0))];
     let found = |a, b| verdict(BOTH, &exact(&[("a", a), ("b", b)]));
-    assert_eq!([found(1.0, 1.0), found(1.0, 2.0), found(2.0, 2.0)], [Reproduced, InPart, NotReproduced]);
+    let (yes, no) = (Reproduced, NotReproduced);
+    assert_eq!([found(1.0, 1.0), found(1.0, 2.0), found(2.0, 1.0), found(2.0, 2.0)], [yes, no, no, no]);
     assert_eq!(verdict(BOTH, &exact(&[("a", 1.0)])), NotMeasured, "one of the two is missing");
+}
+
+#[test]
+fn a_claim_holds_in_a_place_if_all_its_tests_hold_there() {
+    const BOTH: &[Test] = &[Test::value(OF_A, AtMost(1.0)), Test::value(OF_B, AtMost(1.0))];
+    let found = |[s, t]: [[f64; 2]; 2]| {
+        let row = |scene, variant, number| (scene, None, variant, Value::Number(number));
+        let rows = [row("s", "a", s[0]), row("s", "b", s[1]), row("t", "a", t[0]), row("t", "b", t[1])];
+        verdict(BOTH, &table("discrete", &rows))
+    };
+    assert_eq!(found([[1.0, 1.0], [1.0, 1.0]]), Reproduced);
+    assert_eq!(found([[1.0, 1.0], [1.0, 2.0]]), InPart);
+    // Half of the numbers are met, but both tests hold nowhere.
+    assert_eq!(found([[1.0, 2.0], [2.0, 1.0]]), NotReproduced);
+
+    // Growth belongs to the scene: if it fails, the claim fails at every value of its sweep.
+    const GROWS: &[Test] = &[Test::value(OF_A, AtMost(9.0)), Test::growth(OF_A, 1.0, AtMost(1.0))];
+    let grows = |numbers: [f64; 2]| {
+        let rows = [(1.0, numbers[0]), (2.0, numbers[1])];
+        verdict(GROWS, &table("discrete", &rows.map(|(x, y)| ("s", Some(x), "a", Value::Number(y)))))
+    };
+    assert_eq!(
+        [[1.0, 2.0], [1.0, 3.0], [9.0, 10.0], [5.0, 11.0]].map(grows),
+        [Reproduced, NotReproduced, InPart, NotReproduced]
+    );
 }
 
 #[test]
@@ -230,7 +256,7 @@ fn a_missing_cell_leaves_its_claim_unmeasured() {
     let claim = Claim::ours("id", "text", SMALL).at(Places::scenes(&["s", "t"]).x(1.0, 2.0));
     let rows = [("s", Some(1.0), "a", Value::Number(1.0))];
     let found = |scene: &str, x| {
-        let lost = vec![(Cell { scene: scene.into(), x: Some(x) }, "failed")];
+        let lost = vec![(Cell { scene: scene.into(), x: Some(x) }, "failed".into())];
         claim.judge(&Table { lost, ..table("discrete", &rows) })
     };
     assert_eq!([found("u", 1.0).verdict, found("t", 3.0).verdict], [Reproduced; 2]);
@@ -302,7 +328,7 @@ fn picks_select_ends_points_the_least_and_other_variants() {
         let points = Value::Series(vec![[0.0, 99.0], [1.0, 5.0], [2.0, at_2], [4.0, 99.0]]);
         verdict(POINTS, &table("discrete", &[("s", None, "a", points)]))
     };
-    assert_eq!([curve(5.0), curve(5.1)], [Reproduced, InPart]);
+    assert_eq!([curve(5.0), curve(5.1)], [Reproduced, NotReproduced]);
 
     const LOWEST: &[Test] = &[Test::ratio(OF_A.x(At::X(2.0)), OF_A.x(At::Least), AtMost(2.0))];
     let swept = |at_2| {
@@ -314,5 +340,5 @@ fn picks_select_ends_points_the_least_and_other_variants() {
 
     const SAME: &[Test] = &[Test::difference(others("q", "b"), OF_B, Equal(0.0))];
     let found = |c| judged(SAME, &exact(&[("a", 7.0), ("b", 7.0), ("c", c)]));
-    assert_eq!([found(7.0).verdict, found(8.0).verdict], [Reproduced, InPart]);
+    assert_eq!([found(7.0).verdict, found(8.0).verdict], [Reproduced, NotReproduced]);
 }

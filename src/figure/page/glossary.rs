@@ -2,17 +2,34 @@
 
 /// Term and meaning, in alphabetical order.
 pub const GLOSSARY: &[(&str, &str)] = &[
+    ("axis ratio", "the longer axis of a footprint's ellipse over the shorter one"),
     (
         "batches of 32 x 32",
         "model of vertex reuse on current GPUs: up to 32 triangles share up to 32 vertices; batches share nothing",
     ),
+    (
+        "Belady's optimum",
+        "the cache policy with the fewest misses: it evicts the tile whose next use is latest (Belady, \"A study of replacement algorithms for a virtual-storage computer\", 1966)",
+    ),
     ("compact", "stage 3 of paper 1: the tile mask becomes the visible-tile list"),
+    (
+        "cut-off volume, V1",
+        "paper 3's weight of a texel that the footprint's edge cuts: the part of the Gaussian body's volume inside the edge",
+    ),
     ("dedup", "stage 2 of paper 1: the request image becomes the tile mask; equal triples are merged"),
     (
         "ecol, vsplit",
         "edge collapse, and vertex split, its inverse: one step between two levels of a progressive mesh",
     ),
     ("empty pass", "a pass without commands; its time shows the resolution of the device's timer"),
+    (
+        "EWA",
+        "elliptical weighted average: a Gaussian over the footprint's ellipse (Greene and Heckbert, \"Creating Raster Omnimax Images from Multiple Perspective Views Using the Elliptical Weighted Average Filter\", 1986)",
+    ),
+    (
+        "Feline",
+        "several trilinear samples along the footprint's longer axis (McCormack et al., \"Feline: Fast Elliptical Lines for Anisotropic Texture Mapping\", 1999)",
+    ),
     (
         "FIFO-16",
         "a post-transform vertex cache of 16 entries that replaces the oldest; likewise 12, 24 and 32",
@@ -21,13 +38,25 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "FLIP",
         "difference of two pictures as seen when they alternate, 0 to 1 (Andersson et al., \"FLIP: A Difference Evaluator for Alternating Images\", 2020)",
     ),
+    ("footprint", "the part of the texture that a pixel covers; paper 3: an ellipse in texels"),
     ("fused", "one draw textures and sets the bits of the tile mask; no request image is written"),
+    (
+        "geomorph",
+        "a vertex moves gradually from its position in the coarser level to its own, instead of popping",
+    ),
     ("Hausdorff distance", "the largest distance from a point of one surface to the other surface"),
+    (
+        "k",
+        "reconstruction term of paper 3's corrected footprint, in squared texels: it widens the ellipse, so that no footprint is empty",
+    ),
+    ("LRU", "a cache that evicts the least recently used tile"),
     ("memo", "a geometry shader keeps the last triple and emits a point only if the next triple differs"),
     (
         "moved faces",
         "index-buffer entries that a split rewrites in addition to the faces that it adds or changes",
     ),
+    ("N1, N2", "number of tiles in the tile pool and in the host's tile cache (paper 1)"),
+    ("NA", "largest number of samples along a footprint's longer side"),
     ("NMSE", "sum of squared errors over the sum of squared true values, linear light"),
     ("p", "a geometry shader of paper 1 handles a block of 2^p x 2^p pixels"),
     ("page table", "for each tile of the pyramid, its place in the tile pool"),
@@ -39,15 +68,21 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "skip lists",
         "baseline: face lists, optimised at chosen levels, that share a vertex buffer (Forsyth, \"Comparison of VIPM Methods\", 2001)",
     ),
+    (
+        "texels across",
+        "paper 3: the level is the finest one on which the ellipse's shorter semi-axis is less than twice this many texels",
+    ),
     ("tile address", "the grid in which i and j count: level 0, as in the paper, or the tile's own level"),
     ("tile mask", "one bit or byte for each tile, set if a pixel needs the tile"),
     ("tile pool", "texture array on the GPU that holds the resident tiles"),
     ("transforms per vertex", "cache misses over the vertices of the level; 1 is the minimum"),
     ("tswap", "permutation of the index buffer at chosen levels, to restore its vertex-cache locality"),
+    ("U1, U2, U3", "paper 1's letters for the request image, the tile mask and the visible-tile list"),
     (
         "undecided (noise)",
         "the 95 % confidence interval contains the bound; the reason estimates how many rounds would decide",
     ),
+    ("weight map", "paper 3: a table of the Gaussian weight by the texel's position in the footprint"),
     ("[a .. b]", "95 % confidence interval of the median of the per-round ratios"),
 ];
 

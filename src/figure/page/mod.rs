@@ -77,6 +77,8 @@ struct FigureView<'a> {
     /// CSV and JSON of the figure are next to the page.
     has_data: bool,
     failures: Vec<[String; 2]>,
+    /// Cells that the run left out, with the reason.
+    left_out_cells: Vec<(String, &'a str)>,
     absent: usize,
     cells: usize,
 }
@@ -217,6 +219,10 @@ fn figure_view<'a>(
         Outcome::Failed(error) | Outcome::Crashed(error) => Some([cell.cell.to_string(), error.clone()]),
         _ => None,
     };
+    let left_out = |cell: &'a super::CellRows| match &cell.outcome {
+        Outcome::LeftOut(why) => Some((cell.cell.to_string(), &**why)),
+        _ => None,
+    };
     let plot = |drawn: &Drawn| PlotView {
         name: drawn.name.clone(),
         title: drawn.title.clone(),
@@ -241,6 +247,7 @@ fn figure_view<'a>(
         pictures,
         has_data: matches!(beside, Beside::Run(_)),
         failures: result.cells.iter().filter_map(failure).collect(),
+        left_out_cells: result.cells.iter().filter_map(left_out).collect(),
         absent: result.cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count(),
         cells: result.cells.len(),
     })

@@ -28,8 +28,8 @@ struct RowView {
 #[derive(Clone, Serialize)]
 struct Name {
     text: String,
-    /// True for the paper's own variant.
-    cited: bool,
+    /// CSS class with a leading space, by `Figure::highlight`.
+    highlight: &'static str,
 }
 
 #[derive(Clone, Default, Serialize)]
@@ -55,7 +55,7 @@ pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
         .iter()
         .filter_map(|cell| match &cell.outcome {
             Outcome::Rows(rows) => Some((cell, &rows[..])),
-            Outcome::Failed(_) | Outcome::Crashed(_) | Outcome::Absent => None,
+            _ => None,
         })
         .collect();
     let mut quantities: Vec<&str> = Vec::new();
@@ -81,9 +81,9 @@ fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> T
         .iter()
         .map(|(_, rows)| variants.iter().map(|variant| entry(find(rows, variant), &mut notes)).collect())
         .collect();
-    let cells = used.iter().map(|(cell, _)| Name { text: cell.cell.to_string(), cited: false });
+    let cells = used.iter().map(|(cell, _)| Name { text: cell.cell.to_string(), highlight: "" });
     let cells: Vec<Name> = cells.collect();
-    let variants = variants.into_iter().map(|text| Name { cited: figure.paper.contains(&&*text), text });
+    let variants = variants.into_iter().map(|text| Name { highlight: figure.highlight(&text), text });
     let variants: Vec<Name> = variants.collect();
     // The longer side becomes the rows.
     let (first, head, names, grid) = match variants.len() > cells.len() {
@@ -96,7 +96,7 @@ fn table(figure: &Figure, measured: &[(&CellRows, &[Row])], quantity: &str) -> T
         quantity: quantity.to_string(),
         unit: unit.map(|row| row.unit.clone()).unwrap_or_default(),
         open: grid.iter().map(Vec::len).sum::<usize>() <= AT_ONCE,
-        head: [vec![Name { text: first.to_string(), cited: false }], head].concat(),
+        head: [vec![Name { text: first.to_string(), highlight: "" }], head].concat(),
         rows: names.into_iter().zip(grid).map(|(name, entries)| RowView { name, entries }).collect(),
         notes,
     }

@@ -14,8 +14,8 @@ const BAR: f64 = 13.0;
 /// One variant's value.
 pub struct Bar {
     pub name: String,
-    /// True for the paper's own variant.
-    pub cited: bool,
+    /// CSS class with a leading space, by `Figure::highlight`.
+    pub highlight: &'static str,
     pub value: Result<Point, String>,
 }
 
@@ -56,8 +56,8 @@ pub fn draw(chart: &Chart, groups: &[Group], floor: Option<(&str, f64)>) -> Opti
         }
         y += head;
         for (bar, name) in group.bars.iter().zip(&mut cut) {
-            let class = if bar.cited { "name cited" } else { "name" };
-            svg.text([left - 6.0, y + 0.5 * ROW + 4.5], Anchor::End, class, &name);
+            let class = format!("name{}", bar.highlight);
+            svg.text([left - 6.0, y + 0.5 * ROW + 4.5], Anchor::End, &class, &name);
             one(&mut svg, chart, &scale, bar, [left, y + 0.5 * ROW]);
             y += ROW;
         }
@@ -82,10 +82,10 @@ fn one(svg: &mut Svg, chart: &Chart, scale: &Scale, bar: &Bar, [left, y]: [f64; 
         }
     };
     let (x, tooltip) = (scale.at(point.y), point.described(&bar.name, &chart.unit));
-    let class = if bar.cited { "bar cited" } else { "bar" };
+    let class = format!("bar{}", bar.highlight);
     match chart.log {
-        true => svg.mark([x, y], 0, class, &tooltip),
-        false => svg.bar([left, y - BAR / 2.0], [x - left, BAR], class, &tooltip),
+        true => svg.mark([x, y], 0, &class, &tooltip),
+        false => svg.bar([left, y - BAR / 2.0], [x - left, BAR], &class, &tooltip),
     }
     let high = scale.at(point.high.max(point.y));
     if point.low < point.high {

@@ -1,7 +1,7 @@
 //! A line for each variant along a sweep or a series, with the spread at each point.
 
 use super::scale::Scale;
-use super::svg::{Anchor, HUES, Svg, WIDTH, shortened, width_of};
+use super::svg::{Anchor, HUES, Svg, WIDTH, cut_apart, width_of};
 use super::{Chart, Point};
 use crate::figure::words::tick;
 
@@ -11,8 +11,8 @@ const FIELD: f64 = 230.0;
 /// One variant's values, in order of x.
 pub struct Line {
     pub name: String,
-    /// True for the paper's own variant.
-    pub cited: bool,
+    /// CSS class with a leading space, by `Figure::highlight`.
+    pub highlight: &'static str,
     pub points: Vec<(f64, Point)>,
 }
 
@@ -64,9 +64,9 @@ pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) 
 }
 
 /// Classes of line number `number`, its hue and dashes, and of its marks.
-fn classes(number: usize, cited: bool) -> (String, String) {
+fn classes(number: usize, highlight: &str) -> (String, String) {
     let (hue, round) = (number % HUES, number / HUES);
-    (format!("curve s{hue} dash{round}{}", if cited { " cited" } else { "" }), format!("f{hue}"))
+    (format!("curve s{hue} dash{round}{highlight}"), format!("f{hue}"))
 }
 
 fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [left, right]: [f64; 2]) {
@@ -81,7 +81,7 @@ fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [lef
 }
 
 fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], number: usize, line: &Line) {
-    let (curve, fill) = classes(number, line.cited);
+    let (curve, fill) = classes(number, line.highlight);
     let shown = || line.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
     let points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
     svg.polyline(&points, &curve);
@@ -107,16 +107,17 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
 /// Draws the names of the lines in as many rows as needed; returns the bottom.
 fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
     let (mut x, mut y) = (0.0, top);
-    for (number, line) in lines.iter().enumerate() {
-        let name = shortened(&line.name, WIDTH - 40.0);
+    let names: Vec<&str> = lines.iter().map(|line| &*line.name).collect();
+    let names = cut_apart(&names, WIDTH - 40.0);
+    for (number, (line, name)) in lines.iter().zip(names).enumerate() {
         let room = 30.0 + width_of(&name) + 8.0;
         if x > 0.0 && x + room > WIDTH {
             (x, y) = (0.0, y + 19.0);
         }
-        let (curve, fill) = classes(number, line.cited);
+        let (curve, fill) = classes(number, line.highlight);
         svg.line([x, y], [x + 24.0, y], &curve);
         svg.mark([x + 12.0, y], number, &fill, &line.name);
-        svg.text([x + 30.0, y + 4.5], Anchor::Start, if line.cited { "name cited" } else { "name" }, &name);
+        svg.text([x + 30.0, y + 4.5], Anchor::Start, &format!("name{}", line.highlight), &name);
         x += room;
     }
     y + 12.0

@@ -175,7 +175,7 @@ fn below(cells: &[&CellRows], quantity: &str, machines: &[Machine]) -> String {
 fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'a Row> {
     let rows = match &cell.outcome {
         Outcome::Rows(rows) => &rows[..],
-        Outcome::Failed(_) | Outcome::Crashed(_) | Outcome::Absent => &[],
+        _ => &[],
     };
     rows.iter().filter(move |row| row.quantity == quantity)
 }
@@ -209,7 +209,7 @@ fn group(figure: &Figure, plot: &Plot, cell: &CellRows) -> Group {
             (None, Value::Text(words)) => Err(words.clone()),
             (None, _) => Err("a series".into()),
         };
-        Bar { cited: figure.paper.contains(&&*name), name, value }
+        Bar { highlight: figure.highlight(&name), name, value }
     };
     let names = variants(figure, &[cell], plot.quantity, plot.floor);
     Group { name: cell.cell.to_string(), bars: names.into_iter().map(bar).collect() }
@@ -224,7 +224,7 @@ fn draw_sweep(figure: &Figure, plot: &Plot, chart: &Chart, cells: &[&CellRows]) 
     let line = |name: &str| {
         let point = |cell: &&CellRows| Some((cell.cell.x?, Point::of(value_of(cell, plot.quantity, name)?)?));
         let points = cells.iter().filter_map(point).collect();
-        Line { name: name.to_string(), cited: figure.paper.contains(&name), points }
+        Line { name: name.to_string(), highlight: figure.highlight(name), points }
     };
     let sweep = figure.sweep.as_ref()?;
     let at = cells.iter().filter_map(|cell| cell.cell.x).collect();
@@ -247,8 +247,7 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
         _ => None,
     };
     let line = |name: &String| {
-        let cited = figure.paper.contains(&&**name);
-        Some(Line { name: name.clone(), cited, points: series(name)? })
+        Some(Line { name: name.clone(), highlight: figure.highlight(name), points: series(name)? })
     };
     let lines: Vec<Line> = names.iter().filter_map(line).collect();
     let ends = lines.iter().flat_map(|line| line.points.iter().map(|(x, _)| *x));
@@ -259,7 +258,7 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
         let number = || value_of(cell, plot.quantity, floor)?.number();
         let flat = |y| ends.iter().map(|&x| (x, Point { y, low: y, high: y })).collect();
         let points = series(floor).or_else(|| number().map(flat))?;
-        Some(Line { name: floor.to_string(), cited: false, points })
+        Some(Line { name: floor.to_string(), highlight: "", points })
     });
     let along = Along { name: axis_name(name, plot.log_x), log: plot.log_x, at: None };
     lines::draw(chart, &along, &lines, floor.as_ref())

@@ -2,7 +2,7 @@
 
 use super::super::words::tick;
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, shortened, width_of};
+use super::svg::{Anchor, Svg, WIDTH, cut_apart, width_of};
 use super::{Chart, Point};
 
 /// Height of the plotted field.
@@ -63,7 +63,8 @@ pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
         }
     }
     let fronts = spots.iter().filter(|spot| spot.on_front).filter(shown);
-    let named: Vec<(&str, [f64; 2])> = fronts.map(|spot| (&*spot.name, place(spot))).collect();
+    let (names, places): (Vec<&str>, Vec<_>) = fronts.map(|spot| (&*spot.name, place(spot))).unzip();
+    let named: Vec<(String, [f64; 2])> = cut_apart(&names, LABEL[0]).into_iter().zip(places).collect();
     label(&mut svg, &named, [left, right], [top, bottom]);
     Some(svg.inline(bottom + 46.0, &chart.title))
 }
@@ -73,12 +74,11 @@ const LABEL: [f64; 2] = [170.0, 13.0];
 
 /// Writes each name next to its mark if it covers no mark and no other name; other names are only in the
 /// table.
-fn label(svg: &mut Svg, named: &[(&str, [f64; 2])], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) {
+fn label(svg: &mut Svg, named: &[(String, [f64; 2])], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) {
     let mut taken: Vec<[f64; 4]> =
         named.iter().map(|(_, [x, y])| [x - 4.0, y - 4.0, x + 4.0, y + 4.0]).collect();
     for (name, [x, y]) in named {
-        let name = shortened(name, LABEL[0]);
-        let width = width_of(&name) * 0.85;
+        let width = width_of(name) * 0.85;
         let free = |[x0, y0, x1, y1]: [f64; 4]| {
             let apart = |t: &[f64; 4]| x1 <= t[0] || t[2] <= x0 || y1 <= t[1] || t[3] <= y0;
             left <= x0 && x1 <= right && top <= y0 && y1 <= bottom && taken.iter().all(apart)
@@ -88,7 +88,29 @@ fn label(svg: &mut Svg, named: &[(&str, [f64; 2])], [left, right]: [f64; 2], [to
             ([from, base - LABEL[1] + 2.0, from + width, base + 2.0], [from, base])
         });
         let Some((area, at)) = places.into_iter().find(|(area, _)| free(*area)) else { continue };
-        svg.text(at, Anchor::Start, "faint", &name);
+        svg.text(at, Anchor::Start, "faint", name);
         taken.push(area);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_with_equal_starts_stay_distinct() {
+        let spot = |minor: u32, at: f64| Spot {
+            name: format!("ellipse with many words, minor {minor}"),
+            tooltip: String::new(),
+            time: Point { y: at, low: at, high: at },
+            error: 1.0 / at,
+            on_front: true,
+        };
+        let [title, below, quantity] = [""; 3].map(String::from);
+        let chart = Chart { title, below, quantity, unit: String::new(), log: true };
+        let svg = draw(&chart, "time", &[spot(1, 1.0), spot(2, 100.0)]).unwrap();
+        for end in ["minor 1<", "minor 2<"] {
+            assert!(svg.contains(end), "no {end} in {svg}");
+        }
     }
 }

@@ -99,7 +99,8 @@ fn lacking(above: &[f64]) -> Vec<f64> {
     (0..side * side).map(value).collect()
 }
 
-/// Weights of four samples and of their derivatives, at `t` between the middle two (Catmull and Rom 1974).
+/// Weights of four samples and of their derivatives, at `t` between the middle two (E. Catmull and R. Rom, "A Class of
+/// Local Interpolating Splines", Computer Aided Geometric Design, 1974).
 fn cubic(t: f64) -> ([f64; 4], [f64; 4]) {
     let (t2, t3) = (t * t, t * t * t);
     let value = [

@@ -1,8 +1,9 @@
 //! Ridges and valleys from 11 km down to 1.1 km where the samples have none: the half of the grid in Nepal comes from
 //! maps with few contour lines, and is as smooth as a dune.
 //!
-//! Ridged noise of several octaves (Musgrave 1998): 1 - |n| of smooth noise n has crests where n crosses 0. A
-//! finer octave is weighted by the height of the coarser ones, so that valleys stay smooth.
+//! Ridged noise of several octaves (F. K. Musgrave in Ebert et al., "Texturing and Modeling: A Procedural Approach",
+//! 2nd edition, AP Professional 1998): 1 - |n| of smooth noise n has crests where n crosses 0. A finer octave is
+//! weighted by the height of the coarser ones, so that valleys stay smooth.
 
 use super::Slope;
 
@@ -43,7 +44,8 @@ pub fn ridges(east_m: f64, north_m: f64) -> Slope {
     sum
 }
 
-/// Gradient noise, about -0.7 ..= 0.7, with its slopes, at a point in lattice units (Perlin 2002).
+/// Gradient noise, about -0.7 ..= 0.7, with its slopes, at a point in lattice units (K. Perlin,
+/// "Improving Noise", SIGGRAPH 2002).
 fn smooth([x, y]: [f64; 2], octave: u32) -> Slope {
     let (column, row) = (x.floor(), y.floor());
     let (s, t) = (x - column, y - row);

@@ -34,6 +34,7 @@ pub const FILTERS: Figure = Figure {
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
     paper: &[],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[

@@ -29,8 +29,10 @@ pub enum Baseline {
     Reoptimised,
     /// The live faces, reordered at every level by meshoptimizer's optimizer for a FIFO of 16 entries.
     ReoptimisedFifo,
-    /// The live faces in meshoptimizer's order of the full mesh, extracted by a pass over all faces (Lin and
-    /// Yu 2006, Bogomjakov and Gotsman 2002).
+    /// The live faces in meshoptimizer's order of the full mesh, extracted by a pass over all faces (G. Lin
+    /// and T. Yu, "An Improved Vertex Caching Scheme for 3D Mesh Rendering", IEEE TVCG 2006; A. Bogomjakov and C.
+    /// Gotsman, "Universal Rendering Sequences for Transparent Vertex Caching of Progressive Meshes", Computer Graphics
+    /// Forum 2002).
     Compacted,
     /// Lists for a series of levels, ordered by meshoptimizer, each with `ratio` times the faces of the next
     /// finer one. Between the levels of two lists the finer list is drawn, including faces that have become

@@ -1,9 +1,9 @@
 //! pm.build: build time and memory against the size of the model.
 
 use super::super::mesh::ProgressiveMesh;
+use super::scans::check_fetched;
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
-use crate::model::fetched;
 use anyhow::Context;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -22,6 +22,7 @@ pub const BUILD: Figure = Figure {
     scenes: &["torus", "dragon"],
     variants,
     paper: &[],
+    ours: &[],
     sweep: Some(Sweep {
         name: "faces",
         quick: &[11_102.0, 47_794.0, 202_520.0],
@@ -71,10 +72,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         "torus" => format!("torus:{}", (faces / 4.0).sqrt().round()),
         _ => {
             let name = DRAGONS.iter().find(|(count, _)| *count == faces).context("a dragon")?.1;
-            if fetched(name).is_none() {
-                let why = format!("{name} is not fetched: ortelius fetch {name}");
-                return Ok(variants().iter().map(|v| missing(v, TIME, &why)).collect());
-            }
+            check_fetched(name)?;
             name.to_owned()
         }
     };
@@ -89,14 +87,10 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let memory: Option<Vec<f64>> = builds.iter().map(|build| build.most_memory).collect();
     rows.push(match memory {
         Some(memory) => Row::of_rounds(WHOLE, MEMORY, "MiB", Some(memory)),
-        None => missing(WHOLE, MEMORY, "this system does not report the memory of a process"),
+        None => Row::missing(WHOLE, MEMORY, "this system does not report the memory of a process"),
     });
     rows.push(Row::number(WHOLE, FILE, "bytes", builds[0].file_bytes));
     Ok(rows)
-}
-
-fn missing(variant: &str, quantity: &str, why: &str) -> Row {
-    Row::missing(variant, quantity, why.to_owned())
 }
 
 /// The cost of one build.

@@ -51,12 +51,12 @@ pub const GOVERNOR: Figure = Figure {
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
     paper: &[],
+    ours: &[PLANNED],
     sweep: None,
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
     claims: &[
-        Claim::paper(
-            "4",
+        Claim::ours(
             "budget-held",
             "After the first 30 frames, nine of ten frames are within the budget.",
             &[Test::value(one(WITHIN, PLANNED), AtLeast(90.0))],

@@ -3,7 +3,7 @@
 use super::super::cache::{Cache, sampled_levels};
 use super::super::order::{Groups, OrderOptions};
 use super::super::simplify::Collapses;
-use super::orders::{CLOSED, costs, moved_per_split, ordered, simplified};
+use super::orders::{CLOSED, PAPER, costs, moved_per_split, ordered, simplified};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, best, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 
@@ -13,7 +13,7 @@ pub const MOVES: Figure = Figure {
     about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the \
             number of faces that may change their slots per split. Costs are for FIFO-16, as the mean over \
             up to 512 levels; the models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, \
-            `solid`. In `one ratio` each group multiplies the faces by the same number. `equal groups` has \
+            `solid`. `paper` is the paper's greedy order with groups of one ratio. In `one ratio` each group multiplies the faces by the same number. `equal groups` has \
             as many groups as fit the budget, with the same number of splits each. `threshold` has groups \
             of one ratio for one and a half times the budget, but a face moves only if that saves more \
             than a transform. `regions in turns` reorders a third of the faces at a time, whenever the \
@@ -22,7 +22,8 @@ pub const MOVES: Figure = Figure {
             level on, degenerate until they are born.",
     scenes: &CLOSED,
     variants,
-    paper: &[],
+    paper: &[PAPER],
+    ours: &[RATIO],
     sweep: Some(Sweep {
         name: "budget, moved faces per split",
         quick: &[5.0, 10.0, 16.0, 23.0, 40.0],
@@ -35,6 +36,12 @@ pub const MOVES: Figure = Figure {
             "5",
             "balance",
             "The number of tswaps balances the load: with more moved faces, fewer vertices are transformed.",
+            &[Test::steps(one(COST, PAPER), Below(1.0)), Test::steps(one(MOVED, PAPER), Above(1.0))],
+        )
+        .at(Places::mean(&CLOSED)),
+        Claim::ours(
+            "our-balance",
+            "It also does with groups of one ratio and new faces at the tail.",
             &[Test::steps(one(COST, RATIO), Below(1.0)), Test::steps(one(MOVED, RATIO), Above(1.0))],
         )
         .at(Places::mean(&CLOSED)),
@@ -68,12 +75,13 @@ fn at_the_tail() -> Vec<String> {
 }
 
 fn variants() -> Vec<String> {
-    AT_THE_TAIL.into_iter().chain([IN_PLACE]).map(String::from).collect()
+    [PAPER].into_iter().chain(AT_THE_TAIL).chain([IN_PLACE]).map(String::from).collect()
 }
 
 fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> OrderOptions {
     let one_ratio = OrderOptions { groups: Groups::Budget(budget), ..OrderOptions::TAIL_23 };
     match name {
+        PAPER => OrderOptions { groups: one_ratio.groups, ..OrderOptions::PAPER },
         EQUAL => {
             // Group k of n ends with level 0's faces and k/n of the other faces.
             let base = faces - collapses.faces.items().len();

@@ -55,6 +55,7 @@ pub const POP: Figure = Figure {
     scenes: &["bunny/near", "bunny/above"],
     variants,
     paper: &[AT_ONCE],
+    ours: &["geomorph"],
     sweep: None,
     measure,
     plots: &[

@@ -46,6 +46,7 @@ pub const SHADING: Figure = Figure {
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants,
     paper: &[PAPER],
+    ours: &[AWARE],
     sweep: Some(Sweep { name: "wanted error, pixels", quick: &WANTED, full: &WANTED }),
     measure,
     plots: &[

@@ -4,7 +4,9 @@
 //! For each place the paper picks a face that uses cached vertices and swaps it with the face in that place.
 //! It prefers (a) the face that is already in place and (b) faces in CPU cache lines that are touched
 //! already. This leaves isolated faces behind, which later cost three transforms each. We add a valence term
-//! as in Forsyth's and Sander's optimizers: vertices with few faces left are finished first.
+//! as in the optimizers of T. Forsyth ("Linear-Speed Vertex Cache Optimisation", 2006) and of P. Sander, D. Nehab and J.
+//! Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with few faces
+//! left are finished first.
 
 use super::patch::{MOST_FACES, Patch};
 

@@ -1,4 +1,5 @@
-//! The quadric error of Garland and Heckbert (1997): a sum of weighted squared distances to planes.
+//! The quadric error (M. Garland and P. Heckbert, "Surface Simplification Using Quadric Error Metrics", SIGGRAPH 1997):
+//! a sum of weighted squared distances to planes.
 
 use glam::DVec3;
 

@@ -28,6 +28,7 @@ pub const ANISOTROPIC: Figure = Figure {
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || FORMS.map(|(name, _)| name.to_string()).to_vec(),
     paper: &[INCREMENTAL],
+    ours: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.02, 0.05],

@@ -35,7 +35,8 @@ pub const COORDINATES: Figure = Figure {
         let methods = Derivatives::ALL.map(derivatives_name);
         FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
     },
-    paper: &["sequential"],
+    paper: &["row constants", "sequential"],
+    ours: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.25, 0.5, 0.9],

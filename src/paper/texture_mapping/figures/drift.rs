@@ -28,6 +28,7 @@ pub const DRIFT: Figure = Figure {
         Form::ALL.map(Form::name).into_iter().chain(methods).collect()
     },
     paper: &["sequential"],
+    ours: &[],
     sweep: Some(Sweep {
         name: "row, pixels",
         quick: &[1920.0, 16384.0],

@@ -22,7 +22,8 @@ pub const EDGES: Figure = Figure {
             `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
-    paper: &["exact"],
+    paper: &["exact", "quadratic", "cubic", "piecewise linear"],
+    ours: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[

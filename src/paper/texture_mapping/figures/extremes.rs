@@ -38,6 +38,7 @@ pub const EXTREMES: Figure = Figure {
     ],
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
     paper: &["as printed, rows"],
+    ours: &["ellipse"],
     sweep: None,
     measure,
     plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],

@@ -24,6 +24,7 @@ pub const PARALLAX: Figure = Figure {
         Method::ALL.map(|method| method.name().to_string()).into_iter().chain([FLOOR.to_string()]).collect()
     },
     paper: &["visible texels"],
+    ours: &["projected width"],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0],

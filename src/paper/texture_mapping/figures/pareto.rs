@@ -27,6 +27,7 @@ pub const PARETO: Figure = Figure {
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
+    ours: &[OURS],
     sweep: None,
     measure,
     plots: &[

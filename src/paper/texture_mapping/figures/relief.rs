@@ -30,6 +30,7 @@ pub const RELIEF: Figure = Figure {
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
+    ours: &["refined, guaranteed"],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0, 80.0],
@@ -86,6 +87,7 @@ pub const MAP_BUILD: Figure = Figure {
     scenes: &["bricks", "rock"],
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     paper: &["refined, at centres"],
+    ours: &["refined, guaranteed"],
     sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],

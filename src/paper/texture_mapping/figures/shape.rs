@@ -9,6 +9,7 @@ use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
 use crate::paper::texture_mapping::weights::Kernel;
+use crate::picture::Picture;
 use crate::picture::error::compare;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample;
@@ -27,7 +28,8 @@ pub const SHAPE: Figure = Figure {
             `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
-    paper: &["as printed, rows", "as printed, columns"],
+    paper: &["as printed, rows", "as printed, columns", ROWS_MAP],
+    ours: &[FORMULA],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[
@@ -66,6 +68,12 @@ pub const SHAPE: Figure = Figure {
             "claim 4, figure 24",
             "map-speed",
             "A weight map is up to 25 % faster than the formula.",
+            &[Test::ratio(one(TIME, ROWS), one(TIME, ROWS_MAP), Within(1.0, 1.25, Better::More))],
+        )
+        .timed(),
+        Claim::ours(
+            "our-map-speed",
+            "With the exact axes, a radial map of 64 entries is up to 25 % faster than the formula.",
             &[Test::ratio(one(TIME, FORMULA), one(TIME, RADIAL), Within(1.0, 1.25, Better::More))],
         )
         .timed(),
@@ -73,7 +81,7 @@ pub const SHAPE: Figure = Figure {
             "claim 4, figure 24",
             "map-error",
             "A weight map's picture has an NMSE of at most 0.000708 against the formula's picture.",
-            &[Test::value(one(OF_MAP, RADIAL), AtMost(7.08e-4))],
+            &[Test::value(one(OF_MAP, ROWS_MAP), AtMost(7.08e-4))],
         ),
         Claim::ours(
             "map-64",
@@ -90,6 +98,7 @@ const BLIND: &str = "blind to shape";
 const ROWS: &str = "as printed, rows";
 const COLUMNS: &str = "as printed, columns";
 const DIAMETER_1: &str = "as printed, rows, diameter 1";
+const ROWS_MAP: &str = "as printed, rows, 2-D map of 64";
 const FORMULA: &str = "corrected";
 const RADIAL: &str = "corrected, radial map of 64";
 
@@ -108,6 +117,7 @@ fn variants() -> Vec<(String, Ellipse)> {
         (ROWS, formula.axes(Axes::Rows)),
         (COLUMNS, formula.axes(Axes::Columns)),
         (DIAMETER_1, formula.axes(Axes::Rows).kernel(Kernel::DIAMETER_1)),
+        (ROWS_MAP, map(Shape::Square, 64, 16).axes(Axes::Rows)),
         (FORMULA, formula),
         (RADIAL, formula.map(RADIAL_64)),
         ("corrected, radial map of 64, nearest", map(Shape::Radial, 64, 16)),
@@ -137,7 +147,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let [formula_4, of_box, disc, diameter_1] = kernels.map(|kernel| lab.truth(&plane, kernel));
     let floors = [(NMSE, &formula_4), (BOX, &of_box)];
     let mut rows = floors.map(|(quantity, truth)| Row::number(FLOOR, quantity, "", truth.own_nmse)).to_vec();
-    let mut formula = None;
+    let mut formulas: Vec<(Ellipse, Picture)> = Vec::new();
     for (name, ellipse) in variants() {
         let shown = lab.show(&lab.pass(&Method::Ellipse(ellipse))?, &plane, 0)?;
         let own = match &*name {
@@ -149,11 +159,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let nmse = errors(&shown.picture, truth)?.nmse;
             rows.push(Row::new(&*name, quantity, "", Value::Number(nmse)));
         }
-        if name == FORMULA {
-            formula = Some(shown.picture);
-        } else if let (Some(formula), Some(_)) = (&formula, ellipse.map) {
-            let nmse = compare(&shown.picture, formula)?.nmse();
-            rows.push(Row::new(&*name, OF_MAP, "", Value::Number(nmse)));
+        match formulas.iter().find(|(of, _)| *of == Ellipse { map: None, ..ellipse }) {
+            None => formulas.push((ellipse, shown.picture)),
+            Some((_, formula)) => {
+                let nmse = compare(&shown.picture, formula)?.nmse();
+                rows.push(Row::new(&*name, OF_MAP, "", Value::Number(nmse)));
+            }
         }
     }
     let methods: Vec<_> = variants().into_iter().map(|(name, e)| (name, Method::Ellipse(e))).collect();

@@ -20,6 +20,7 @@ pub const KEYING: Figure = Figure {
     scenes: &["globe/africa", "earth/oblique"],
     variants,
     paper: &["level-0"],
+    ours: &["own-level"],
     // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
     sweep: Some(Sweep {
         name: "picture height, pixels",

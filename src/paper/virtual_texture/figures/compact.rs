@@ -26,6 +26,7 @@ pub const COMPACT: Figure = Figure {
         passes.chain([Compaction::FusedAppend.name().to_string()]).collect()
     },
     paper: &["transform-feedback, blocks of 4 x 4"],
+    ours: &["append"],
     sweep: None,
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],

@@ -30,6 +30,7 @@ pub const DEDUP: Figure = Figure {
         variants().into_iter().map(|(name, _)| name).chain(fused).collect()
     },
     paper: &["geometry, p = 3, memo"],
+    ours: &["runs"],
     sweep: None,
     measure,
     plots: &[

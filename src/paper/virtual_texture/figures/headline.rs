@@ -30,6 +30,7 @@ pub const HEADLINE: Figure = Figure {
     scenes: &[SCENE],
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],
+    ours: &["fused, exact"],
     sweep: None,
     measure,
     plots: &[

@@ -31,6 +31,7 @@ pub const LIMIT: Figure = Figure {
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],
+    ours: &["runs"],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
     measure,
     plots: &[

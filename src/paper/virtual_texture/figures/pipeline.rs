@@ -20,6 +20,7 @@ pub const PIPELINE: Figure = Figure {
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],
+    ours: &["fused, exact"],
     sweep: None,
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],

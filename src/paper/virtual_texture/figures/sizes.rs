@@ -23,6 +23,7 @@ pub const RESOLUTION: Figure = Figure {
     scenes: &["earth/oblique", "globe/africa"],
     variants: variants_and_empty,
     paper: &["paper"],
+    ours: &["fused, exact"],
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 540.0, 720.0],
@@ -65,6 +66,7 @@ pub const TILE_SIZE: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
+    ours: &["fused, exact"],
     sweep: Some(Sweep {
         name: "tile side, texels",
         quick: &[128.0, 256.0, 512.0, 1024.0],
@@ -99,6 +101,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
+    ours: &["fused, exact"],
     sweep: Some(Sweep {
         name: "log2 of the texture's width in texels",
         quick: &[12.0, 16.0, 18.0, 20.0],

@@ -43,6 +43,7 @@ pub const CHANGE: Figure = Figure {
     scenes: &["bunny", "torus:96"],
     variants,
     paper: &[],
+    ours: &["tail-23"],
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
     measure,
     plots: &[

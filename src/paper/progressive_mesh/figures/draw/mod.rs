@@ -84,6 +84,7 @@ pub const DRAW: Figure = Figure {
     scenes: &["vertices", "heavy vertices", "pixels"],
     variants,
     paper: &["paper"],
+    ours: &["tail-23"],
     sweep: None,
     measure,
     plots: &[Plot::bars(SHADED), Plot::bars(TIME)],

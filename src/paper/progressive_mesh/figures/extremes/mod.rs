@@ -30,6 +30,7 @@ pub const EXTREMES: Figure = Figure {
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],
+    ours: &["ours"],
     sweep: None,
     measure,
     plots: &[Plot::bars(FACES).floor(TARGET)],

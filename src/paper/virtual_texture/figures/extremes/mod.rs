@@ -38,6 +38,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[],

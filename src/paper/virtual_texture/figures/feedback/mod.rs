@@ -28,6 +28,7 @@ pub const FEEDBACK: Figure = Figure {
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
+    ours: &[],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[
@@ -38,8 +39,7 @@ pub const FEEDBACK: Figure = Figure {
         Plot::bars(TIME).log_y().floor("empty pass"),
     ],
     claims: &[
-        Claim::paper(
-            "2",
+        Claim::ours(
             "delay",
             "The exact list is complete at once, but one pixel in 64 or in 256 takes several frames. In every view, \
             the median over all starts in the cycle is more than one frame until all tiles are listed.",

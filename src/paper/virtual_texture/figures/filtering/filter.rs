@@ -27,6 +27,7 @@ pub const FILTER: Figure = Figure {
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[

@@ -31,6 +31,7 @@ pub const NA: Figure = Figure {
     scenes: &["earth/pan", "plane/pan"],
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
     paper: &[LARGEST],
+    ours: &[],
     sweep: Some(Sweep {
         name: "tilt, degrees",
         quick: &[0.0, 80.0],

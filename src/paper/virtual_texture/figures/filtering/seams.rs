@@ -2,7 +2,7 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
-use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Bound::Equal, Claim, Pick, Test, each, one};
+use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Claim, Pick, Test, each};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
@@ -26,6 +26,7 @@ pub const SEAMS: Figure = Figure {
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[
@@ -56,15 +57,6 @@ pub const SEAMS: Figure = Figure {
             "Two texels of border are enough for NA samples along a footprint, because samples beyond the border are \
              looked up in the neighbouring tile: no pixel is off by more than 1/256.",
             &[Test::value(along(WORST), AtMost(STEP)), Test::value(along(ELSEWHERE), AtMost(STEP))],
-        ),
-        Claim::ours(
-            "stochastic",
-            "Single texels chosen at random, each looked up in its own tile, need no border: without one, the picture \
-             is the same.",
-            &[
-                Test::value(one(WORST, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
-                Test::value(one(ELSEWHERE, "16 taps").x(At::Points(0.0, 0.0)), Equal(0.0)),
-            ],
         ),
     ],
 };

@@ -53,7 +53,8 @@ pub const BUDGET: Figure = Figure {
             1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
-    paper: &[],
+    paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[

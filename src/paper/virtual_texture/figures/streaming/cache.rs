@@ -38,6 +38,7 @@ pub const CACHE: Figure = Figure {
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],
+    ours: &["LRU, stand-ins kept (as built)"],
     sweep: None,
     measure,
     plots: &[

@@ -44,7 +44,8 @@ pub const DISK: Figure = Figure {
             in turn. 640 x 360 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
-    paper: &[],
+    paper: &[HEALTHY, SLOW, DOWN],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[

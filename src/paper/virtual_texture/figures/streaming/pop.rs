@@ -39,6 +39,7 @@ pub const POP: Figure = Figure {
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],

@@ -38,6 +38,7 @@ pub const PREFETCH: Figure = Figure {
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
     paper: &[],
+    ours: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
