@@ -130,9 +130,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let wanted = cell.x.context("the sweep has values")?;
     let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
     let model_alone = Cell { scene: name.into(), x: cell.x };
-    if let Some(rows) = scans::absent(&model_alone, bench.effort, &variants(), VISIBLE) {
-        return Ok(rows);
-    }
+    scans::check(&model_alone, bench.effort)?;
     let model = scans::open(name)?;
     let stage = Stage::new(bench, name, eye)?;
     let [plain, aware] = [ErrorMetric::Geometry, ErrorMetric::Appearance].map(|metric| {
