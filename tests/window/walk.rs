@@ -76,10 +76,11 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
         window.process()
     );
     // Twice the device memory is one more renderer: the second half may end with two. Lavapipe's device memory is main
-    // memory. A leak of one frame's buffers (1 MB) exceeds both bounds within seconds.
+    // memory. The second half may also open a variant or an overlay that the first did not. A leak of one frame's
+    // buffers (1 MB) exceeds both bounds within seconds.
     let another = device_after.saturating_sub(device);
     assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
-    assert!(resident_after <= resident + another + 40_000_000, "resident: {resident} bytes, then {resident_after}");
+    assert!(resident_after <= resident + another + 80_000_000, "resident: {resident} bytes, then {resident_after}");
     window.press(key::ESCAPE);
     window.closed();
 }
