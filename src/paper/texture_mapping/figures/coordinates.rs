@@ -61,8 +61,7 @@ pub const COORDINATES: Figure = Figure {
             &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
         )
         .timed(),
-        Claim::paper(
-            "claim 5, figure 17",
+        Claim::ours(
             "26-percent-noperspective",
             "In a fragment shader that takes numerators and denominator from the rasteriser (`noperspective`), \
              coordinates are 26 % faster than textbook coordinates, in all tests.",
