@@ -235,10 +235,10 @@ fn a_claim_holds_in_a_place_if_all_its_tests_hold_there() {
 fn on_a_software_device_a_claim_about_time_holds_here_or_not() {
     const SMALL: &[Test] = &[Test::value(every("q"), AtMost(1.0))];
     let found = |kind, numbers: [f64; 2]| {
-        let rows: Vec<_> = ["a", "b"]
+        let rows: Vec<_> = ["s", "t"]
             .into_iter()
             .zip(numbers)
-            .map(|(name, number)| ("s", None, name, Value::Number(number)))
+            .map(|(scene, number)| (scene, None, "a", Value::Number(number)))
             .collect();
         let (timed, counted) =
             (Claim::paper("1", "id", "text", SMALL).timed(), Claim::ours("id", "text", SMALL));

@@ -496,7 +496,7 @@ mod tests {
         let scene = one_sample_scene("earth").unwrap();
         let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
         let all = names(&scene, &Knob::OF_FILTER);
-        assert_eq!((all.len(), ellipses(&all)), (19, 6), "{all:?}");
+        assert_eq!((all.len(), ellipses(&all)), (20, 6), "{all:?}");
         assert!(
             all.contains(&"ellipse, minor 1, NA 16".into()) && all.contains(&"ellipse, NA 4".into()),
             "{all:?}"
