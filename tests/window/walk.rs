@@ -80,7 +80,10 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     // buffers (1 MB) exceeds both bounds within seconds.
     let another = device_after.saturating_sub(device);
     assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
-    assert!(resident_after <= resident + another + 80_000_000, "resident: {resident} bytes, then {resident_after}");
+    assert!(
+        resident_after <= resident + another + 80_000_000,
+        "resident: {resident} bytes, then {resident_after}"
+    );
     window.press(key::ESCAPE);
     window.closed();
 }
