@@ -8,6 +8,7 @@ mod compare;
 mod display;
 mod overlays;
 mod panels;
+mod present;
 mod program;
 mod reload;
 mod renderdoc;
