@@ -5,13 +5,14 @@ use crate::texture::bake::error::SourceError;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
+use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, Limits};
 use tiff::tags::{CompressionMethod, Tag};
 use tiff::{ColorType, TiffError};
 
 /// Decoded size limit of one strip, or of one row of tiles.
 const MOST_BAND_BYTES: u64 = 1 << 30;
-/// Size limit of the tables of strip or tile offsets.
+/// Limit of the memory for the values of one tag: the largest are the tables of strip or tile offsets.
 const MOST_TABLE_BYTES: usize = 256 << 20;
 /// Values of ExtraSamples (TIFF 6.0, section 18), and a bit of NewSubfileType.
 const PREMULTIPLIED_ALPHA: u16 = 1;
@@ -45,10 +46,14 @@ pub struct Tiff {
 impl Tiff {
     pub fn open(path: &Path, file: File) -> Result<Self, SourceError> {
         let mut limits = Limits::default();
-        limits.decoding_buffer_size = MOST_BAND_BYTES as usize;
-        limits.intermediate_buffer_size = MOST_BAND_BYTES as usize;
-        limits.ifd_value_size = MOST_TABLE_BYTES;
         let wrong = |error| fault(path, error);
+        let file_bytes = file.metadata().map_err(|error| read_fault(path, error))?.len();
+        // The decoder reserves the memory for a tag's values before it reads them. In the file, each value has at
+        // least one byte.
+        limits.decoding_buffer_size =
+            (file_bytes as usize).saturating_mul(size_of::<Value>()).min(MOST_TABLE_BYTES);
+        limits.ifd_value_size = MOST_TABLE_BYTES;
+        limits.intermediate_buffer_size = MOST_BAND_BYTES as usize;
         let mut decoder = Decoder::new(BufReader::new(file)).map_err(wrong)?.with_limits(limits);
         let size: [u32; 2] = decoder.dimensions().map_err(wrong)?.into();
         check_size(path, size)?;
@@ -250,6 +255,11 @@ pub(super) fn fault(path: &Path, error: TiffError) -> SourceError {
         TiffError::IoError(error) => read_fault(path, error),
         TiffError::UnsupportedError(error) => {
             SourceError::Unsupported { path: path.to_path_buf(), reason: error.to_string() }
+        }
+        TiffError::LimitsExceeded => {
+            let reason =
+                "a tag's values are larger than the file or 256 MiB, or a strip or tile is larger than 1 GiB";
+            damaged(path, reason.into())
         }
         other => damaged(path, other.to_string()),
     }
