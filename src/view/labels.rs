@@ -3,10 +3,14 @@
 
 use ortelius::frame::{PerFrame, View};
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// Pixels between two points of the grid.
 const STEP: u32 = 48;
+
+/// Pixels that a label takes, with a gap.
+const LABEL: [f32; 2] = [72.0, 16.0];
 
 /// A texel of the overlay's image: four words.
 const STRIDE: u64 = 16;
@@ -78,7 +82,8 @@ impl Labels {
     }
 }
 
-/// One label for each tile, in the middle of its points.
+/// One label for each tile, in the middle of its points. A label that would cover that of a tile with more points is
+/// left out.
 fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
     let mut sums: BTreeMap<Tile, ([u32; 2], u32)> = BTreeMap::new();
     for (at, tile) in points {
@@ -86,11 +91,18 @@ fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
         *sum = [0, 1].map(|axis| sum[axis] + at[axis]);
         *count += 1;
     }
-    let label = |(tile, (sum, count)): (Tile, ([u32; 2], u32))| Label {
-        at: sum.map(|sum| sum as f32 / count as f32),
-        tile,
-    };
-    sums.into_iter().map(label).collect()
+    let mut sums: Vec<_> = sums.into_iter().collect();
+    sums.sort_by_key(|(_, (_, count))| Reverse(*count));
+    let mut found: Vec<Label> = Vec::new();
+    for (tile, (sum, count)) in sums {
+        let at = sum.map(|sum| sum as f32 / count as f32);
+        let covers =
+            |other: &Label| [0, 1].iter().all(|&axis| (at[axis] - other.at[axis]).abs() < LABEL[axis]);
+        if !found.iter().any(covers) {
+            found.push(Label { at, tile });
+        }
+    }
+    found
 }
 
 #[cfg(test)]
@@ -103,5 +115,17 @@ mod tests {
         let found = labels(points.into_iter());
         let expected = [([48.0, 24.0], [3, 1, 2]), ([120.0, 24.0], [3, 1, 3])];
         assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
+    }
+    #[test]
+    fn of_two_labels_in_one_place_that_of_more_points_stays() {
+        let points =
+            [([24, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([120, 24], [2, 0, 0]), ([24, 72], [1, 1, 0])];
+        let found = labels(points.into_iter());
+        let expected = [([96.0, 24.0], [2, 0, 0]), ([24.0, 24.0], [1, 0, 0]), ([24.0, 72.0], [1, 1, 0])];
+        assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
+
+        let nearer =
+            labels([([48, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([96, 24], [2, 0, 0])].into_iter());
+        assert_eq!(nearer, [Label { at: [84.0, 24.0], tile: [2, 0, 0] }]);
     }
 }
