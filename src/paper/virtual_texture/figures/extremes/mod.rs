@@ -29,12 +29,12 @@ const UNREASONED: &str = "refusals without a reason";
 pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
     title: "Extreme inputs: horizons, poles, seams, zeros, NaN, huge sizes",
-    about: "Inputs at the limits: footprints, coordinates, pictures and textures that are as large, as small or as \
-            invalid as possible, with one sample per pixel (NA = 1). The paper treats two such cases (section 2.1: t = \
-            1 and s = 1). Every variant's list is compared with the exact set from the device's own request image. \
-            Stage 1 is compared with an f64 rasteriser. The settled picture shows a texture whose texels are all \
-            known; each sample of each pixel that the textured surface covers is checked. Quick and full runs are the \
-            same, with at most 360 rows of pixels.",
+    about: "The inputs are at the limits: footprints, coordinates, pictures and textures that are as large, as small \
+            or as invalid as possible, with one sample per pixel (NA = 1). The paper treats two such cases (section \
+            2.1: t = 1 and s = 1). Every variant's list is compared with the exact set from the device's own request \
+            image. Stage 1 is compared with an f64 rasteriser. The settled picture shows a texture whose texels are \
+            all known; each sample of each pixel that the textured surface covers is checked. Quick and full runs are \
+            the same, with at most 360 rows of pixels.",
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
