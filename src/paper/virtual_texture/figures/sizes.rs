@@ -112,7 +112,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
         Plot::sweep(FRAME).log_y().floor(EMPTY),
         Plot::sweep(MEMORY).log_y().floor(EMPTY),
         Plot::sweep("tile mask").log_y().floor(EMPTY),
-        Plot::sweep("H1").log_y().floor(EMPTY),
+        Plot::sweep("page table").log_y().floor(EMPTY),
     ],
     claims: &[
         Claim::paper(
@@ -193,7 +193,9 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
         let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
         rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));
-        for object in ["request image", "tile mask", "visible-tile list", "H1", "J1", "G1"] {
+        for object in
+            ["request image", "tile mask", "visible-tile list", "page table", "tile pool", "resident levels"]
+        {
             let bytes = memory.get(object).copied().unwrap_or(0);
             rows.push(row(object, "MiB", bytes as f64 / MIB));
         }
