@@ -65,19 +65,19 @@ pub const AVERAGE: Figure = Figure {
              a cache of 12, 16, 24 or 32 entries and measured with the same cache (mean over the models).",
             &[
                 Test::value(
-                    one("FIFO-12, made for it, after a tswap", PAPER),
+                    one("FIFO-12, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-16, made for it, after a tswap", PAPER),
+                    one("FIFO-16, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-24, made for it, after a tswap", PAPER),
+                    one("FIFO-24, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-32, made for it, after a tswap", PAPER),
+                    one("FIFO-32, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
             ],
@@ -168,8 +168,8 @@ const BATCHES: &str = "batches";
 const P95: &str = "FIFO-16, 95 % of levels";
 const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
-const MADE: &str = "made for it, after a tswap";
-const MADE_ALL: &str = "made for it, all levels";
+const MADE: &str = "optimised for it, after a tswap";
+const MADE_ALL: &str = "optimised for it, all levels";
 /// Cache sizes of the paper's time and of today. The paper's greedy runs for each of them.
 const SIZES: [u32; 4] = [12, 16, 24, 32];
 const MEMORY: &str = "memory of the lists";

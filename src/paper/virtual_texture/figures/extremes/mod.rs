@@ -20,9 +20,9 @@ const PICTURE: &str = "settled picture";
 /// Quantity: pixels whose samples were all compared with the right texel.
 const COMPARED: &str = "compared";
 /// Quantity: pixels of stage 1 that were compared with the f64 reference.
-const LOOKED_AT: &str = "looked at";
+const LOOKED_AT: &str = "compared with f64";
 /// Quantity: tiles of a superset beyond the reference.
-const BEYOND: &str = "beyond";
+const BEYOND: &str = "beyond the reference";
 /// Quantity: refusals that are not one line of at least four words.
 const UNREASONED: &str = "refusals without a reason";
 

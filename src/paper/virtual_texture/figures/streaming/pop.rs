@@ -19,8 +19,8 @@ const FADES: [(u32, &str); 3] =
 const LARGEST: &str = "largest pop";
 const ALONG: &str = "pop along the path";
 const BEHIND: &str = "mean error";
-const LOOKED_AT: &str = "frames held against the one before";
-const PIXELS: &str = "pixels of each";
+const LOOKED_AT: &str = "frames compared with the previous one";
+const PIXELS: &str = "pixels of a frame";
 
 /// Frames at each pose. A list reaches the host after two frames and a load takes one, so tiles arrive in the fourth.
 const STAYS: u32 = 4;
