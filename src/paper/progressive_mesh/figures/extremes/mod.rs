@@ -62,14 +62,14 @@ const TARGET: &str = "target";
 const FACES: &str = "faces";
 const HAUSDORFF: &str = "Hausdorff distance";
 /// One-sided, from the remaining faces: components that vanished are not measured.
-const LEFT: &str = "distance of the remaining faces";
+const LEFT: &str = "distance of what is left";
 const STATED: &str = "stated error";
 const CROWDED: &str = "edges of more than two faces";
 const NOT_FINITE: &str = "corners that are not finite";
 const VANISHED: &str = "components that vanished";
 const CLEANING: &str = "cleaning";
 const OUTCOME: &str = "outcome";
-const FAULTS: &str = "conditions that the outcome violates";
+const FAULTS: &str = "promises that the outcome breaks";
 
 const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";
