@@ -87,7 +87,7 @@ fn a_pipeline_is_compiled_again_only_if_its_description_is_new_or_was_unused_for
 fn a_table_larger_than_any_texel_buffer_is_rejected_with_a_message() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
     // Limits are 32 bits: no device holds 2^38 words.
-    let line = gpu.buffer("H1", 1 << 40, BufferUse::Texels).err().map(|error| error.to_string());
+    let line = gpu.buffer("page table", 1 << 40, BufferUse::Texels).err().map(|error| error.to_string());
     assert!(line.as_ref().is_some_and(|line| line.contains("texel buffers can hold")), "{line:?}");
 }
 

@@ -18,9 +18,9 @@ use std::path::Path;
 /// The scene and the camera.
 #[derive(Args, Clone)]
 pub struct SceneArgs {
-    /// A scene file, the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
-    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock); a figure, for its first view (`ortelius
-    /// list`); or the report of an earlier render to repeat: options then override the report's
+    /// A scene file, or the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
+    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock). Or the name of a figure (`ortelius
+    /// list`), whose first view is then shown. Or a report, whose run is then repeated; options override the report
     pub scene: String,
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]

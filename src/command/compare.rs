@@ -16,8 +16,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Measures the difference between picture A and picture B, or the difference of each from a reference. All measures
-/// except FLIP use linear light. Alpha is ignored, and red, green and blue are compared as stored: usually
-/// premultiplied by alpha in an EXR, never in a PNG. The number of pixels with different alpha is printed.
+/// except FLIP use linear light. Alpha is ignored; the number of pixels with different alpha is printed. Red, green and
+/// blue are compared as stored. In an EXR they are usually premultiplied by alpha, in a PNG never.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// A picture, .png or .exr

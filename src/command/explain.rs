@@ -36,7 +36,7 @@ fn features(needs: &[Need], pass: &str) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// Prints the memory of each surface: its sum, then lines such as `land: J1: 1234 bytes` (the tile pool).
+/// Prints the memory of each surface: its sum, then lines such as `land: tile pool: 1234 bytes`.
 fn memory(renderer: &Renderer, surfaces: &[&str]) -> anyhow::Result<()> {
     let memory = renderer.memory();
     let owner = |name: &str| name.split_once(": ").map(|(owner, _)| owner.to_owned());

@@ -27,7 +27,7 @@ enum ErrorName {
 pub struct TradeArgs {
     /// A scene file, or the name of a shipped scene
     scene: String,
-    /// Normalised mean squared error, mean FLIP, or the largest error of a channel in linear light
+    /// Measure of the error: normalised mean squared error, mean FLIP, or the largest error of a channel (linear light)
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
     /// Find the fastest setting with at most this error

@@ -185,7 +185,7 @@ impl Technique for Surfaces {
         }
     }
 
-    /// Bytes by surface and object, such as `land: J1` (the tile pool of the surface `land`).
+    /// Bytes by surface and object, such as `land: tile pool`.
     fn memory(&self) -> Memory {
         let meshes = self.meshes.iter().flat_map(Technique::memory);
         let owner = self.texture_owner();

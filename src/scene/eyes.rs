@@ -46,8 +46,8 @@ settings! {
         vertical_fov_deg: f64 = 60.0, in 1e-3..=170.0, unit "degrees";
         /// Divides the tangent of half the angle: 4 shows a quarter of the width and height.
         magnification: f64 = 1.0, in 1.0..=1e6;
-        /// Nothing nearer is drawn. A 64th of the height by default; above terrain, state a 64th of the height above
-        /// the terrain.
+        /// Distance of the near plane: nothing nearer is drawn. By default a 64th of the altitude. Above terrain,
+        /// choose a 64th of the height above the terrain.
         near_m: Option<f64> = None, in 1e-6..=1e8, unit "m";
     }
 }

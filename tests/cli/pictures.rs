@@ -120,7 +120,7 @@ fn explain_lists_features_passes_and_bytes_and_writes_nothing() {
     let needed = explained(&folder, &compute);
     assert!(needed.iter().all(|(_, rest)| !rest.contains("needs")), "compute variants need none: {needed:?}");
     // 192 tiles of 520 x 520 and 260 x 260 texels, 4 bytes each.
-    assert_eq!(memory_bytes(&said, "land: J1"), 192 * 4 * (520 * 520 + 260 * 260));
+    assert_eq!(memory_bytes(&said, "land: tile pool"), 192 * 4 * (520 * 520 + 260 * 260));
     assert_eq!(
         memory_bytes(&said, "land: tile mask"),
         512 * 256 * 8,
@@ -138,7 +138,7 @@ fn a_variant_takes_only_the_memory_that_it_needs() {
     let few = explained(&folder, &["-Dcache.gpu_tiles=96"]);
     assert_eq!(memory_bytes(&wide, "land: request image"), 160 * 90 * 16);
     assert_eq!(memory_bytes(&packed, "land: request image"), 160 * 90 * 4);
-    assert_eq!(2 * memory_bytes(&few, "land: J1"), memory_bytes(&packed, "land: J1"));
+    assert_eq!(2 * memory_bytes(&few, "land: tile pool"), memory_bytes(&packed, "land: tile pool"));
     // All except the request image and the total that includes it.
     let but = |said: &[(String, String)]| -> Vec<(String, String)> {
         let other =

@@ -39,8 +39,8 @@ pub struct BuildArgs {
     #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
     effort: BuildEffort,
 
-    /// What the error of a level counts. geometry: distances between the surfaces. appearance: also normals, as the
-    /// radius of the region around a collapse in which the shading differs visibly
+    /// What the error of a level measures. geometry: the distance between the surfaces. appearance: also the radius of
+    /// the region around a collapse in which the shading differs visibly
     #[arg(long, value_parser = named(|_: ErrorMetric| true), default_value = ErrorMetric::Geometry.name())]
     metric: ErrorMetric,
 
@@ -53,7 +53,7 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// At most this many faces per split move to another slot, on average over all splits; this determines where faces
+    /// Limit of the faces that move to another slot per split, on average over all splits. It determines where faces
     /// are reordered (default without --groups: the number in the order's name; for `paper`, 64 equal groups)
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,

@@ -45,7 +45,7 @@ pub fn run(args: &VerifyArgs) -> Result<()> {
     let program = Program::new(mesh).map_err(|flaw| unsound(flaw.to_string()))?;
     goes_up_and_down(mesh, &program).map_err(unsound)?;
     say(format_args!(
-        "{}: {} bytes, {} chunks, {} levels of {} to {} faces, all intact; the same after going up and down",
+        "{}: {} bytes, {} chunks, {} levels of {} to {} faces, all intact; refining and coarsening restores level 0",
         path.display(),
         contents.bytes,
         contents.whole.chunks,
@@ -66,7 +66,7 @@ fn goes_up_and_down(mesh: &ProgressiveMesh, program: &Program) -> Result<(), Str
     }
     for (after, before) in [(state.faces(), &mesh.faces[..]), (&faces, program.faces())] {
         if let Some(slot) = after.iter().zip(before).position(|(after, before)| after != before) {
-            return Err(format!("after going up and down, slot {slot} holds another face"));
+            return Err(format!("after refining to the full mesh and back, slot {slot} holds another face"));
         }
     }
     Ok(())

@@ -61,7 +61,7 @@ choices! {
     pub enum ErrorMetric {
         /// Distances between the surfaces.
         Geometry = "geometry",
-        /// Also normals: the radius of the region around a collapse in which the shading differs visibly.
+        /// Also the radius of the region around a collapse in which the shading differs visibly.
         Appearance = "appearance",
     }
 }

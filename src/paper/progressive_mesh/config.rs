@@ -106,8 +106,9 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices do not pop: each moves to its position while the wanted error halves, and arrives at the
-        /// error at which it would pop. So levels with half the wanted error are drawn, with about twice the faces.
+        /// New vertices do not pop. Each moves from its split vertex to its position while the wanted error falls
+        /// from twice its level's error to that error. So levels with half the wanted error are drawn, with about
+        /// twice the faces.
         geomorph: bool = false;
         /// The largest change of an instance's error per frame while the instance is in view. After a jump of
         /// the wanted error, the drawn error reaches it over several frames. Changes of the governor's factor are not

@@ -100,7 +100,7 @@ fn put_on_ground(
         };
         stand.foot = foot.ok_or_else(|| {
             let what =
-                format!("instance {n} at {:.1} is not above {ground}; choose a smaller area", stand.foot);
+                format!("instance {n}, at {:.1}, is not above {ground}; choose a smaller area", stand.foot);
             scene.fault(&["surface", &model.name, "geometry", "ground"], what)
         })?;
     }

@@ -417,9 +417,9 @@ impl Technique for VirtualTexture {
         let mut memory = self.method.memory();
         memory.extend([
             ("staging on the host", self.uploads.iter().map(Uploads::bytes).sum()),
-            ("J1", j1),
-            ("G1", g1),
-            ("H1", h1),
+            ("tile pool", j1),
+            ("resident levels", g1),
+            ("page table", h1),
         ]);
         // The technique that adds an object counts its memory.
         let in_the_world = |shape: &&Shape| matches!(shape.draws[..], [Draw::World { .. }]);

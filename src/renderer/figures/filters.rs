@@ -24,8 +24,8 @@ pub const FILTERS: Figure = Figure {
     about: "Paper 1 filters with up to 16 trilinear samples along the footprint (here 1, 4 or 16), paper 3 with the \
             texels of the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, so \
             the border does not change the picture. The ellipse has at least one, two or four texels along its minor \
-            semi-axis; the fewest that give an NMSE of at most 1e-3, on the earth 2e-4, are the scene's own. The truth \
-            is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's own, a \
+            semi-axis. Each scene uses the fewest that give an NMSE of at most 1e-3, on the earth 2e-4. The truth is \
+            the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's own, a \
             Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. The samples read the coarsest \
             level that has 8 texels across the shorter side of every footprint of a row; averaging and interpolating \
             its texels adds 2 % to the kernel's variance. NMSE is of luminance, over the pixels whose kernel lies \

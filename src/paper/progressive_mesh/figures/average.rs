@@ -23,21 +23,20 @@ use rayon::prelude::*;
 pub const AVERAGE: Figure = Figure {
     id: "pm.average",
     title: "Mean over all levels",
-    about: "The paper's measure (section 2): transforms per vertex, averaged over all levels of detail \
-            with equal weight, including the levels between two tswaps. The paper reports 1.6 to 2.0 for \
-            its order and 4 to 6 for the standard order. The models are those of pm.order: `bunny`, \
-            `sphere`, `torus`, `knot`, `solid`. The scans (`dragon_res4`, with --full `dragon`) are \
-            measured if they have been fetched. They are not included in the means over models. FIFO-16 is \
-            counted at every level (above 100 000 faces at 256 levels), the other caches in quick runs at \
-            128 levels, and the baselines at 64. The figure also shows the faces that change their slots \
-            per split on the way through all levels (for baselines, the faces that are copied), the memory \
-            of the lists, and the drawn faces per live face. All instances share some memory: commands and \
-            the index buffer of level 0, or lists and the corners that level changes write. On models with \
-            seams, the cost with wedges as vertices is shown too. Indices take 16 bits below 65,536 \
-            vertices, and words of commands 32. Skip lists are also measured with at most the memory of \
-            `in-place-23`, `in-place-10` and `tail-23`. Degenerate faces are drawn and counted. The lower \
-            bound holds for every order of a mesh's faces: if more than 34 r + 1 vertices lie within r \
-            edges of a vertex, one of them is transformed twice. The bound is weak.",
+    about: "The paper's measure (section 2): transforms per vertex, averaged over all levels of detail with equal \
+            weight, including the levels between two tswaps. The paper reports 1.6 to 2.0 for its order and 4 to 6 for \
+            the standard order. The models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. The \
+            scans (`dragon_res4`, with --full `dragon`) are measured if they have been fetched. They are not included \
+            in the means over models. FIFO-16 is counted at every level (above 100 000 faces at 256 levels), the other \
+            caches in quick runs at 128 levels, and the baselines at 64. The figure also shows the faces that change \
+            their slots per split on the way through all levels (for baselines, the faces that are copied), the memory \
+            of the lists, and the drawn faces per live face. All instances share some memory: commands and the index \
+            buffer of level 0, or lists and the corners that level changes write. On models with seams, the cost with \
+            wedges as vertices is shown too. An index takes 16 bits on meshes of fewer than 65,536 vertices, and a \
+            word of a command 32 bits. Skip lists are also measured with at most the memory of `in-place-23`, \
+            `in-place-10` and `tail-23`. Degenerate faces are drawn and counted. The lower bound holds for every order \
+            of a mesh's faces: if more than 34 r + 1 vertices lie within r edges of a vertex, one of them is \
+            transformed twice. The bound is weak.",
     scenes: &WITH_SCANS,
     variants,
     paper: &[CLASSICAL, PAPER],
@@ -66,19 +65,19 @@ pub const AVERAGE: Figure = Figure {
              a cache of 12, 16, 24 or 32 entries and measured with the same cache (mean over the models).",
             &[
                 Test::value(
-                    one("FIFO-12, made for it, after a tswap", PAPER),
+                    one("FIFO-12, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-16, made for it, after a tswap", PAPER),
+                    one("FIFO-16, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-24, made for it, after a tswap", PAPER),
+                    one("FIFO-24, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
                 Test::value(
-                    one("FIFO-32, made for it, after a tswap", PAPER),
+                    one("FIFO-32, optimised for it, after a tswap", PAPER),
                     Within(1.6, 2.0, Better::Less),
                 ),
             ],
@@ -169,8 +168,8 @@ const BATCHES: &str = "batches";
 const P95: &str = "FIFO-16, 95 % of levels";
 const WORST: &str = "FIFO-16, worst level";
 const AFTER: &str = "FIFO-16, after a tswap";
-const MADE: &str = "made for it, after a tswap";
-const MADE_ALL: &str = "made for it, all levels";
+const MADE: &str = "optimised for it, after a tswap";
+const MADE_ALL: &str = "optimised for it, all levels";
 /// Cache sizes of the paper's time and of today. The paper's greedy runs for each of them.
 const SIZES: [u32; 4] = [12, 16, 24, 32];
 const MEMORY: &str = "memory of the lists";

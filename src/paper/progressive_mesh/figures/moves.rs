@@ -10,16 +10,16 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
     title: "Transforms against moved faces",
-    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the \
-            number of faces that may change their slots per split. Costs are for FIFO-16, as the mean over \
-            up to 512 levels; the models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, \
-            `solid`. `paper` is the paper's greedy order with groups of one ratio. In `one ratio` each group multiplies the faces by the same number. `equal groups` has \
-            as many groups as fit the budget, with the same number of splits each. `threshold` has groups \
-            of one ratio for one and a half times the budget, but a face moves only if that saves more \
-            than a transform. `regions in turns` reorders a third of the faces at a time, whenever the \
-            budget allows it. In all of these, new faces stay at the tail until the next tswap. `births in \
-            place` has groups of one ratio, with new faces beside their neighbours from the group's first \
-            level on, degenerate until they are born.",
+    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number of faces \
+            that may change their slots per split. Costs are for FIFO-16, as the mean over up to 512 levels; the \
+            models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. `paper` is the paper's greedy \
+            order with groups of one ratio. In `one ratio` each group multiplies the faces by the same number. `equal \
+            groups` has as many groups as fit the budget, with the same number of splits each. `threshold` plans \
+            groups of one ratio for one and a half times the budget, and then moves a face only if that saves more \
+            than one transform. `regions in turns` reorders a third of the faces at a time, whenever the budget allows \
+            it. In all of these, new faces stay at the tail until the next tswap. `births in place` has groups of one \
+            ratio. New faces lie beside their neighbours from the group's first level on, and are degenerate until \
+            their split.",
     scenes: &CLOSED,
     variants,
     paper: &[PAPER],
@@ -41,7 +41,8 @@ pub const MOVES: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "our-balance",
-            "It also does with groups of one ratio and new faces at the tail.",
+            "Also in groups of one ratio with new faces at the tail, fewer vertices are transformed with more moved \
+             faces.",
             &[Test::steps(one(COST, RATIO), Below(1.0)), Test::steps(one(MOVED, RATIO), Above(1.0))],
         )
         .at(Places::mean(&CLOSED)),

@@ -74,8 +74,8 @@ pub const ORDER: Figure = Figure {
 /// Claims test every level from this many faces on; on smaller meshes the result depends on level 0 and few
 /// other faces.
 const CLAIMED_FROM: u32 = 1000;
-const LEAST: &str = "FIFO-16, least from 1000 faces on";
-const SHARE: &str = "FIFO-16, most over the classical order's from 1000 faces on";
+const LEAST: &str = "FIFO-16, best level of at least 1000 faces";
+const SHARE: &str = "FIFO-16 over the classical order's, worst level of at least 1000 faces";
 
 const fn plot(quantity: &'static str) -> Plot {
     Plot::curves(quantity, "faces").log_x()

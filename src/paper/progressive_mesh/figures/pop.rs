@@ -28,7 +28,7 @@ const ALONG: &str = "change of a frame along the path";
 const LARGEST_FRAME: &str = "largest change of a frame";
 const LARGEST_PIXEL: &str = "largest change of a pixel";
 const VISIBLE: &str = "most pixels that change visibly in a frame";
-const FINE: &str = "the same at an error of at most a pixel";
+const FINE: &str = "most pixels that change visibly at an error of at most a pixel";
 const WORST_AT: &str = "error of the frame in which most change visibly";
 const BEHIND: &str = "difference to the full mesh";
 const LATE: &str = "frames after the approach until the wanted error is drawn";
@@ -37,21 +37,20 @@ const LATE: &str = "frames after the approach until the wanted error is drawn";
 pub const POP: Figure = Figure {
     id: "pm.pop",
     title: "Jumps of the picture when levels change",
-    about: "An approach that halves the distance every 16 frames halves the wanted error as well. Here the \
-            camera stands still and only the wanted error falls, from 16 pixels to a quarter. The full \
-            mesh's picture does not change, so every change is a pop. In the paper a new vertex appears at \
-            its position at once. With `geomorph` it moves there from its split vertex while the wanted \
-            error falls by the last octave to its level's error; this draws about twice the faces. \
-            `octaves_per_frame` limits how fast the error drawn follows the wanted one. 1/16 octave per \
-            frame, the default of geomorphing, is as fast as the wanted error falls here. With 1/32 and \
-            1/64 the picture is late: the figure reports the frames after the approach until the wanted \
-            error is drawn, and counts their changes too. A jump of the wanted error by an octave takes \
-            16, 32 or 64 frames. Each pixel is the mean of 16 samples in linear light: with one sample, an \
-            outline that moves by a hundredth of a pixel would switch whole pixels and count as a pop in \
-            all variants. The change of a frame is the root mean square over the pixels that any frame \
-            covers. A change of more than 8 levels of 8-bit sRGB is visible. The figure reports the worst \
-            of all frames, and the worst of the frames with an error of at most one pixel, as scenes use \
-            it. The difference from the full mesh is measured in the frames of the approach.",
+    about: "An approach that halves the distance every 16 frames halves the wanted error as well. Here the camera \
+            stands still and only the wanted error falls, from 16 pixels to a quarter. The full mesh's picture does \
+            not change, so every change is a pop. In the paper a new vertex appears at its position at once. With \
+            `geomorph` it moves there from its split vertex while the wanted error falls by the last octave to its \
+            level's error; this draws about twice the faces. `octaves_per_frame` limits how fast the error drawn \
+            follows the wanted one. 1/16 octave per frame, the default of geomorphing, is as fast as the wanted error \
+            falls here. With 1/32 and 1/64 the picture is late: the figure reports the frames after the approach until \
+            the wanted error is drawn, and counts their changes too. If the wanted error jumps by an octave, the error \
+            drawn follows within 16, 32 or 64 frames. Each pixel is the mean of 16 samples in linear light: with one \
+            sample, an outline that moves by a hundredth of a pixel would switch whole pixels and count as a pop in \
+            all variants. The change of a frame is the root mean square over the pixels that any frame covers. A \
+            change of more than 8 levels of 8-bit sRGB is visible. The figure reports the worst of all frames, and the \
+            worst of the frames with an error of at most one pixel, as scenes use it. The difference from the full \
+            mesh is measured in the frames of the approach.",
     scenes: &["bunny/near", "bunny/above"],
     variants,
     paper: &[AT_ONCE],
@@ -102,8 +101,8 @@ pub const POP: Figure = Figure {
         ),
         Claim::ours(
             "slowness-alone",
-            "The limit alone, without geomorphing, does not achieve this: at 1/64 octave per frame more than \
-             1 % change.",
+            "Without geomorphing, the limit of 1/64 octave per frame is not enough: in some frame more than 1 % of \
+             the covered pixels change visibly.",
             &[Test::value(one(VISIBLE, AT_ONCE_SLOWLY), Above(1.0))],
         ),
     ],

@@ -29,20 +29,21 @@ use std::collections::HashMap;
 pub const SHADING: Figure = Figure {
     id: "pm.shading",
     title: "Shading at a wanted error",
-    about: "A level that is nowhere farther from the full mesh than a pixel may still look different: the paper draws it \
-            with the full mesh's normals at the remaining vertices, and its error knows only distances. How many pixels \
-            differ visibly from the full mesh at the error that a scene wants? `normals of the level` are area-weighted \
-            means over the level's faces; wedges of a crease stay apart. `normal-aware` collapses (`mesh build --metric \
-            appearance`) also count the region in which the interpolated normals differ visibly from the model's: its \
-            radius is an error like a distance, so an error of e pixels allows a disc of radius e (Cohen, Olano and \
-            Manocha 1998 and Hoppe 1999 measure or preserve attributes in other ways). They need more faces at the \
-            same wanted error. They are therefore also compared at equal numbers of faces: with the paper's number at \
-            this wanted error, and the paper's way with their number. Each pixel is the mean of 16 samples in linear \
-            light. A pixel differs visibly by more than 8 levels of 8-bit sRGB. Inside the outline are the pixels of \
-            which both pictures cover all samples. The widest visible difference is the side of the largest square of \
-            pixels that all differ visibly; the excess is this side less the wanted error. `solid/near`, `knot/near` \
-            and `dragon_res4/near` are the scene `bunny/near` with another model; solid and knot have stored normals, \
-            and solid has creases. The scan is measured if it has been fetched.",
+    about: "A level that is nowhere farther from the full mesh than a pixel may still look different: the paper draws \
+            it with the full mesh's normals at the remaining vertices, and its error knows only distances. How many \
+            pixels differ visibly from the full mesh at the error that a scene wants? `normals of the level` are \
+            area-weighted means over the level's faces; wedges of a crease stay apart. `normal-aware` collapses (`mesh \
+            build --metric appearance`) also count the region in which the interpolated normals differ visibly from \
+            the model's: its radius is an error like a distance, so an error of e pixels allows a disc of radius e \
+            (Cohen, Olano and Manocha 1998 and Hoppe 1999 measure or preserve attributes in other ways). They need \
+            more faces at the same wanted error. So both are also compared at equal numbers of faces: normal-aware \
+            collapses with the number that the paper's take at this wanted error, and the paper's with the number of \
+            normal-aware ones. Each pixel is the mean of 16 samples in linear light. A pixel differs visibly by more \
+            than 8 levels of 8-bit sRGB. A pixel is inside the outline if both pictures cover all of its samples. The \
+            widest visible difference is the side of the largest square of pixels that all differ visibly; the excess \
+            is this side less the wanted error. `solid/near`, `knot/near` and `dragon_res4/near` are the scene \
+            `bunny/near` with another model; solid and knot have stored normals, and solid has creases. The scan is \
+            measured if it has been fetched.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants,
     paper: &[PAPER],
@@ -84,12 +85,13 @@ pub const SHADING: Figure = Figure {
         .at(Places::ALL.x(1.0, 8.0)),
         Claim::ours(
             "equal-faces",
-            "At equal numbers of faces they leave fewer pixels in all, outline included.",
+            "At equal numbers of faces, normal-aware collapses leave no more pixels that differ visibly, outline \
+             included.",
             &[Test::ratio(one(VISIBLE, AWARE), one(VISIBLE, PAPER_AS_MANY), AtMost(1.0))],
         ),
         Claim::ours(
             "equal-faces-rms",
-            "At equal numbers of faces they do not raise the root mean square of the difference.",
+            "At equal numbers of faces, normal-aware collapses do not raise the root mean square of the difference.",
             &[Test::ratio(one(RMS, AWARE), one(RMS, PAPER_AS_MANY), AtMost(1.0))],
         ),
         Claim::ours(

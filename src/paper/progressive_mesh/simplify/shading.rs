@@ -5,7 +5,7 @@
 //! visible has one. Each vanished position counts with the area for which it stands in the model, as far as its
 //! difference is visible. The shading error of a collapse is the radius of a disc with the sum of these areas over the
 //! faces around the hub. So a wanted error of `e` pixels lets an outline be `e` pixels off, and lets a disc of radius
-//! `e` on each face look different.
+//! `e` around each collapse look different.
 //!
 //! Measured with pm.shading: with the side of a square in place of the radius, or with 0.1 as [`VISIBLE`], outlines are
 //! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at 8 pixels regions that look

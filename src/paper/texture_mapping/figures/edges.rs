@@ -16,10 +16,10 @@ pub const EDGES: Figure = Figure {
             (sigma 0.2 texels) on the inner side of the cut. It gives three approximations of that volume and calls \
             the texel's covered area inadequate. The error bounds of the approximations are partly illegible; we read \
             1e-2, 5e-3 and 1e-2, which the formulas can meet. Each approximation is compared with the exact volume. \
-            Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 \
-            r^2) without a reconstruction term, as in the thesis. The other is the EWA filter's exp(-2 r^2) with a \
-            reconstruction term of 0.8, our default. A line shows each truth's own error. Planes of `pink-noise` and \
-            `checker-2`, 96 x 72 (quick) or 256 x 192 pixels.",
+            Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 r^2) \
+            without a reconstruction term, as in the thesis. The other is the EWA filter's exp(-2 r^2) with a \
+            reconstruction term of 0.8, our default. A line shows each truth's own error. The pictures show planes of \
+            `pink-noise` and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],

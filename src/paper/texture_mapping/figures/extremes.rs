@@ -16,16 +16,16 @@ use crate::reference::pattern::Pattern;
 pub const EXTREMES: Figure = Figure {
     id: "tm.extremes",
     title: "Filters at the extremes",
-    about: "1/f noise, 64 x 48 pixels, on planes on which filters fail. `tilt-89.999`: almost edge-on. `horizon`: the \
-            horizon crosses the middle of the picture. `behind`: the homography's denominator changes its sign in the \
-            picture, so part of the plane is behind the camera. `rank-1`: a singular Jacobian. `magnified`: 50 pixels \
-            per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per pixel. `overdraw-100`: a \
-            plane at 89 degrees that gives object-space texturing more than 100 fragments per pixel (planes are cut \
-            off where a pixel would receive more than 5000). Counted: pixels that are not finite or outside 0 to 1, \
-            and ellipses in which no texel has a weight (such pixels show the nearest texel). The paper's filter as \
-            printed has no reconstruction term, and its determinant cancels in f32, so it has no f64 reference. The \
-            pixels of every other method are also compared with that method's f64 reference. The truth is the f64 \
-            supersample; a line shows its own error.",
+    about: "The pictures have 64 x 48 pixels and show 1/f noise on planes on which filters fail. `tilt-89.999`: almost \
+            edge-on. `horizon`: the horizon crosses the middle of the picture. `behind`: the homography's denominator \
+            changes its sign in the picture, so part of the plane is behind the camera. `rank-1`: a singular Jacobian. \
+            `magnified`: 50 pixels per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per \
+            pixel. `overdraw-100`: a plane at 89 degrees that gives object-space texturing more than 100 fragments per \
+            pixel (planes are cut off where a pixel would receive more than 5000). The figure counts pixels that are \
+            not finite or outside 0 to 1, and ellipses in which no texel has a weight (such pixels show the nearest \
+            texel). The paper's filter as printed has no reconstruction term, and its determinant cancels in f32, so \
+            it has no f64 reference. The pixels of every other method are also compared with that method's f64 \
+            reference. The truth is the f64 supersample; a line shows its own error.",
     scenes: &[
         "tilt-89.999",
         "horizon",

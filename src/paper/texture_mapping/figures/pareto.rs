@@ -14,16 +14,16 @@ use crate::reference::supersample::{Kernel, Truth};
 pub const PARETO: Figure = Figure {
     id: "tm.pareto",
     title: "Filters: time and texels against error",
-    about: "18 cases (`planes`): a checker of 2 texels, a zone plate and 1/f noise on a plane tilted by 0, 30, 60, \
-            70, 75 and 80 degrees. The field of view is 16 degrees, with one texel per pixel at the centre. The truth \
-            is the f64 mean of thousands of stratified samples per pixel under the kernel of EWA filters, a Gaussian \
-            of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the smallest error that can be \
-            measured. The second truth is a box of one pixel, which favours box-like filters. NMSE is the geometric \
-            mean over the cases. Texels fetched per pixel are a cost that does not depend on the device; the device's \
-            own samplers do not report them. The time is the mean over the six tilts of 1/f noise. `stochastic 1, 16 \
-            frames` is the mean of 16 frames of a view at rest; its texels and its time are those of one frame. \
-            Pictures have 96 x 72 (quick) or 256 x 192 pixels. A software device's anisotropic sampler is an EWA \
-            filter; it is listed as `software driver's EWA`, not as a GPU's sampler.",
+    about: "There are 18 cases (`planes`): a checker of 2 texels, a zone plate and 1/f noise, each on a plane tilted \
+            by 0, 30, 60, 70, 75 and 80 degrees. The field of view is 16 degrees, with one texel per pixel at the \
+            centre. The truth is the f64 mean of thousands of stratified samples per pixel under the kernel of EWA \
+            filters, a Gaussian of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the smallest \
+            error that can be measured. The second truth is a box of one pixel, which favours box-like filters. NMSE \
+            is the geometric mean over the cases. Texels fetched per pixel are a cost that does not depend on the \
+            device; the device's own samplers do not report them. The time is the mean over the six tilts of 1/f \
+            noise. `stochastic 1, 16 frames` is the mean of 16 frames of a view at rest; its texels and its time are \
+            those of one frame. Pictures have 96 x 72 (quick) or 256 x 192 pixels. A software device's anisotropic \
+            sampler is an EWA filter; it is listed as `software driver's EWA`, not as a GPU's sampler.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],

@@ -23,10 +23,10 @@ pub const RELIEF: Figure = Figure {
             have 64 texels a side and 16 layers of cells, full ones 128 and 32. `at centres`: as in Donnelly's method \
             and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
             surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
-            surface. After a longer step a ray visits other cells, so single rays may take more steps by the refined \
-            map; they are counted. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends \
-            with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than half a texel (the least \
-            step) away from the exact hit.",
+            surface. After a longer step a ray continues in other cells, so single rays may take more steps through \
+            the refined map; the figure counts these rays. A step is one lookup of the map. The baseline takes 64 \
+            linear steps. A search ends with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than \
+            half a texel (the least step) away from the exact hit.",
     scenes: RELIEFS,
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
@@ -78,12 +78,13 @@ pub const RELIEF: Figure = Figure {
 pub const MAP_BUILD: Figure = Figure {
     id: "tm.map-build",
     title: "Relief: the cost of building the maps",
-    about: "Time to build each map on the device, for reliefs of 16 to 128 texels a side (quick: to 32) with a \
-            quarter as many layers. The thesis gives no times. The reliefs are `bricks` and `rock`. Building the \
-            refined map finds the horizon in each of 64 sectors of directions, up to 32 texels away, once per column \
-            of cells. It then tests the neighbourhood of each cell against these horizons. For the guaranteed map, \
-            the search of a sector covers every cell that a ray of this sector may cross. The bytes are for 8 bits \
-            per cell; 16 and 32 bits take twice and four times as many. A cone map has one value per texel.",
+    about: "The figure shows the time to build each map on the device, for reliefs of 16 to 128 texels a side (quick: \
+            to 32) with a quarter as many layers. The thesis gives no times. The reliefs are `bricks` and `rock`. \
+            Building the refined map finds the horizon in each of 64 sectors of directions, up to 32 texels away, once \
+            per column of cells. It then tests the neighbourhood of each cell against these horizons. For the \
+            guaranteed map, the search of a sector covers every cell that a ray of this sector may cross. The bytes \
+            are for 8 bits per cell; 16 and 32 bits take twice and four times as many. A cone map has one value per \
+            texel.",
     scenes: &["bricks", "rock"],
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     paper: &["refined, at centres"],

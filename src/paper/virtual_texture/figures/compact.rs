@@ -17,9 +17,9 @@ pub const COMPACT: Figure = Figure {
             the time of stage 3 alone, for blocks of 1, 2 and 4 texels a side and for the compute variants, with \
             level-0 and with own-level tile addresses. The mask is that of a 2^18 x 2^17 texture in tiles of 512 (512 \
             x 256 words), with the levels of the paper's NA = 16. The list lengths are compared with the reference's \
-            count in the request image. 1280 x 720 (quick) or 1920 x 1080 pixels. The synthetic view `noise` requests \
-            a random tile in each pixel. \"fused-append\" is not a pass: the fused draw appends while it marks. Its \
-            time is that of the fused draw, less that of a fused draw that only marks.",
+            count in the request image. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels. The synthetic view \
+            `noise` requests a random tile in each pixel. \"fused-append\" is not a pass: the fused draw appends while \
+            it marks. Its time is that of the fused draw, less that of a fused draw that only marks.",
     scenes: SCENES,
     variants: || {
         let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);

@@ -41,7 +41,7 @@ pub const HEADLINE: Figure = Figure {
         Claim::paper(
             "introduction",
             "150-fps",
-            "About 150 frames a second (on a GeForce GTX 285).",
+            "The paper's frame is drawn about 150 times a second (on a GeForce GTX 285).",
             &[Test::value(one(STANDING_FPS, THE_PAPER), AtLeast(150.0))],
         )
         .timed(),

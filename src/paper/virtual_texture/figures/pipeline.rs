@@ -9,14 +9,15 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row};
 pub const PIPELINE: Figure = Figure {
     id: "vt.pipeline",
     title: "The whole frame",
-    about: "The time of a settled frame, pass by pass, with the paper's filter: up to NA = 16 samples along the \
-            footprint, in tiles whose border of 16 texels contains them. The variants are: the paper's pipeline; the \
-            same with own-level tile addresses; compute shaders in place of geometry shaders and transform feedback; \
-            marking in the fragment shader (fused); and read-back, in which the host makes the list from a copy of the \
-            request image. The baselines are the same mesh with one plain texture, of which a pixel takes one \
-            trilinear sample, and the fused draw without marking, which shows what fusing adds. The paper (sections 1 \
-            and 2) argues that the list of visible tiles should be found entirely on the GPU, and gives no numbers. \
-            All frames take turns. 1280 x 720 (quick) or 1920 x 1080 pixels; the table has the passes.",
+    about: "The figure shows the time of a settled frame, pass by pass, with the paper's filter: up to NA = 16 samples \
+            along the footprint, in tiles whose border of 16 texels contains them. The variants are: the paper's \
+            pipeline; the same with own-level tile addresses; compute shaders in place of geometry shaders and \
+            transform feedback; marking in the fragment shader (fused); and read-back, in which the host makes the \
+            list from a copy of the request image. The baselines are the same mesh with one plain texture, of which a \
+            pixel takes one trilinear sample, and the fused draw without marking, which shows what fusing adds. The \
+            paper (sections 1 and 2) argues that the list of visible tiles should be found entirely on the GPU, and \
+            gives no numbers. All frames take turns. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels; the table \
+            has the passes.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],

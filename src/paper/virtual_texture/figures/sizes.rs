@@ -17,9 +17,9 @@ const MIB: f64 = 1_048_576.0;
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
     title: "Growth with the picture",
-    about: "The settled frame and its lists, with the paper's NA = 16, for 16:9 pictures from 360 to 720 (quick) or \
-            2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. Stage 2 reads every \
-            pixel once, so the time of a variant should grow at most as fast as the number of pixels.",
+    about: "The figure shows the settled frame and its lists, with the paper's NA = 16, for 16:9 pictures of 360 to \
+            720 (quick) or 2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. Stage \
+            2 reads every pixel once, so the time of a variant should grow at most as fast as the number of pixels.",
     scenes: &["earth/oblique", "globe/africa"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -58,11 +58,11 @@ pub const RESOLUTION: Figure = Figure {
 pub const TILE_SIZE: Figure = Figure {
     id: "vt.tile-size",
     title: "The choice of the tile size",
-    about: "The same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make the list and the \
-            tables long and spend a larger share on borders; large tiles load texels that are not visible. The working \
-            set is the memory of the visible tiles, all of which must be uploaded once. The paper uses 512 and gives \
-            no reason. 960 x 540 (quick) or 1920 x 1080 pixels; the border is always 16 texels, as the paper's NA = 16 \
-            needs.",
+    about: "The figure shows the same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make \
+            the list and the tables long and spend a larger share on borders; large tiles load texels that are not \
+            visible. The working set is the memory of the visible tiles, all of which must be uploaded once. The paper \
+            uses 512 and gives no reason. Pictures have 960 x 540 (quick) or 1920 x 1080 pixels; the border is always \
+            16 texels, as the paper's NA = 16 needs.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -93,11 +93,12 @@ pub const TILE_SIZE: Figure = Figure {
 pub const TEXTURE_SIZE: Figure = Figure {
     id: "vt.texture-size",
     title: "Growth with the texture",
-    about: "The same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 texels: device memory and time. The request \
-            image and the tile pool do not depend on the texture's size; the tile mask and the page table take about 4 \
-            bytes for each tile of level 0. The paper (abstract and introduction) claims textures of the order of 10^6 \
-            x 10^6 texels in real time. The filter has the paper's NA = 16. 960 x 540 (quick) or 1920 x 1080 pixels, \
-            tiles of 512, a tile pool of 96 tiles.",
+    about: "The figure shows device memory and time of the same picture with textures of 2^12 x 2^11 to 2^20 x 2^19 \
+            texels. The request image and the tile pool do not depend on the texture's size; the tile mask and the \
+            page table take about 4 bytes for each tile of level 0. The paper (abstract and introduction) claims \
+            textures of the order of 10^6 x 10^6 texels in real time. The filter has the paper's NA = 16. Pictures \
+            have 960 x 540 (quick) or 1920 x 1080 pixels; tiles have 512 texels a side, and the tile pool has 96 \
+            tiles.",
     scenes: &["earth/oblique"],
     variants: variants_and_empty,
     paper: &["paper"],
@@ -112,7 +113,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
         Plot::sweep(FRAME).log_y().floor(EMPTY),
         Plot::sweep(MEMORY).log_y().floor(EMPTY),
         Plot::sweep("tile mask").log_y().floor(EMPTY),
-        Plot::sweep("H1").log_y().floor(EMPTY),
+        Plot::sweep("page table").log_y().floor(EMPTY),
     ],
     claims: &[
         Claim::paper(
@@ -126,7 +127,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
         .timed(),
         Claim::ours(
             "our-10^6",
-            "The fastest exact variant shows them at 30 frames a second too.",
+            "The fastest exact variant shows a texture of 2^20 x 2^19 texels at 30 frames a second.",
             &[Test::value(best(FRAME, names), AtMost(1e3 / 30.0))],
         )
         .at(LARGEST)
@@ -193,7 +194,9 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
         let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
         rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));
-        for object in ["request image", "tile mask", "visible-tile list", "H1", "J1", "G1"] {
+        for object in
+            ["request image", "tile mask", "visible-tile list", "page table", "tile pool", "resident levels"]
+        {
             let bytes = memory.get(object).copied().unwrap_or(0);
             rows.push(row(object, "MiB", bytes as f64 / MIB));
         }

@@ -29,9 +29,9 @@ pub const CPU: Figure = Figure {
             is one of a scene: one instance with a wanted error of one pixel, in a picture of 640 x 360 (with --full \
             1280 x 720), without a level change. The frame's load is the host's time (visibility, levels, recording, \
             submission) plus that of a hundredth of the splits. The whole time until the frame is drawn is shown as \
-            well. The 64-byte lines of the index buffer that a split touches, including its share of tswaps, are \
-            counted with one level per step; on meshes up to 100 000 faces also for the paper's greedy, with and \
-            without its weight for lines.",
+            well. The figure also counts the 64-byte lines of the index buffer that a split touches, including its \
+            share of tswaps, with one level per step. On meshes of up to 100 000 faces they are counted for the \
+            paper's greedy too, with and without its weight for lines.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
     paper: &[PRINTED, PRINTED_SWAPS, GREEDY],

@@ -22,11 +22,11 @@ pub const EXTREMES: Figure = Figure {
             NaN`, `one infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` \
             on its edges, 200 `fins`, `every face twice`, or `backs` on a tenth of the faces; as a `soup` of \
             triangles; with texture `seams` between charts, simplified to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 \
-            cubes that touch in corners. Except for `seams` the target is a quarter of the faces. Our simplifier \
-            first cleans the mesh and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. \
-            Distances are measured from the intended shape, before damage and rounding to f32, in diagonals of its \
-            box, without faces that are not finite. The deviation that reading and cleaning cause is shown \
-            separately, because the stated error does not include it. `the mesh` is the content of the file.",
+            cubes that touch in corners. Except for `seams` the target is a quarter of the faces. Our simplifier first \
+            cleans the mesh and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are \
+            measured from the intended shape, before damage and rounding to f32, in diagonals of its box, without \
+            faces that are not finite. The deviation that reading and cleaning cause is shown separately, because the \
+            stated error does not include it. Rows of `the mesh` describe the mesh before cleaning and simplification.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],

@@ -20,21 +20,21 @@ const PICTURE: &str = "settled picture";
 /// Quantity: pixels whose samples were all compared with the right texel.
 const COMPARED: &str = "compared";
 /// Quantity: pixels of stage 1 that were compared with the f64 reference.
-const LOOKED_AT: &str = "looked at";
+const LOOKED_AT: &str = "compared with f64";
 /// Quantity: tiles of a superset beyond the reference.
-const BEYOND: &str = "beyond";
+const BEYOND: &str = "beyond the reference";
 /// Quantity: refusals that are not one line of at least four words.
 const UNREASONED: &str = "refusals without a reason";
 
 pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
     title: "Extreme inputs: horizons, poles, seams, zeros, NaN, huge sizes",
-    about: "Inputs at the limits: footprints, coordinates, pictures and textures that are as large, as small or as \
-            invalid as possible, with one sample per pixel (NA = 1). The paper treats two such cases (section 2.1: t = \
-            1 and s = 1). Every variant's list is compared with the exact set from the device's own request image. \
-            Stage 1 is compared with an f64 rasteriser. The settled picture shows a texture whose texels are all \
-            known; each sample of each pixel that the textured surface covers is checked. Quick and full runs are the \
-            same, with at most 360 rows of pixels.",
+    about: "The inputs are at the limits: footprints, coordinates, pictures and textures that are as large, as small \
+            or as invalid as possible, with one sample per pixel (NA = 1). The paper treats two such cases (section \
+            2.1: t = 1 and s = 1). Every variant's list is compared with the exact set from the device's own request \
+            image. Stage 1 is compared with an f64 rasteriser. The settled picture shows a texture whose texels are \
+            all known; each sample of each pixel that the textured surface covers is checked. Quick and full runs are \
+            the same, with at most 360 rows of pixels.",
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],

@@ -16,15 +16,16 @@ pub const FEEDBACK: Figure = Figure {
     id: "vt.feedback",
     title: "Subsampled feedback compared with the exact list",
     about: "The paper lists the tiles of all of a frame's pixels in that frame (section 2). Engines sample one pixel \
-            in 4 to 256, a different one in each frame, and accumulate: Call of Duty 1 in 64, Unreal Engine 5 1 in \
-            256. Recall: the share of the exact list's tiles that the sampled list contains. Delay: the number of \
-            frames after a cut until a tile is listed. Precision: the share of visible tiles in the list that \
-            accumulates under a moving camera. The first frame after the cut has delay 1; after frame n the lists of \
-            frames 1 to n are known. With every method, including the exact one, a list reaches the host two frames \
-            later. Times include gathering the samples, copying them to the host and listing them there. \"All \
-            pixels\" copies the whole request image and runs the same pass over it. The pictures show in red the \
-            pixels whose tiles are missed in the first frame with one pixel in 256. One sample per pixel (NA = 1): \
-            more samples list more tiles, and do not change how pixels are chosen.",
+            in 4 to 256, a different one in each frame, and accumulate: one in 64 in Call of Duty, one in 256 in \
+            Unreal Engine 5. Recall is the share of the exact list's tiles that the sampled list contains. Delay is \
+            the number of frames after a cut until a tile is listed. Precision is the share of visible tiles in the \
+            list that accumulates under a moving camera. A pixel is served if the list contains its tile. The first \
+            frame after the cut has delay 1; after frame n the lists of frames 1 to n are known. With every method, \
+            including the exact one, a list reaches the host two frames later. Times include gathering the samples, \
+            copying them to the host and listing them there. \"All pixels\" copies the whole request image and runs \
+            the same pass over it. The pictures show in red the pixels whose tiles are missed in the first frame with \
+            one pixel in 256. Pixels have one sample (NA = 1); more samples would list more tiles and not change how \
+            pixels are chosen.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
@@ -42,7 +43,7 @@ pub const FEEDBACK: Figure = Figure {
         Claim::ours(
             "delay",
             "The exact list is complete at once, but one pixel in 64 or in 256 takes several frames. In every view, \
-            the median over all starts in the cycle is more than one frame until all tiles are listed.",
+             all tiles are listed only after more than one frame (median over all starts in the cycle).",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(

@@ -15,14 +15,14 @@ use crate::reference::ReferenceView;
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
     title: "Filters: time, error and noise",
-    about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, \
-            which cannot cross tiles. The figure compares: one trilinear sample; the nearest level alone; as in the \
-            paper up to NA trilinear samples along the footprint (here 2 to 8), inside the tile's border; and single \
-            texels chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per \
-            pixel, at one point or along the footprint. Each picture is compared with the f64 picture of the same \
-            filter, which shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows \
-            the error of the filter itself. Pixels beyond the textured surface and at its outline are left out, and \
-            their share is reported. The time is that of the texturing pass. 320 x 180 (quick) or 640 x 360 pixels, \
+    about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, which \
+            cannot cross tiles. The figure compares: one trilinear sample; the nearest level alone; as in the paper up \
+            to NA trilinear samples along the footprint (here 2 to 8), inside the tile's border; and single texels \
+            chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per pixel, at \
+            one point or along the footprint. Each picture is compared with the f64 picture of the same filter, which \
+            shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows the error of the \
+            filter itself. Pixels beyond the textured surface and at its outline are left out, and their share is \
+            reported. The time is that of the texturing pass. Pictures have 320 x 180 (quick) or 640 x 360 pixels, \
             because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
@@ -86,12 +86,12 @@ const VARIANTS: [Variant; 10] = [
 /// The border in texels. It is sufficient for 8 samples along the footprint.
 const BORDER: u32 = 8;
 
-const AREA_NMSE: &str = "NMSE against what pixels cover";
-const AREA_FLIP: &str = "FLIP against what pixels cover";
-const AREA_PSNR: &str = "PSNR against what pixels cover";
+const AREA_NMSE: &str = "NMSE against the mean over the footprint";
+const AREA_FLIP: &str = "FLIP against the mean over the footprint";
+const AREA_PSNR: &str = "PSNR against the mean over the footprint";
 const OWN_NMSE: &str = "NMSE against the same filter in f64";
 const OWN_OUTLIERS: &str = "pixels off by more than 5/256 from the same filter in f64";
-const EXCUSED: &str = "pixels beyond the landscape or at its outline, left out";
+const EXCUSED: &str = "pixels left out: beyond the textured surface or at its outline";
 const TIME: &str = "texturing";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
@@ -121,8 +121,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let excused = truths.inside.iter().filter(|inside| !**inside).count();
     let share = Value::Number(100.0 * excused as f64 / truths.inside.len() as f64);
-    rows.push(Row::new("what pixels cover", EXCUSED, "% of the pixels", share));
-    show(bench, cell, "what pixels cover", &truths.area)?;
+    rows.push(Row::new("the mean over the footprint", EXCUSED, "% of the pixels", share));
+    show(bench, cell, "the mean over the footprint", &truths.area)?;
     let contenders = VARIANTS.iter().map(|variant| {
         let (_, shown) =
             sessions.iter().find(|(na, _)| *na == variant.max_anisotropy).expect("one for each NA");
@@ -137,7 +137,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 /// Writes the picture's middle, enlarged. For the reference, also writes the whole picture.
 fn show(bench: &mut Bench, cell: &Cell, name: &str, picture: &Picture) -> anyhow::Result<()> {
     let name = format!("vt.filter-{}-{}", cell.scene.replace('/', "-"), name.replace(' ', "-"));
-    if name.ends_with("what-pixels-cover") {
+    if name.ends_with("the-mean-over-the-footprint") {
         bench.picture(&format!("{name}-whole"), &Srgb8Picture::from(picture))?;
     }
     bench.picture(&name, &detail(picture, [picture.width / 2, picture.height / 2], 4))

@@ -25,9 +25,10 @@ pub const NA: Figure = Figure {
             the camera's tilt: the visible tiles (mean over the path), the memory of the largest visible set, the \
             times of stages 2 and 3 and of the settled frame, and the tiles copied per frame with an LRU cache of \
             twice the largest visible set. Tiles have a border of 4 texels. Samples beyond it are looked up in the \
-            neighbouring tile, which stage 1 then requests. With a border of 16 no sample lies beyond it. Seams: the \
-            largest difference of a pixel between these two borders, on white noise. 320 x 180 pixels with tiles of \
-            128 texels (quick) or 640 x 360 with tiles of 256 show as many tiles as 1280 x 720 with the paper's 512.",
+            neighbouring tile, which stage 1 then requests. With a border of 16 no sample lies beyond it. Seams are \
+            the largest difference of a pixel between these two borders, on white noise. Pictures of 320 x 180 pixels \
+            with tiles of 128 texels (quick), or of 640 x 360 with tiles of 256, show as many tiles as 1280 x 720 with \
+            the paper's 512.",
     scenes: &["earth/pan", "plane/pan"],
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
     paper: &[LARGEST],

@@ -26,15 +26,15 @@ pub(super) const BUILT: &str = "as built, N2 from 0.5 to 8 x N1";
 pub const CACHE: Figure = Figure {
     id: "vt.cache",
     title: "Hits and faults of the two caches",
-    about: "Faults: wanted tiles that are not in video memory. Reads: tiles that must be read from disk. Both are \
-            shown against the sizes of the tile pool (N1) and of the host cache (N2), on six paths over the earth. \
+    about: "Faults are wanted tiles that are not in video memory. Reads are tiles that must be read from disk. Both \
+            are shown against the sizes of the tile pool (N1) and of the host cache (N2), on six paths over the earth. \
             The paper (section 3) evicts the least recently used tile. It chooses N1 by experiment and gives no \
             numbers. N1 must be at least the largest possible number of visible tiles. Belady's optimum knows the \
             whole path; no policy has fewer faults. Policies and sizes are replayed on the lists of every frame \
             (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with tiles of 256 \
-            texels. A real session also runs each path with N1 = half of the largest visible set. Bias: the levels \
-            by which all tiles are coarser than listed because the visible set exceeds N1; each frame reports it. One \
-            sample per pixel (NA = 1).",
+            texels. A real session also runs each path with N1 = half of the largest visible set. If the visible set \
+            exceeds N1, all tiles are coarser than listed by a level bias, which each frame reports. Pixels have one \
+            sample (NA = 1).",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],

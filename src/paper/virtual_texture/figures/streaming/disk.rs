@@ -36,12 +36,13 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub const DISK: Figure = Figure {
     id: "vt.disk",
     title: "A disk that is slow, or down",
-    about: "The first seconds of a scene with a disk that answers at once, takes 50 ms per tile, or fails for 5 s. The \
-            loader has its own threads (paper, section 3), so no frame waits for it and coarser levels are shown. A \
-            tile that cannot be read is requested again after a second (cache.retry_after_ms), so the picture recovers \
-            by itself; the paper does not treat failed loads. Recovery: the time, and the number of frames, from when \
-            the disk works until 95 % of the first frame's error is gone permanently. Each disk is measured 6 times, \
-            in turn. 640 x 360 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
+    about: "The figure shows the first seconds of a scene whose disk answers at once, takes 50 ms per tile, or fails \
+            for 5 s. The loader has its own threads (paper, section 3), so no frame waits for it and coarser levels \
+            are shown. A tile that cannot be read is requested again after a second (cache.retry_after_ms), so the \
+            picture recovers by itself; the paper does not treat failed loads. Recovery is the time, and the number of \
+            frames, from when the disk works until 95 % of the first frame's error is gone permanently. Each disk is \
+            measured 6 times, in turn. Pictures have 640 x 360 (quick) or 1920 x 1080 pixels, with one sample each (NA \
+            = 1).",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],

@@ -29,12 +29,12 @@ pub const PREFETCH: Figure = Figure {
     id: "vt.prefetch",
     title: "Missing tiles, with and without prefetch along the camera's motion",
     about: "The paper (section 3) requests a tile when it is visible. The tile arrives late, after the list has \
-            reached the host, the disk has been read and the tile has been copied. A coarser tile is shown \
-            meanwhile. With prefetch, stages 1 to 3 also run at a sixteenth of the pixels for the camera \
-            extrapolated by some frames, and their tiles are loaded with the budget that the visible tiles leave. A \
-            tile counts as missing in each frame whose picture needs it but does not have it. The headline's camera \
-            is used without magnification, so that the dive crosses levels. Every frame (quick: every second one) at \
-            640 x 360 (quick) or 1920 x 1080 pixels, one sample each (NA = 1).",
+            reached the host, the disk has been read and the tile has been copied. A coarser tile is shown meanwhile. \
+            With prefetch, stages 1 to 3 also run at a sixteenth of the pixels for the camera extrapolated by some \
+            frames, and their tiles are loaded with the budget that the visible tiles leave. A tile counts as missing \
+            in each frame whose picture needs it but does not have it. The headline's camera is used without \
+            magnification, so that the dive crosses levels. All frames (quick: every second one) are counted, at 640 x \
+            360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
     paper: &[],
