@@ -1,5 +1,5 @@
 //! `--compare-plain`: the GPU time of the whole frame, relative to the same mesh with one plain texture. The command line
-//! gives the scene the paper's filter, up to 16 samples per pixel. The plain texture takes one trilinear sample.
+//! gives the scene one trilinear sample per pixel, as the plain texture has.
 
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::Plain;
@@ -15,8 +15,7 @@ const RUNS: usize = 30;
 /// Software drivers compile shaders on first use.
 const WARM_UP: usize = 3;
 
-/// The times of both frames, interleaved so that drift affects both alike. The settled frame has paper 1's filter, up
-/// to 16 samples per pixel; the plain one takes one trilinear sample.
+/// The times of both frames, interleaved so that drift affects both alike. Both take one trilinear sample per pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainComparison {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture, per run.

@@ -55,6 +55,7 @@ pub const POP: Figure = Figure {
     variants,
     paper: &[AT_ONCE],
     ours: &["geomorph"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[
