@@ -13,7 +13,13 @@ fn on_a_terminal(folder: &TempDir, arguments: &[&str], end: &str) -> String {
     grantpt(&terminal).unwrap();
     unlockpt(&terminal).unwrap();
     let programs_end = ioctl_tiocgptpeer(&terminal, flags).unwrap();
-    let mut child = ortelius(folder, arguments).stdout(Stdio::null()).stderr(programs_end).spawn().unwrap();
+    // Without TERM, a terminal counts as one that cannot draw a bar.
+    let mut child = ortelius(folder, arguments)
+        .env("TERM", "xterm")
+        .stdout(Stdio::null())
+        .stderr(programs_end)
+        .spawn()
+        .unwrap();
     let (mut terminal, mut shown, mut bytes) = (File::from(terminal), Vec::new(), [0; 1024]);
     // When the program and its children have ended, reading fails.
     while let Ok(count @ 1..) = terminal.read(&mut bytes) {
