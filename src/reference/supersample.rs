@@ -45,7 +45,8 @@ pub struct Truth {
     pub whole: Vec<bool>,
     /// NMSE of `values`, estimated from the independent halves.
     pub own_nmse: f64,
-    /// Mean number of samples of a pixel.
+    /// Largest number of samples of a pixel, and the mean.
+    pub most_samples: u64,
     pub mean_samples: f64,
 }
 
@@ -125,7 +126,7 @@ pub fn supersample(
         (half(0), half(1 << 63), strata)
     };
     let halves: Vec<_> = (0..count).into_par_iter().map(pixel).collect();
-    let samples = |[columns, rows]: [u32; 2]| 2.0 * f64::from(columns) * f64::from(rows);
+    let samples = |[columns, rows]: [u32; 2]| 2 * u64::from(columns) * u64::from(rows);
     let (mut error, mut square) = (0.0, 0.0);
     for (a, b, _) in &halves {
         error += ((a.value - b.value) / 2.0).powi(2);
@@ -136,7 +137,8 @@ pub fn supersample(
         values: halves.iter().map(|(a, b, _)| (a.value + b.value) / 2.0).collect(),
         whole: halves.iter().map(|(a, b, _)| a.whole && b.whole).collect(),
         own_nmse: if error == 0.0 { 0.0 } else { error / square },
-        mean_samples: halves.iter().map(|(.., strata)| samples(*strata)).sum::<f64>() / count as f64,
+        most_samples: halves.iter().map(|(.., strata)| samples(*strata)).max().unwrap_or(0),
+        mean_samples: halves.iter().map(|(.., strata)| samples(*strata) as f64).sum::<f64>() / count as f64,
     }
 }
 

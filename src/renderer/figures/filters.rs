@@ -181,13 +181,20 @@ fn truth(shown: &Renderer, view: &ReferenceView, kernel: Kernel) -> Truth {
         square += squares;
         all.values.extend(row.values);
         all.whole.extend(row.whole);
+        all.most_samples = all.most_samples.max(row.most_samples);
         all.mean_samples += row.mean_samples / f64::from(height);
     }
     Truth { size: [width, height], own_nmse: if error == 0.0 { 0.0 } else { error / square }, ..all }
 }
 
-const EMPTY: Truth =
-    Truth { size: [0, 0], values: Vec::new(), whole: Vec::new(), own_nmse: 0.0, mean_samples: 0.0 };
+const EMPTY: Truth = Truth {
+    size: [0, 0],
+    values: Vec::new(),
+    whole: Vec::new(),
+    own_nmse: 0.0,
+    most_samples: 0,
+    mean_samples: 0.0,
+};
 
 fn truth_of_row(level: &Level<'_>, view: &ReferenceView, row: u32, kernel: Kernel) -> Truth {
     let texture = level.texture();
