@@ -5,12 +5,15 @@
 // splits runs at once, in any order. A new vertex has a larger index than all live vertices, so if several splits write
 // one corner, the last split's vertex has the largest index (atomicMax). Going down, the first split is undone last,
 // and the vertex that it replaced has the smallest index (atomicMin). Maximum and minimum do not depend on the order,
-// so no split waits for another. A permutation takes two steps: all faces are read before any slot is written.
+// so no split waits for another. A permutation takes two steps: all faces are read before any slot is written. The
+// construction of a level reads no index of the slice.
 
 layout(local_size_x = 64) in;
 
 // Three words for each corner that a split changes: its index in the slice, the new vertex, the replaced vertex. Two
-// words for each face that a permutation moves: its slot after going up, and its slot before.
+// words for each face that a permutation moves: its slot after going up, and its slot before. Then the tables of
+// run/direct.rs: for each slot of each keyframe the number of its face, the faces of the full mesh, and the predecessor
+// of each vertex.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // The faces that the first step of a permutation saves for the second.
@@ -19,7 +22,7 @@ layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
 #include "progressive_mesh/write_indices.glsl"
 
 layout(push_constant, scalar) uniform Applying {
-    // 0: splits; 1: save a permutation's faces; 2: write the saved faces to their slots.
+    // 0: splits; 1: save a permutation's faces; 2: write the saved faces to their slots; 3: construct a level.
     uint kind;
     // 1: the inverse step (collapses, or the inverse permutation).
     uint down;
@@ -29,6 +32,11 @@ layout(push_constant, scalar) uniform Applying {
     // First index of the instance's slice.
     uint slice;
     uint kept_first;
+    // For a construction: the slots of its keyframe and the live vertices; first words of the faces and predecessors.
+    uint listed;
+    uint vertices;
+    uint faces_at;
+    uint predecessors_at;
 } applying;
 
 void write(uint n) {
@@ -53,11 +61,33 @@ void move(uint n) {
     }
 }
 
+// The live vertex that stands for a vertex. If level 0 has no vertices, vertex 0 is its own predecessor.
+uint live(uint vertex) {
+    while (vertex >= applying.vertices) {
+        uint predecessor = program.words[applying.predecessors_at + vertex];
+        if (predecessor == vertex) {
+            break;
+        }
+        vertex = predecessor;
+    }
+    return vertex;
+}
+
+void construct(uint slot) {
+    uint number = slot < applying.listed ? program.words[applying.first + slot] : slot;
+    for (uint corner = 0; corner < 3; ++corner) {
+        uint vertex = program.words[applying.faces_at + 3 * number + corner];
+        set_index(applying.slice + 3 * slot + corner, live(vertex));
+    }
+}
+
 void main() {
     uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
     for (uint n = gl_GlobalInvocationID.x; n < applying.count; n += stride) {
         if (applying.kind == 0) {
             write(n);
+        } else if (applying.kind == 3) {
+            construct(n);
         } else {
             move(n);
         }

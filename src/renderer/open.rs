@@ -505,12 +505,27 @@ fn gpu(options: &Options<'_>, needs: impl FnOnce(&PhysicalDevice) -> Vec<Need>) 
     Ok(gpu)
 }
 
-/// The governor's budget without its time. Returns `refused` if only a time is stated.
+/// The governor's budget without its time. Returns `refused` if only a time is stated, and warns if a time is dropped.
 fn untimed(stated: Option<Budget>, refused: RenderError) -> Result<Option<Budget>, RenderError> {
-    match stated {
-        Some(Budget { frame_faces: None, .. }) => Err(refused),
-        _ => Ok(stated.map(|budget| Budget { frame_ms: None, ..budget })),
+    let Some(budget) = stated else { return Ok(None) };
+    if budget.frame_faces.is_none() {
+        return Err(refused);
     }
+    if let Some(warning) = dropped(&budget, &refused) {
+        tracing::warn!("{warning}");
+    }
+    Ok(Some(Budget { frame_ms: None, ..budget }))
+}
+
+/// The warning that the time of a budget with faces has no effect.
+fn dropped(budget: &Budget, refused: &RenderError) -> Option<String> {
+    let why = match refused {
+        RenderError::NoClock => "this device has no timestamps",
+        _ => "--deterministic excludes measured times",
+    };
+    budget
+        .frame_ms
+        .map(|_| format!("governor.frame_ms is ignored: {why}; governor.frame_faces is the whole budget"))
 }
 
 #[cfg(test)]
@@ -524,5 +539,9 @@ mod tests {
         assert!(refused.contains("governor.frame_faces"), "{refused}");
         assert_eq!(untimed(of(Some(5.0), Some(9)), RenderError::NoClock).unwrap(), of(None, Some(9)));
         assert_eq!(untimed(None, RenderError::NoClock).unwrap(), None);
+        let warning = |frame_ms, refused| dropped(&of(frame_ms, Some(9)).unwrap(), &refused);
+        assert!(warning(Some(5.0), RenderError::NoClock).unwrap().contains("no timestamps"));
+        assert!(warning(Some(5.0), RenderError::MeasuredBudget).unwrap().contains("--deterministic"));
+        assert_eq!(warning(None, RenderError::NoClock), None);
     }
 }

@@ -6,7 +6,7 @@ use ortelius::model::{Attributes, Model, named};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::reference::{face_set, faces_at};
-use ortelius::paper::progressive_mesh::run::{Instances, Program};
+use ortelius::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
 use std::sync::Arc;
 
@@ -74,6 +74,47 @@ fn orders(model: &Model, collapses: &Collapses) -> [(&'static str, ProgressiveMe
         ("in place, 23", with(OrderOptions::IN_PLACE_23)),
         ("in place, 10", with(OrderOptions::IN_PLACE_10)),
     ]
+}
+
+/// Whether an instance has the faces of the step-by-step buffer after random jumps; and how many levels it constructed.
+fn jumps_equal_steps(mesh: &ProgressiveMesh, stepped: &ProgressiveMesh) -> (bool, usize) {
+    let (program, last) = (Arc::new(Program::new(mesh).unwrap()), mesh.last_level());
+    let mut instance = Instances::new(program.clone(), 1).unwrap();
+    let mut random = Random(u64::from(last));
+    let (steps, mut constructed) = (Program::new(stepped).unwrap(), 0);
+    let equal = (0..200).all(|n| {
+        // From end to end, and near and far.
+        let (from, to) = match n {
+            0 => (0, last),
+            1 => (last, 0),
+            _ => (instance.level(0), random.below(last as usize + 1) as u32),
+        };
+        constructed += usize::from(program.constructs(from, to));
+        instance.go_to(0, from).unwrap();
+        instance.go_to(0, to).unwrap();
+        let (mut faces, drawn) = (steps.faces().to_vec(), steps.drawn(to) as usize);
+        steps.run(&mut faces, 0, to, &mut Vec::new(), &mut IgnoreWrites);
+        instance.faces(0) == &faces[..drawn]
+    });
+    (equal, constructed)
+}
+
+#[test]
+fn a_jump_over_many_levels_gives_the_bits_of_its_steps_in_every_order() {
+    for (name, target_faces) in [("sphere:8", 20), ("grid:16", 20)] {
+        let (model, collapses) = built(name, target_faces);
+        let orders = orders(&model, &collapses);
+        for (order, mesh) in &orders {
+            let (equal, constructed) = jumps_equal_steps(mesh, mesh);
+            assert!(equal, "{name}, {order}");
+            assert!(
+                *order == "classical" || constructed >= 20,
+                "{name}, {order}: {constructed} of 200 constructed"
+            );
+        }
+        // The comparison detects another order of the faces.
+        assert!(!jumps_equal_steps(&orders[2].1, &orders[3].1).0, "{name}");
+    }
 }
 
 #[test]

@@ -36,6 +36,7 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
 #[test]
 fn the_device_applies_levels_of_many_instances_like_the_host() {
     let gpu = Watched::open(&GpuOptions::default());
+    let mut jumps = 0;
     // Meshes with many permutations, with few, and without any.
     for (seed, swap_every, births) in [
         (1, 3, Births::Tail),
@@ -45,11 +46,13 @@ fn the_device_applies_levels_of_many_instances_like_the_host() {
         (5, 30, Births::InPlace),
     ] {
         let program = Program::new(&ProgressiveMesh { births, ..mesh(seed, swap_every) }).unwrap();
-        WIDTHS.into_iter().for_each(|index| walk_instances(&gpu, &program, index, seed));
+        jumps += WIDTHS.map(|index| walk_instances(&gpu, &program, index, seed)).iter().sum::<usize>();
     }
+    assert!(jumps >= 20, "{jumps} of 280 changes construct a level");
 }
 
-fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
+/// Returns the number of changes that construct a level.
+fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> usize {
     // An odd number, so that a word of two indices belongs to two instances.
     let slots = program.faces().len() | 1;
     let apply = Apply::new(gpu, program, index).unwrap();
@@ -59,9 +62,11 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
     let whole: Vec<[u32; 3]> = instances.iter().flat_map(|(_, faces)| faces.clone()).collect();
     let packed = index.packed(whole.as_flattened());
     let indices = gpu.buffer_with("indices", &packed, BufferUse::WritableIndices(index)).unwrap();
-    let (mut random, mut kept) = (Random(seed), Vec::new());
+    let births = index.packed(program.faces().as_flattened());
+    let births = gpu.buffer_with("births", &births, BufferUse::Storage).unwrap();
+    let (mut random, mut kept, mut jumps) = (Random(seed), Vec::new(), 0);
     for round in 0..4 {
-        let mut changes = Vec::new();
+        let (mut changes, mut born) = (Vec::new(), Vec::new());
         for (n, (level, faces)) in instances.iter_mut().enumerate() {
             // The first goes up and down all the way; some keep their level.
             let to = match n {
@@ -77,17 +82,31 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) {
                 &mut kept,
                 &mut ortelius::paper::progressive_mesh::run::IgnoreWrites,
             );
+            jumps += usize::from(program.constructs(*level, to));
+            // As in a surface: a construction leaves the slots beyond its level as they were.
+            let (old, new) = (program.drawn(*level) as usize, program.drawn(to) as usize);
+            if new > old && !program.constructs(*level, to) {
+                born.push([old, n * slots + old, new - old].map(|faces| 3 * index.bytes() * faces as u64));
+            }
             changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
             *level = to;
         }
         let mut frame = gpu.frame().unwrap();
+        frame
+            .pass("births", |cmd| {
+                cmd.copy_ranges(&births, &indices, &born);
+                Ok(())
+            })
+            .unwrap();
         frame.pass("apply", |cmd| apply.run(cmd, program, &indices, &changes)).unwrap();
         frame.submit().unwrap().wait().unwrap();
         let words = read(gpu, &indices);
         for (n, (level, faces)) in instances.iter().enumerate() {
             let own = &words[3 * n * slots..3 * (n + 1) * slots];
-            let first = own.iter().zip(faces.as_flattened()).position(|(a, b)| a != b);
+            let drawn = &faces[..program.drawn(*level) as usize];
+            let first = own.iter().zip(drawn.as_flattened()).position(|(a, b)| a != b);
             assert_eq!(first, None, "mesh {seed}, round {round}, instance {n} at level {level}");
         }
     }
+    jumps
 }

@@ -178,10 +178,11 @@ fn has_area(mesh: &ProgressiveMesh, face: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// The random meshes of the tests above include seams, components, permutations, and levels without any.
+/// The random meshes of the tests above include seams, components, permutations, levels without any, and jumps that
+/// construct a level, some with permutations since its keyframe.
 #[test]
-fn the_random_meshes_have_seams_components_and_permutations() {
-    let (mut seams, mut components, mut swaps, mut bare) = (0, 0, 0, 0);
+fn the_random_meshes_have_seams_components_permutations_and_jumps() {
+    let (mut seams, mut components, mut swaps, mut bare, mut jumps, mut moves) = (0, 0, 0, 0, 0, 0);
     for seed in 0..50 {
         let (_, collapses, made) = anything(seed);
         let rows = || collapses.wedges.rows();
@@ -189,8 +190,13 @@ fn the_random_meshes_have_seams_components_and_permutations() {
         seams += usize::from(rows().any(|row| row.len() > 1 && row[0][1] != NOWHERE));
         swaps += usize::from(!made.mesh.swaps.levels.is_empty());
         bare += usize::from(made.mesh.swaps.levels.len() < made.mesh.levels.len() - 1);
+        let (program, last) = (Program::new(&made.mesh).unwrap(), made.mesh.last_level());
+        jumps += usize::from(program.constructs(0, last));
+        let moved = |to| program.constructs(0, to) && program.change(0, to).len() > 1;
+        moves += usize::from((0..=last).any(moved));
     }
-    assert!([seams, components, swaps, bare].iter().all(|&n| n >= 10), "{seams} {components} {swaps} {bare}");
+    let counts = [seams, components, swaps, bare, jumps, moves];
+    assert!(counts.iter().all(|&n| n >= 10), "{counts:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! [`Apply`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
 //! one dispatch. Some of them build on others, but their order does not matter (see `apply.comp`). A
-//! permutation takes two dispatches.
+//! permutation takes two dispatches, the construction of a level one.
 
 use super::run::{Operation, Program};
 use crate::vk::shader::Applying;
@@ -22,11 +22,15 @@ pub struct Apply {
     pipeline: ComputePipeline,
     program: Buffer,
     kept: Buffer,
-    /// First word of the moves in `program`.
+    /// First words in `program` of the moves, and of the tables of [`Direct`](super::run::Direct).
     moves_at: usize,
+    numbers_at: usize,
+    faces_at: usize,
+    predecessors_at: usize,
 }
 
-/// One instance's level change. Its slice of the index buffer holds at least the drawn faces of both levels.
+/// One instance's level change. Its slice of the index buffer holds at least the drawn faces of both levels; those of
+/// `to` if the program constructs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// First slot of the instance's slice.
@@ -54,12 +58,22 @@ impl Apply {
         let moves_at = words.len();
         let filled = moves.runs.iter().flat_map(|&[first, end]| first..end);
         words.extend(filled.zip(&moves.from).flat_map(|(to, &from)| [to, from]));
+        let direct = program.direct();
+        let [numbers_at, faces_at, predecessors_at] =
+            [&*direct.numbers, direct.faces.as_flattened(), &*direct.predecessors].map(|table| {
+                let first = words.len();
+                words.extend_from_slice(table);
+                first
+            });
         let kept = program.largest_move().max(KEPT_FACES);
         Ok(Apply {
             pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[index.constant()])?,
             program: gpu.buffer_with("splits and permutations", &words, BufferUse::Storage)?,
             kept: gpu.buffer("kept faces", 12 * kept as u64, BufferUse::Storage)?,
             moves_at,
+            numbers_at,
+            faces_at,
+            predecessors_at,
         })
     }
 
@@ -98,9 +112,9 @@ impl Apply {
         let mut rounds = Rounds::new();
         let (mut base, mut kept) = (0, 0);
         for change in changes {
-            let steps = program.steps(change.from, change.to);
+            let steps = program.change(change.from, change.to);
             let kept_faces = |step: &Operation| match step {
-                Operation::Write { .. } => 0,
+                Operation::Write { .. } | Operation::Construct { .. } => 0,
                 Operation::Move { faces, .. } => faces.len(),
             };
             let most = steps.iter().map(kept_faces).max().unwrap_or(0);
@@ -128,6 +142,10 @@ impl Apply {
                 count: count as u32,
                 slice: 3 * change.first_slot,
                 kept_first: 3 * kept as u32,
+                listed: 0,
+                vertices: 0,
+                faces_at: self.faces_at as u32,
+                predecessors_at: self.predecessors_at as u32,
             };
             (applying, groups(count as u32))
         };
@@ -137,6 +155,10 @@ impl Apply {
             Operation::Move { faces, .. } if faces.is_empty() => vec![],
             Operation::Move { faces, up, .. } => {
                 [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
+            }
+            Operation::Construct { numbers, faces, vertices } => {
+                let (applying, groups) = dispatch(3, true, self.numbers_at + numbers.start, *faces as usize);
+                vec![(Applying { listed: numbers.len() as u32, vertices: *vertices, ..applying }, groups)]
             }
         }
     }

@@ -97,8 +97,8 @@ impl<I: Index> Instances<I> {
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + kept
     }
 
-    /// Brings an instance to a level by executing the steps between. The instance gets another slice if its
-    /// own is too small, or more than four times too large.
+    /// Brings an instance to a level by [`Program::change`]. The instance gets another slice if its own is too small,
+    /// or more than four times too large.
     ///
     /// # Errors
     /// [`TooMany`]; the instance stays at its level.
@@ -108,16 +108,20 @@ impl<I: Index> Instances<I> {
     pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
         let before = self.levels[instance];
         let (old, new) = (self.live(before), self.live(level));
-        if new > old {
-            self.fit(instance, new)?;
+        let constructs = self.program.constructs(before, level);
+        let needed = if constructs { new } else { old.max(new) };
+        if constructs {
+            self.fit(instance, new, 0)?;
+        } else if new > old {
+            self.fit(instance, new, old)?;
             self.bring_to_life(instance, old..new);
         }
         let first = self.slices.first(instance) as usize;
-        let faces = &mut self.faces[first..first + old.max(new) as usize];
+        let faces = &mut self.faces[first..first + needed as usize];
         let mut touch = From { touched: &mut self.touched, first };
-        self.program.run(faces, before, level, &mut self.kept, &mut touch);
+        self.program.execute(faces, self.program.change(before, level), &mut self.kept, &mut touch);
         self.levels[instance] = level;
-        if new < old { self.fit(instance, new) } else { Ok(()) }
+        if new < needed { self.fit(instance, new, new) } else { Ok(()) }
     }
 
     /// The faces that a level draws (the paper's `CurNumTris`).
@@ -125,15 +129,13 @@ impl<I: Index> Instances<I> {
         self.program.drawn(level)
     }
 
-    /// Fits the instance's slice to `faces` faces. Live faces are copied to the new slice, as far as they
-    /// fit.
-    fn fit(&mut self, instance: usize, faces: u32) -> Result<(), TooMany> {
+    /// Fits the instance's slice to `faces` faces. The first `kept` faces are copied to a new slice.
+    fn fit(&mut self, instance: usize, faces: u32, kept: u32) -> Result<(), TooMany> {
         let Some([old, new]) = self.slices.fit(instance, faces)? else { return Ok(()) };
         self.grow();
-        let (old, new) = (old as usize, new as usize);
-        let moved = faces.min(self.live(self.levels[instance])) as usize;
-        self.faces.copy_within(old..old + moved, new);
-        self.touched.faces(new..new + moved);
+        let (old, new, kept) = (old as usize, new as usize, kept as usize);
+        self.faces.copy_within(old..old + kept, new);
+        self.touched.faces(new..new + kept);
         self.slices.release();
         Ok(())
     }

@@ -10,16 +10,20 @@
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
 //! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so a
-//! face is copied from the shared buffer of level 0 when it becomes live.
+//! face is copied from the shared buffer of level 0 when it becomes live. A jump whose steps would write more than
+//! a copy of the level's faces constructs the level instead ([`Program::change`]).
 
 mod births;
+mod direct;
 mod index;
 mod instances;
+mod jump;
 mod program;
 mod slices;
 mod state;
 mod touched;
 
+pub use direct::Direct;
 pub use index::Index;
 pub use instances::Instances;
 pub use program::{Corners, Moves, Operation, Program};

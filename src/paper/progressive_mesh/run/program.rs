@@ -1,5 +1,6 @@
 //! The run-time form of a progressive mesh, shared by its instances.
 
+use super::direct::Direct;
 use super::index::Index;
 use super::touched::WriteObserver;
 use crate::paper::progressive_mesh::check::Flaw;
@@ -8,7 +9,7 @@ use crate::vk::IndexType;
 use std::ops::Range;
 
 /// All writes of all levels, as flat lists: 12 bytes per corner that a split writes, 4 bytes per face that a
-/// permutation moves, 8 bytes per run of adjacent slots.
+/// permutation moves, 8 bytes per run of adjacent slots. For jumps, the tables of [`Direct`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
     pub(super) levels: Vec<Level>,
@@ -26,6 +27,7 @@ pub struct Program {
     /// For each of `swap_levels` the number of runs, and of faces in runs, up to and including it.
     pub(super) move_ends: Vec<[u32; 2]>,
     pub(super) moves: Moves,
+    pub(super) direct: Direct,
 }
 
 /// The writes of the splits, in order.
@@ -84,10 +86,18 @@ impl Program {
     /// # Errors
     /// As [`ProgressiveMesh::check`].
     pub fn new(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
-        if mesh.births == Births::InPlace {
-            mesh.check()?;
-            return Ok(Program::in_place(mesh));
-        }
+        let mut program = match mesh.births {
+            Births::InPlace => {
+                mesh.check()?;
+                Program::in_place(mesh)
+            }
+            Births::Tail => Program::at_the_tail(mesh)?,
+        };
+        program.direct = program.tables(mesh.predecessors());
+        Ok(program)
+    }
+
+    fn at_the_tail(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
         let mut corners = Corners::default();
         mesh.walk(|(word, up, down)| {
             corners.words.push(word);
@@ -165,19 +175,19 @@ impl Program {
     /// Bytes of main memory that all instances share.
     pub fn bytes(&self) -> usize {
         let levels = size_of_val(&*self.levels) + size_of_val(&*self.drawn);
-        self.command_bytes() + levels + size_of_val(&*self.faces)
+        self.command_bytes() + levels + size_of_val(&*self.faces) + self.direct.bytes()
     }
 
-    /// Bytes of the executed lists: [`Program::bytes`] without levels and faces.
+    /// Bytes of the lists of the steps: [`Program::bytes`] without levels, faces and the tables of [`Direct`].
     pub fn command_bytes(&self) -> usize {
         let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
         let words = 3 * self.corners.words.len() + self.corner_ends.len() + self.swap_levels.len();
         4 * words + size_of_val(&*self.move_ends) + moves
     }
 
-    /// Brings the index buffer `faces` from level `from` to level `to`. `faces` must hold the drawn faces of
-    /// both levels, with new faces as in [`Program::faces`]; other slots are not touched. `kept` is scratch
-    /// memory for permutations.
+    /// Brings the index buffer `faces` from level `from` to level `to`, step by step. `faces` must hold the drawn
+    /// faces of both levels, with new faces as in [`Program::faces`]; other slots are not touched. `kept` is
+    /// scratch memory for permutations.
     ///
     /// # Panics
     /// If there is no such level, or `faces` is too short.
@@ -191,8 +201,24 @@ impl Program {
     ) {
         let drawn = self.drawn(from.max(to)) as usize;
         assert!(faces.len() >= drawn, "{} faces for {drawn} drawn faces", faces.len());
-        for step in self.steps(from, to) {
-            match step {
+        self.execute(faces, self.steps(from, to), kept, touch);
+    }
+
+    /// Executes operations in order.
+    pub(super) fn execute<I: Index>(
+        &self,
+        faces: &mut [[I; 3]],
+        operations: Vec<Operation>,
+        kept: &mut Vec<[I; 3]>,
+        touch: &mut impl WriteObserver,
+    ) {
+        for operation in operations {
+            match operation {
+                Operation::Construct { numbers, faces: drawn, vertices } => {
+                    let drawn = drawn as usize;
+                    self.direct.construct(&mut faces[..drawn], numbers, vertices);
+                    touch.faces(0..drawn);
+                }
                 Operation::Write { corners, up } => {
                     let values = if up { &self.corners.up } else { &self.corners.down };
                     write(faces, &self.corners.words[corners.clone()], &values[corners], up, touch);
@@ -214,7 +240,7 @@ impl Program {
     pub fn steps(&self, from: u32, to: u32) -> Vec<Operation> {
         let up = from < to;
         let (low, high) = (from.min(to), from.max(to));
-        let [first, end] = [low, high].map(|level| self.swap_levels.partition_point(|&swap| swap <= level));
+        let [first, end] = [low, high].map(|level| self.swaps_until(level));
         let mut steps = Vec::new();
         let mut at = low;
         for swap in first..end {
@@ -231,14 +257,19 @@ impl Program {
         steps
     }
 
+    /// The number of permutations up to and including a level.
+    pub(super) fn swaps_until(&self, level: u32) -> usize {
+        self.swap_levels.partition_point(|&swap| swap <= level)
+    }
+
     /// The ranges of [`Moves`] of one permutation.
-    fn moves_of(&self, swap: usize) -> (Range<usize>, Range<usize>) {
+    pub(super) fn moves_of(&self, swap: usize) -> (Range<usize>, Range<usize>) {
         let start = if swap == 0 { [0; 2] } else { self.move_ends[swap - 1] };
         let [runs, faces] = [0, 1].map(|n| start[n] as usize..self.move_ends[swap][n] as usize);
         (runs, faces)
     }
 
-    fn corners_between(&self, low: u32, high: u32) -> Range<usize> {
+    pub(super) fn corners_between(&self, low: u32, high: u32) -> Range<usize> {
         self.corner_ends[low as usize] as usize..self.corner_ends[high as usize] as usize
     }
 }
@@ -250,6 +281,9 @@ pub enum Operation {
     Write { corners: Range<usize>, up: bool },
     /// The permutation of a range of runs and their slots; going down, its inverse.
     Move { runs: Range<usize>, faces: Range<usize>, up: bool },
+    /// The first `faces` slots, from the tables of [`Direct`] with a keyframe's `numbers`, for a level with `vertices`
+    /// live vertices.
+    Construct { numbers: Range<usize>, faces: u32, vertices: u32 },
 }
 
 fn write<I: Index>(
@@ -268,7 +302,7 @@ fn write<I: Index>(
     if up { pairs.for_each(&mut one) } else { pairs.rev().for_each(&mut one) }
 }
 
-fn gather<I: Index>(faces: &mut [[I; 3]], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<[I; 3]>) {
+pub(super) fn gather<T: Copy>(faces: &mut [T], runs: &[[u32; 2]], from: &[u32], kept: &mut Vec<T>) {
     kept.clear();
     kept.extend(from.iter().map(|&slot| faces[slot as usize]));
     let mut rest = &**kept;

@@ -44,8 +44,8 @@ pub struct Collapses {
     /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
     /// remaining faces are measured at sample points: the distance to a replaced face plus that face's own
     /// distance from the model. A component that vanishes counts with its extent, regardless of its distance
-    /// from the rest. With [`ErrorMetric::Appearance`] the shading error counts too. Positive errors rise evenly with every collapse (`stated`), so every level can be
-    /// selected by its error.
+    /// from the rest. With [`ErrorMetric::Appearance`] the shading error counts too. Positive errors rise evenly
+    /// with every collapse (`stated`), so every level can be selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one
@@ -73,16 +73,31 @@ impl Collapses {
     /// If there are fewer collapses, or if they belong to another model.
     pub fn faces_after(&self, model: &Model, steps: usize) -> Vec<[u32; 3]> {
         let mut live = vec![true; model.faces.len()];
-        let mut targets: Vec<u32> = (0..model.wedge_positions.len() as u32).collect();
-        // Backwards, so that the replacement of a wedge is already final.
-        for step in (0..steps).rev() {
-            self.faces.row(step).iter().for_each(|&face| live[face as usize] = false);
-            for &[from, to] in self.wedges.row(step) {
-                targets[from as usize] = if to == NOWHERE { NOWHERE } else { targets[to as usize] };
-            }
-        }
+        let removed = (0..steps).flat_map(|step| self.faces.row(step));
+        removed.for_each(|&face| live[face as usize] = false);
+        let targets = self.targets_after(model, steps);
         let left = model.faces.iter().zip(live).filter(|(_, live)| *live);
         left.map(|(face, _)| face.map(|wedge| targets[wedge as usize])).collect()
+    }
+
+    /// The model's faces in the components that have not vanished after the first `steps` collapses.
+    ///
+    /// # Panics
+    /// As [`Collapses::faces_after`].
+    pub fn surviving_components(&self, model: &Model, steps: usize) -> Vec<[u32; 3]> {
+        let targets = self.targets_after(model, steps);
+        let survives = |face: &&[u32; 3]| face.iter().all(|&wedge| targets[wedge as usize] != NOWHERE);
+        model.faces.iter().filter(survives).copied().collect()
+    }
+
+    /// For each wedge the wedge that replaces it after the first `steps` collapses, or [`NOWHERE`].
+    fn targets_after(&self, model: &Model, steps: usize) -> Vec<u32> {
+        let mut targets: Vec<u32> = (0..model.wedge_positions.len() as u32).collect();
+        // Backwards, so that the replacement of a wedge is already final.
+        for &[from, to] in (0..steps).rev().flat_map(|step| self.wedges.row(step)) {
+            targets[from as usize] = if to == NOWHERE { NOWHERE } else { targets[to as usize] };
+        }
+        targets
     }
 
     /// The error after the first `steps` collapses: 0 for the model itself.

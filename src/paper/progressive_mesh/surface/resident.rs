@@ -81,13 +81,13 @@ impl Resident {
             return Ok(());
         }
         let (old, new) = (self.live(from), self.live(to));
-        // The slice must hold the faces of both levels during the change. A slice that is then too large
-        // shrinks at the next change.
-        if let Some(places) = self.slices.fit(instance, old.max(new))? {
-            self.moved.push(self.bytes(places, old));
-        }
+        // A construction needs no faces. Otherwise the slice must hold the faces of both levels during the change. A
+        // slice that is then too large shrinks at the next change.
+        let constructs = self.program.constructs(from, to);
+        let places = self.slices.fit(instance, if constructs { new } else { old.max(new) })?;
+        self.moved.extend(places.filter(|_| !constructs).map(|places| self.bytes(places, old)));
         let first_slot = self.slices.first(instance);
-        if new > old {
+        if new > old && !constructs {
             self.born.push(self.bytes([old, first_slot + old], new - old));
         }
         self.levels[instance] = to;
