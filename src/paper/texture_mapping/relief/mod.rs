@@ -22,6 +22,7 @@ pub mod maps;
 pub mod parallax;
 pub mod pass;
 pub mod reference;
+pub mod shipped;
 pub mod surface;
 pub mod trace;
 
@@ -38,7 +39,7 @@ pub struct Relief {
     pub heights: Vec<u8>,
 }
 
-/// The reliefs of the figures, all generated.
+/// The reliefs of the figures, all generated. [`shipped`] has reliefs from pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Narrow deep joints between flat bricks.
