@@ -7,7 +7,8 @@ use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured, config};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
-use crate::paper::texture_mapping::relief::surface::{MOST_PAIRS, ReliefSurface, pairs};
+use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
+use crate::paper::texture_mapping::relief::surface::{MOST_WORK, ReliefSurface, work};
 use crate::paper::texture_mapping::relief::{Kind, Relief};
 use crate::paper::virtual_texture::config::{Filter, check_opened, filter, open_texture, owner};
 use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
@@ -433,7 +434,7 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     };
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
-    if keys.method == ReliefMethod::Trace && pairs(&relief) > MOST_PAIRS {
+    if keys.method == ReliefMethod::Trace && work(&relief) > MOST_WORK {
         let what = "building the distance map of a relief this deep takes minutes; reduce the relief's \
                     depth, use a smaller picture, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
@@ -463,8 +464,10 @@ pub(super) fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainText
         (PlainSource::Earth, _) => PlainTexture::earth(),
         (PlainSource::Checker, _) => Ok(pattern(Pattern::Checker(32), [2048, 1024])),
         (PlainSource::ZonePlate, _) => Ok(pattern(Pattern::ZonePlate, [1024; 2])),
-        (PlainSource::Bricks, _) => Ok(colours(Kind::Bricks)),
-        (PlainSource::Rock, _) => Ok(colours(Kind::Rock)),
+        (PlainSource::BrickWall, _) => Ok(colours(BRICK_WALL.picture())),
+        (PlainSource::Cliff, _) => Ok(colours(CLIFF.picture())),
+        (PlainSource::Bricks, _) => Ok(colours(generated(Kind::Bricks))),
+        (PlainSource::Rock, _) => Ok(colours(generated(Kind::Rock))),
     };
     let place = || scene.place(&["surface", of, "texture", "path"]);
     texture.map_err(|error| RenderError::Plain { place: place(), error })
@@ -481,11 +484,13 @@ fn pattern(pattern: Pattern, [width, height]: [u32; 2]) -> PlainTexture {
     PlainTexture::new([width, height], places.flat_map(|at| grey(bytes[at as usize])).collect())
 }
 
-/// The colours of a generated relief.
-fn colours(kind: Kind) -> PlainTexture {
-    let side = side_of(kind);
-    let texels = kind.picture(side).into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect();
-    PlainTexture::new([side as u32; 2], texels)
+/// Texels along a side of a generated relief, and its colours.
+fn generated(kind: Kind) -> (usize, Vec<[u8; 3]>) {
+    (side_of(kind), kind.picture(side_of(kind)))
+}
+
+fn colours((side, colours): (usize, Vec<[u8; 3]>)) -> PlainTexture {
+    PlainTexture::new([side as u32; 2], colours.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())
 }
 
 fn shape(gpu: &Gpu, grid: &SourceMesh, depth_alone: bool, lit: bool) -> Result<Shape, RenderError> {

@@ -136,6 +136,10 @@ choices! {
         Checker = "checker",
         /// Concentric rings of up to half a cycle per texel, 1024 x 1024 texels.
         ZonePlate = "zone-plate",
+        /// Colours of the relief `brick-wall`, 256 x 256 texels.
+        BrickWall = "brick-wall",
+        /// Colours of the relief `cliff`, 512 x 512 texels.
+        Cliff = "cliff",
         /// Colours of the relief `bricks`, 256 x 256 texels.
         Bricks = "bricks",
         /// Colours of the relief `rock`, 128 x 128 texels.

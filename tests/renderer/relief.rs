@@ -5,6 +5,7 @@ use crate::{settled, silent};
 use ortelius::Renderer;
 use ortelius::paper::texture_mapping::config::side_of;
 use ortelius::paper::texture_mapping::relief::reference::first_hit;
+use ortelius::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use ortelius::paper::texture_mapping::relief::{Kind, Ray, Relief};
 use ortelius::picture::Target;
 use ortelius::reference::ReferenceView;
@@ -22,11 +23,14 @@ fn unlit(name: &str, changes: &[&str]) -> Scene {
     scene.with(&changes.collect::<Vec<_>>()).unwrap()
 }
 
-/// The truth of the green channel, for a relief of this kind that reaches `depth_m` below a plane of 4 m.
-fn truth(scene: &Scene, kind: Kind, depth_m: f64) -> Truth {
-    let side = side_of(kind);
-    let relief = Relief { depth: (depth_m / 4.0 * side as f64) as f32, ..kind.relief(side) };
-    let bytes: Vec<f64> = kind.picture(side).iter().map(|[_, green, _]| srgb8_to_linear(*green)).collect();
+/// Texels along a side of a relief's colours, and the colours.
+type Colours = (usize, Vec<[u8; 3]>);
+
+/// The truth of the green channel, for this relief with these colours that reaches `depth_m` below a plane of 4 m.
+fn truth(scene: &Scene, relief: Relief, (colours, picture): Colours, depth_m: f64) -> Truth {
+    let side = relief.side;
+    let relief = Relief { depth: (depth_m / 4.0 * side as f64) as f32, ..relief };
+    let bytes: Vec<f64> = picture.iter().map(|[_, green, _]| srgb8_to_linear(*green)).collect();
     let pose = scene.pose(0).unwrap();
     let surface = scene.surfaces.values().next().unwrap();
     let view =
@@ -47,7 +51,8 @@ fn truth(scene: &Scene, kind: Kind, depth_m: f64) -> Truth {
         let distance = first_hit(&relief, &ray);
         Some([0, 1].map(|n| at[n] + distance * direction[n] + 0.5))
     };
-    let colour = |[u, v]: [f64; 2]| bilinear(&bytes, side, u - 0.5, v - 0.5);
+    let finer = colours as f64 / texels;
+    let colour = |[u, v]: [f64; 2]| bilinear(&bytes, colours, finer * u - 0.5, finer * v - 0.5);
     supersample(SIZE, hit, colour, Kernel::Box, Density { per_texel: 0.0, least: 12, most: 12 })
 }
 
@@ -75,15 +80,26 @@ fn nmse(scene: &Scene, truth: &Truth) -> f64 {
 
 #[test]
 fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
-    for (name, kind, depth_m, flat) in [
-        ("relief-brick", Kind::Bricks, 0.06, "surface.SURFACE.relief.depth_m=1e-6"),
-        ("relief-rock", Kind::Rock, 0.25, "surface.SURFACE.relief.depth_m=1e-6"),
+    let generated = |kind: Kind| (kind.relief(side_of(kind)), (side_of(kind), kind.picture(side_of(kind))));
+    let [wall, cliff] = [BRICK_WALL, CLIFF].map(|shipped| (shipped.relief(), shipped.picture()));
+    // The joints of the brick wall are two texels wide and ten times as bright as its bricks; a pixel of the cliff takes
+    // one ray.
+    for (name, map, (relief, colours), depth_m, most) in [
+        ("relief-brick", "brick-wall", wall, 0.06, 3e-2),
+        ("relief-rock", "cliff", cliff, 0.12, 3e-2),
+        ("relief-brick", "bricks", generated(Kind::Bricks), 0.06, 5e-3),
+        ("relief-rock", "rock", generated(Kind::Rock), 0.25, 5e-3),
     ] {
-        let scene = unlit(name, &[]);
-        let truth = truth(&scene, kind, depth_m);
-        let [own, flat] = [nmse(&scene, &truth), nmse(&unlit(name, &[flat]), &truth)];
-        println!("{name}: {own:.2e}, flat {flat:.2e}, the truth's own {:.2e}", truth.own_nmse);
-        assert!(own < 5e-3 && flat > 4.0 * own, "{name}: {own:.2e}, flat {flat:.2e}");
+        let of = |depth_m: f64| {
+            let relief = format!("surface.SURFACE.relief.depth_m={depth_m}");
+            let maps = ["texture.source", "relief.map"].map(|key| format!("surface.SURFACE.{key}={map}"));
+            unlit(name, &[&maps[0], &maps[1], &relief])
+        };
+        let scene = of(depth_m);
+        let truth = truth(&scene, relief, colours, depth_m);
+        let [own, flat] = [nmse(&scene, &truth), nmse(&of(1e-6), &truth)];
+        println!("{name} {map}: {own:.2e}, flat {flat:.2e}, the truth's own {:.2e}", truth.own_nmse);
+        assert!(own < most && flat > 4.0 * own, "{name} {map}: {own:.2e}, flat {flat:.2e}");
     }
 }
 
@@ -133,7 +149,9 @@ fn a_relief_from_a_file_is_that_relief() {
         renderer.settle(&scene.pose(0).unwrap()).unwrap();
         renderer.picture().unwrap().rgba
     };
-    assert_eq!(bytes(&of("bricks.png")), bytes(&Scene::embedded("relief-brick").unwrap()));
+    let generated = ["surface.floor.relief.map=bricks".to_string()];
+    let generated = Scene::embedded("relief-brick").unwrap().with(&generated).unwrap();
+    assert_eq!(bytes(&of("bricks.png")), bytes(&generated));
     let wide = Renderer::open(&of("wide.png"), &Options::default()).err().expect("refused").to_string();
     assert!(wide.contains("256 x 128") && wide.contains("power of two"), "{wide}");
 }

@@ -1,5 +1,6 @@
 //! What a scene states about a relief.
 
+use super::relief::shipped::{BRICK_WALL, CLIFF};
 use super::relief::{Kind, Relief};
 use crate::scene::{Fault, Language, Part, Table, choices, settings};
 use std::path::PathBuf;
@@ -19,6 +20,10 @@ choices! {
     pub enum ReliefMap {
         /// A grey picture, in which white is the height of the plane.
         File = "file",
+        /// A shipped brick wall, 256 texels a side.
+        BrickWall = "brick-wall",
+        /// A shipped cliff, 128 texels a side.
+        Cliff = "cliff",
         /// Bricks with deep joints, 256 texels a side.
         Bricks = "bricks",
         /// Noise of four octaves, 128 texels a side.
@@ -50,7 +55,7 @@ settings! {
 fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), Fault> {
     match keys.map {
         ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
-        _ => part.absent(&["path"], "a generated relief"),
+        _ => part.absent(&["path"], "a shipped or generated relief"),
     }
 }
 
@@ -65,14 +70,17 @@ pub fn side_of(kind: Kind) -> usize {
 }
 
 impl ReliefMap {
-    /// `None` for a file.
-    pub fn kind(self) -> Option<Kind> {
+    /// The heights; `None` for a file.
+    fn relief(self) -> Option<Relief> {
+        let generated = |kind: Kind| Some(kind.relief(side_of(kind)));
         match self {
             ReliefMap::File => None,
-            ReliefMap::Bricks => Some(Kind::Bricks),
-            ReliefMap::Rock => Some(Kind::Rock),
-            ReliefMap::Pillars => Some(Kind::Pillars),
-            ReliefMap::Spikes => Some(Kind::Spikes),
+            ReliefMap::BrickWall => Some(BRICK_WALL.relief()),
+            ReliefMap::Cliff => Some(CLIFF.relief()),
+            ReliefMap::Bricks => generated(Kind::Bricks),
+            ReliefMap::Rock => generated(Kind::Rock),
+            ReliefMap::Pillars => generated(Kind::Pillars),
+            ReliefMap::Spikes => generated(Kind::Spikes),
         }
     }
 }
@@ -83,8 +91,8 @@ impl ReliefKeys {
     /// # Errors
     /// A text if the picture's size is not allowed.
     pub fn relief(&self, size_m: f64, picture: Option<([u32; 2], Vec<u8>)>) -> Result<Relief, String> {
-        let relief = match (self.map.kind(), picture) {
-            (Some(kind), _) => kind.relief(side_of(kind)),
+        let relief = match (self.map.relief(), picture) {
+            (Some(relief), _) => relief,
             (None, Some(([width, height], heights))) => {
                 if width != height || !width.is_power_of_two() || !(16..=4096).contains(&width) {
                     return Err(format!(
