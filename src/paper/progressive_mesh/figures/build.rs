@@ -1,7 +1,7 @@
 //! pm.build: build time and memory against the size of the model.
 
 use super::super::mesh::ProgressiveMesh;
-use super::scans::check_fetched;
+use super::scans;
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use anyhow::Context;
@@ -23,6 +23,7 @@ pub const BUILD: Figure = Figure {
     variants,
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "faces",
         quick: &[11_102.0, 47_794.0, 202_520.0],
@@ -72,7 +73,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         "torus" => format!("torus:{}", (faces / 4.0).sqrt().round()),
         _ => {
             let name = DRAGONS.iter().find(|(count, _)| *count == faces).context("a dragon")?.1;
-            check_fetched(name)?;
+            scans::check(name)?;
             name.to_owned()
         }
     };
