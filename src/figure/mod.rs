@@ -230,7 +230,7 @@ impl Figure {
 
     /// The scenes of `places` of which only a full run has cells.
     fn only_in_full_runs(&self, places: &Places) -> Vec<&'static str> {
-        let has = |effort, scene| {
+        let has = |effort, scene: &str| {
             self.cells(effort).iter().any(|cell| cell.scene == scene && places.hold(scene, cell.x))
         };
         let only_full = |scene: &&str| has(Effort::Full, scene) && !has(Effort::Quick, scene);

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
-use ortelius::frame::{Records, Technique};
+use ortelius::frame::Technique;
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
@@ -288,6 +288,7 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     #[test]
