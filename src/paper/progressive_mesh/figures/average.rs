@@ -185,7 +185,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let plain = ordered(&model, &collapses, None);
     let all = sampled_levels(&plain, 100_000, 256);

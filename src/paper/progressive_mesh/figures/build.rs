@@ -92,7 +92,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         "torus" => format!("torus:{}", (faces / 4.0).sqrt().round()),
         _ => {
             let name = DRAGONS.iter().find(|(count, _)| *count == faces).context("a dragon")?.1;
-            scans::check(name)?;
+            scans::check_fetched(name)?;
             name.to_owned()
         }
     };

@@ -78,7 +78,7 @@ const PARTS: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
 const ROUNDING: f64 = 1e-9;
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let samples = bench.effort_of(50_000, 400_000);
     let diagonal = Size::of(&model).diagonal;

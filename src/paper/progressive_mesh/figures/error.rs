@@ -92,7 +92,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let part = cell.x.context("the sweep has values")? / 100.0;
     let target_faces = (model.faces.len() as f64 * part) as usize;

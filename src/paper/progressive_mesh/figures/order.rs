@@ -88,7 +88,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let count = bench.effort_of(97, 385);
     let plain = ordered(&model, &collapses, None);

@@ -13,7 +13,7 @@ pub const LARGE: &str = "dragon";
 ///
 /// # Errors
 /// [`LeftOut`] if the scan is not fetched.
-pub fn check(name: &str) -> Result<(), LeftOut> {
+pub fn check_fetched(name: &str) -> Result<(), LeftOut> {
     match FETCHED.iter().any(|scan| scan.name == name) && fetched(name).is_none() {
         true => Err(LeftOut(format!("{name} is not fetched: ortelius fetch {name}"))),
         false => Ok(()),
@@ -34,8 +34,8 @@ mod tests {
 
     #[test]
     fn a_missing_scan_is_left_out_and_a_shipped_model_is_measured() {
-        assert!(check("bunny").is_ok());
-        assert_eq!(check(LARGE).is_ok(), fetched(LARGE).is_some());
-        assert_eq!(check(SMALL).is_ok(), fetched(SMALL).is_some());
+        assert!(check_fetched("bunny").is_ok());
+        assert_eq!(check_fetched(LARGE).is_ok(), fetched(LARGE).is_some());
+        assert_eq!(check_fetched(SMALL).is_ok(), fetched(SMALL).is_some());
     }
 }

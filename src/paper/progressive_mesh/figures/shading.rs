@@ -132,7 +132,7 @@ const PICTURED: (f64, [&str; 2]) = (4.0, ["bunny/near", "solid/near"]);
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let wanted = cell.x.context("the sweep has values")?;
     let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
-    scans::check(name)?;
+    scans::check_fetched(name)?;
     let model = scans::open(name)?;
     let stage = Stage::new(bench, name, eye)?;
     let [plain, aware] = [ErrorMetric::Geometry, ErrorMetric::Appearance].map(|metric| {

@@ -77,7 +77,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let mut rows = Vec::new();
     for (name, options) in ORDERS.iter().filter(|(name, _)| variants().iter().any(|known| known == name)) {

@@ -110,7 +110,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(&cell.scene)?;
+    scans::check_fetched(&cell.scene)?;
     let gpu = bench.gpu(&[])?;
     let orders = execute::Orders::of(&cell.scene)?;
     let programs = orders.programs()?;
