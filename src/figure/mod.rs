@@ -43,6 +43,7 @@ pub use trade::{Budgeted, Errors, Refused, Trade, Traded};
 pub use worker::outlive;
 pub use write::write_outputs;
 
+use claim::Places;
 use serde::{Deserialize, Serialize};
 
 /// One figure or table of a report.
@@ -60,6 +61,8 @@ pub struct Figure {
     pub paper: &'static [&'static str],
     /// This project's recommended variants. The page highlights them too.
     pub ours: &'static [&'static str],
+    /// Scenes that are too large for quick runs.
+    pub full_only: &'static [&'static str],
     pub sweep: Option<Sweep>,
     /// Measures one cell, all variants interleaved. Rows may come in any order.
     pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,
@@ -209,18 +212,29 @@ impl Figure {
             let scene = scene.to_string();
             values.iter().map(move |&x| Cell { scene: scene.clone(), x }).collect::<Vec<_>>()
         };
-        self.scenes.iter().flat_map(of_scene).collect()
+        let included = |scene: &&&str| effort == Effort::Full || !self.full_only.contains(scene);
+        self.scenes.iter().filter(included).flat_map(of_scene).collect()
     }
 
     /// What a quick run omits in addition to what [`Figure::about`] says, in words.
     pub fn quick_leaves_out(&self) -> String {
-        let runs = "three fifths of the runs of each timed pass".to_string();
-        let Some(Sweep { name, quick, full }) = &self.sweep else { return runs };
-        let left: Vec<String> = full.iter().filter(|x| !quick.contains(x)).map(ToString::to_string).collect();
-        match left.is_empty() {
-            true => runs,
-            false => format!("{runs}, and {name}: {}", left.join(", ")),
+        let mut left_out = vec!["three fifths of the runs of each timed pass".to_string()];
+        if let Some(Sweep { name, quick, full }) = &self.sweep {
+            let values: Vec<String> =
+                full.iter().filter(|x| !quick.contains(x)).map(ToString::to_string).collect();
+            left_out.extend((!values.is_empty()).then(|| format!("{name}: {}", values.join(", "))));
         }
+        left_out.extend(self.full_only.iter().map(|scene| format!("scene {scene}")));
+        left_out.join(", and ")
+    }
+
+    /// The scenes of `places` of which only a full run has cells.
+    fn only_in_full_runs(&self, places: &Places) -> Vec<&'static str> {
+        let has = |effort, scene: &str| {
+            self.cells(effort).iter().any(|cell| cell.scene == scene && places.hold(scene, cell.x))
+        };
+        let only_full = |scene: &&str| has(Effort::Full, scene) && !has(Effort::Quick, scene);
+        self.scenes.iter().copied().filter(only_full).collect()
     }
 }
 

@@ -122,7 +122,7 @@ impl Results {
                 None => CellRows::absent(cell),
             };
             let cells: Vec<CellRows> = figure.cells(self.effort).into_iter().map(stored).collect();
-            FigureResult::of(figure, cells, &self.machines)
+            FigureResult::of((figure, self.effort), cells, &self.machines)
         };
         let figures = self.figures.iter().map(again).collect();
         (self.format_version >= WITH_ROUNDS).then(|| Results { figures, ..self.clone() })
@@ -159,7 +159,7 @@ fn of_figure(
         }
     };
     let cells: Vec<CellRows> = figure.cells(effort).into_iter().map(&mut rows_of).collect();
-    FigureResult::of(figure, cells, machines)
+    FigureResult::of((figure, effort), cells, machines)
 }
 
 impl CellRows {
@@ -169,8 +169,8 @@ impl CellRows {
 }
 
 impl FigureResult {
-    fn of(figure: &Figure, cells: Vec<CellRows>, machines: &[Machine]) -> FigureResult {
-        let claims = judge(figure, &cells, machines);
+    fn of(of: (&Figure, Effort), cells: Vec<CellRows>, machines: &[Machine]) -> FigureResult {
+        let (claims, figure) = (judge(of, &cells, machines), of.0);
         FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
     }
 }
@@ -193,8 +193,12 @@ fn place_of(machine: &Machine, machines: &mut Vec<Machine>) -> usize {
     machines.len() - 1
 }
 
-fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<ClaimResult> {
+fn judge((figure, effort): (&Figure, Effort), cells: &[CellRows], machines: &[Machine]) -> Vec<ClaimResult> {
     let table = table(cells, machines);
+    let not_in_quick = |claim: &super::Claim| match effort {
+        Effort::Quick => figure.only_in_full_runs(&claim.places),
+        Effort::Full => Vec::new(),
+    };
     let result = |claim: &super::Claim| ClaimResult {
         id: claim.id.to_string(),
         text: claim.text.to_string(),
@@ -204,7 +208,7 @@ fn judge(figure: &Figure, cells: &[CellRows], machines: &[Machine]) -> Vec<Claim
         },
         finding: match &table {
             None => Finding::new(Verdict::NotMeasured, "", "no cell was measured"),
-            Some(table) => noted(claim.judge(table), cells),
+            Some(table) => noted(claim.judge(table), cells, &not_in_quick(claim)),
         },
     };
     figure.claims.iter().map(result).collect()
@@ -233,8 +237,11 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     Some(table)
 }
 
-/// Adds a note if the cells come from several machines.
-fn noted(mut finding: Finding, cells: &[CellRows]) -> Finding {
+/// Adds a note if a quick run leaves some of the claim's scenes out, and if the cells come from several machines.
+fn noted(mut finding: Finding, cells: &[CellRows], not_in_quick: &[&str]) -> Finding {
+    if !not_in_quick.is_empty() {
+        finding.why += &format!(" (not in quick runs: {})", not_in_quick.join(", "));
+    }
     let mut used: Vec<usize> = cells.iter().filter_map(|cell| cell.machine).collect();
     used.sort_unstable();
     used.dedup();

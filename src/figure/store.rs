@@ -49,7 +49,7 @@ pub enum Outcome {
 }
 
 /// The error of [`Figure::measure`] for a scene that this run leaves out, with the reason: its model is not
-/// fetched, or too large for a quick run.
+/// fetched.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct LeftOut(pub String);

@@ -1,7 +1,7 @@
 //! Made-up figures.
 
 use ortelius::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Test, every, one,
+    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, every, one,
 };
 use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
@@ -18,6 +18,7 @@ pub const SWEPT: Figure = Figure {
     variants: || vec!["single".into(), "double".into()],
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
     measure: swept,
     plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
@@ -48,6 +49,7 @@ pub const BARS: Figure = Figure {
     variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
     paper: &["slow"],
     ours: &["fast"],
+    full_only: &[],
     sweep: None,
     measure: bars,
     plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
@@ -72,6 +74,7 @@ pub const MANY: Figure = Figure {
     },
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "texels a side",
         quick: &[4096.0, 16384.0, 65536.0, 262144.0, 1048576.0],
@@ -95,6 +98,7 @@ pub const DIES: Figure = Figure {
     variants: || vec!["only".into()],
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "globe" => std::process::abort(),
@@ -113,6 +117,7 @@ pub const FAILS: Figure = Figure {
     variants: || vec!["only".into()],
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure: |_, cell| match &*cell.scene {
         "earth" => anyhow::bail!("the disk is on fire"),
@@ -134,6 +139,19 @@ pub const LEAVES: Figure = Figure {
     },
     ..DIES
 };
+
+/// Only full runs have the scene that is left out.
+pub const LARGE: Figure = Figure {
+    id: "made.large",
+    full_only: &["globe"],
+    claims: &[
+        Claim::ours("whole", "all cells are there", ONE),
+        Claim::ours("globe", "the large scene is there", ONE).at(Places::scenes(&["globe"])),
+    ],
+    ..LEAVES
+};
+
+const ONE: &[Test] = &[Test::value(every("size"), Equal(1.0))];
 
 /// Environment variable that tells a process how many cells of [`SLOW`] to measure; in the next cell it waits to be
 /// killed.
@@ -157,6 +175,7 @@ pub const SLOW: Figure = Figure {
     variants: || vec!["only".into()],
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
     measure: |bench, cell| {
         wait_for_the_kill_after_enough_cells();

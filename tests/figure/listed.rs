@@ -56,6 +56,8 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
                     exists(id, scene);
                 }
             }
+            assert!(figure.full_only.iter().all(|scene| figure.scenes.contains(scene)), "{id}: a lost scene");
+            assert!(!figure.cells(Effort::Quick).is_empty(), "{id}: a quick run measures nothing");
             let variants = (figure.variants)();
             let distinct: BTreeSet<_> = variants.iter().collect();
             assert!(!variants.is_empty() && distinct.len() == variants.len(), "{id}: {variants:?}");

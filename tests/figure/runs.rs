@@ -1,6 +1,6 @@
 //! Runs that are killed, resumed, shared and merged.
 
-use super::family::{BARS, DIES, FAILS, LEAVES, MEASURES, SLOW, SWEPT};
+use super::family::{BARS, DIES, FAILS, LARGE, LEAVES, MEASURES, SLOW, SWEPT};
 use super::*;
 use ortelius::figure::{Outcome, Verdict, merge, outlive};
 use std::cell::RefCell;
@@ -230,6 +230,33 @@ fn a_scene_that_is_left_out_fails_no_cell_and_leaves_its_claim_unmeasured() {
     again.resume = true;
     let tally = run(&again).unwrap();
     assert_eq!((tally.measured, tally.kept, tally.left_out.len()), (0, 2, 1));
+}
+
+#[test]
+fn a_quick_run_is_judged_without_the_scenes_of_full_runs_and_names_them() {
+    let [whole, globe] = [0, 1];
+    let judged = |effort| {
+        let folder = folder();
+        let tally = run(&Run { effort, ..a_run(&[&LARGE], folder.path()) }).unwrap();
+        let cells = Store::at(folder.path()).all(&[&LARGE]).unwrap();
+        let results = Results::gather(&[&LARGE], effort, &cells);
+        assert_eq!(results.judged_again(&[&LARGE]).unwrap(), results);
+        let finding = |at: usize| results.figures[0].claims[at].finding.clone();
+        (tally.left_out.len(), [whole, globe].map(|at| (finding(at).verdict, finding(at).why)))
+    };
+    let (left_out, claims) = judged(Effort::Quick);
+    assert_eq!(left_out, 0);
+    assert_eq!(claims[whole], (Verdict::Reproduced, "2 of 2 equal to 1 (not in quick runs: globe)".into()));
+    let why = "no size was measured (not in quick runs: globe)";
+    assert_eq!(claims[globe], (Verdict::NotMeasured, why.into()));
+    // In a full run, a scene that is not fetched leaves both unmeasured.
+    let (left_out, claims) = judged(Effort::Full);
+    assert_eq!(left_out, 1);
+    for (verdict, why) in claims {
+        assert_eq!(verdict, Verdict::NotMeasured);
+        assert_eq!(why, "missing cells: 1 left out (the globe is not fetched)");
+    }
+    assert!(LARGE.quick_leaves_out().ends_with(", and scene globe"), "{}", LARGE.quick_leaves_out());
 }
 
 #[test]

@@ -53,6 +53,7 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     variants: || vec!["fog".into()],
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
     plots: &[],

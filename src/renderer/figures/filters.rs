@@ -35,6 +35,7 @@ pub const FILTERS: Figure = Figure {
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -42,6 +42,7 @@ pub const AVERAGE: Figure = Figure {
     variants,
     paper: &[CLASSICAL, PAPER],
     ours: &[TAIL_23],
+    full_only: &[scans::LARGE],
     sweep: None,
     measure,
     plots: &[Plot::bars(FIFO_16), Plot::bars(MOVED).log_y()],
@@ -185,7 +186,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(cell, bench.effort)?;
+    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let plain = ordered(&model, &collapses, None);
     let all = sampled_levels(&plain, 100_000, 256);

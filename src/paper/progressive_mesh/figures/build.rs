@@ -23,6 +23,7 @@ pub const BUILD: Figure = Figure {
     variants,
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "faces",
         quick: &[11_102.0, 47_794.0, 202_520.0],

@@ -29,6 +29,7 @@ pub const CONTINUITY: Figure = Figure {
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     paper: &[],
     ours: &["best"],
+    full_only: &[scans::LARGE],
     sweep: None,
     measure,
     plots: &[Plot::curves(FACES, "wanted error, diagonals").log_x().log_y(), Plot::bars(NONE)],
@@ -75,7 +76,7 @@ const PARTS: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
 const ROUNDING: f64 = 1e-9;
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(cell, bench.effort)?;
+    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let samples = bench.effort_of(50_000, 400_000);
     let diagonal = Size::of(&model).diagonal;

@@ -28,6 +28,7 @@ pub const ERROR: Figure = Figure {
     variants,
     paper: &[],
     ours: &["ours"],
+    full_only: &[scans::LARGE],
     sweep: Some(Sweep {
         name: "faces left, %",
         quick: &[50.0, 25.0, 10.0, 5.0],
@@ -91,7 +92,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(cell, bench.effort)?;
+    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let part = cell.x.context("the sweep has values")? / 100.0;
     let target_faces = (model.faces.len() as f64 * part) as usize;

@@ -52,6 +52,7 @@ pub const GOVERNOR: Figure = Figure {
     variants: || VARIANTS.map(String::from).into(),
     paper: &[],
     ours: &[PLANNED],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],

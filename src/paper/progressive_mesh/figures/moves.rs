@@ -24,6 +24,7 @@ pub const MOVES: Figure = Figure {
     variants,
     paper: &[PAPER],
     ours: &[RATIO],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "budget, moved faces per split",
         quick: &[5.0, 10.0, 16.0, 23.0, 40.0],

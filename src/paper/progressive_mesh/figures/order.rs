@@ -30,6 +30,7 @@ pub const ORDER: Figure = Figure {
     variants,
     paper: &[CLASSICAL, PAPER],
     ours: &[TAIL_23],
+    full_only: &[scans::LARGE],
     sweep: None,
     measure,
     plots: &[plot("FIFO-12"), plot("FIFO-16"), plot("FIFO-24"), plot("FIFO-32"), plot("batches")],
@@ -87,7 +88,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(cell, bench.effort)?;
+    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let count = bench.effort_of(97, 385);
     let plain = ordered(&model, &collapses, None);

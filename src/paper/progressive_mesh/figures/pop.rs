@@ -56,6 +56,7 @@ pub const POP: Figure = Figure {
     variants,
     paper: &[AT_ONCE],
     ours: &["geomorph"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -47,6 +47,7 @@ pub const SHADING: Figure = Figure {
     variants,
     paper: &[PAPER],
     ours: &[AWARE],
+    full_only: &[],
     sweep: Some(Sweep { name: "wanted error, pixels", quick: &WANTED, full: &WANTED }),
     measure,
     plots: &[
@@ -129,8 +130,7 @@ const PICTURED: (f64, [&str; 2]) = (4.0, ["bunny/near", "solid/near"]);
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let wanted = cell.x.context("the sweep has values")?;
     let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
-    let model_alone = Cell { scene: name.into(), x: cell.x };
-    scans::check(&model_alone, bench.effort)?;
+    scans::check_fetched(name)?;
     let model = scans::open(name)?;
     let stage = Stage::new(bench, name, eye)?;
     let [plain, aware] = [ErrorMetric::Geometry, ErrorMetric::Appearance].map(|metric| {

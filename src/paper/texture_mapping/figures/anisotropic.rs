@@ -29,6 +29,7 @@ pub const ANISOTROPIC: Figure = Figure {
     variants: || FORMS.map(|(name, _)| name.to_string()).to_vec(),
     paper: &[INCREMENTAL],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.02, 0.05],

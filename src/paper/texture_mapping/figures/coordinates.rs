@@ -37,6 +37,7 @@ pub const COORDINATES: Figure = Figure {
     },
     paper: &["row constants", "sequential"],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.25, 0.5, 0.9],

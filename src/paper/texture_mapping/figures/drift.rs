@@ -29,6 +29,7 @@ pub const DRIFT: Figure = Figure {
     },
     paper: &["sequential"],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "row, pixels",
         quick: &[1920.0, 16384.0],

@@ -24,6 +24,7 @@ pub const EDGES: Figure = Figure {
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[

@@ -39,6 +39,7 @@ pub const EXTREMES: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
     paper: &["as printed, rows"],
     ours: &["ellipse"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],

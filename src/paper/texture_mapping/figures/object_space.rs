@@ -32,6 +32,7 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
     variants,
     paper: &[SPACING_1],
     ours: &["ellipse"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "tilt, degrees",
         quick: &[0.0, 45.0, 75.0, 85.0, 89.0],

@@ -25,6 +25,7 @@ pub const PARALLAX: Figure = Figure {
     },
     paper: &["visible texels"],
     ours: &["projected width"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0],

@@ -28,6 +28,7 @@ pub const PARETO: Figure = Figure {
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
     ours: &[OURS],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -31,6 +31,7 @@ pub const RELIEF: Figure = Figure {
     variants: || Method::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
     ours: &["refined, guaranteed"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "elevation, degrees",
         quick: &[15.0, 30.0, 60.0, 80.0],
@@ -88,6 +89,7 @@ pub const MAP_BUILD: Figure = Figure {
     variants: || Build::ALL.map(|build| build.name()).to_vec(),
     paper: &["refined, at centres"],
     ours: &["refined, guaranteed"],
+    full_only: &[],
     sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],

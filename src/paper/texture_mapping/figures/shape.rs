@@ -30,6 +30,7 @@ pub const SHAPE: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
     paper: &["as printed, rows", "as printed, columns", ROWS_MAP],
     ours: &[FORMULA],
+    full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[

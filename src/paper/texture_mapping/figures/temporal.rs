@@ -22,6 +22,7 @@ pub const TEMPORAL: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
     paper: &["paper's rows", "paper's columns"],
     ours: &["ellipse"],
+    full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: &[60.0, 80.0], full: &[0.0, 30.0, 60.0, 75.0, 80.0] }),
     measure,
     plots: &[Plot::sweep(FLICKER).log_y().floor(FLOOR), Plot::sweep(MOTION).log_y()],

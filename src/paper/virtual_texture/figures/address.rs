@@ -22,6 +22,7 @@ pub const KEYING: Figure = Figure {
     paper: &["level-0"],
     ours: &["own-level"],
     // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
+    full_only: &[],
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 720.0, 1080.0],

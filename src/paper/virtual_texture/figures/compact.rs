@@ -27,6 +27,7 @@ pub const COMPACT: Figure = Figure {
     },
     paper: &["transform-feedback, blocks of 4 x 4"],
     ours: &["append"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],

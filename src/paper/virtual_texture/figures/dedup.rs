@@ -31,6 +31,7 @@ pub const DEDUP: Figure = Figure {
     },
     paper: &["geometry, p = 3, memo"],
     ours: &["runs"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

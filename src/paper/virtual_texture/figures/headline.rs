@@ -31,6 +31,7 @@ pub const HEADLINE: Figure = Figure {
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],
     ours: &["fused, exact"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -32,6 +32,7 @@ pub const LIMIT: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["runs"],
+    full_only: &[],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
     measure,
     plots: &[

@@ -21,6 +21,7 @@ pub const PIPELINE: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["fused, exact"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],

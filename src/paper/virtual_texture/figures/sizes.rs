@@ -24,6 +24,7 @@ pub const RESOLUTION: Figure = Figure {
     variants: variants_and_empty,
     paper: &["paper"],
     ours: &["fused, exact"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 540.0, 720.0],
@@ -67,6 +68,7 @@ pub const TILE_SIZE: Figure = Figure {
     variants: variants_and_empty,
     paper: &["paper"],
     ours: &["fused, exact"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "tile side, texels",
         quick: &[128.0, 256.0, 512.0, 1024.0],
@@ -102,6 +104,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
     variants: variants_and_empty,
     paper: &["paper"],
     ours: &["fused, exact"],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "log2 of the texture's width in texels",
         quick: &[12.0, 16.0, 18.0, 20.0],

@@ -44,6 +44,7 @@ pub const CHANGE: Figure = Figure {
     variants,
     paper: &[],
     ours: &["tail-23"],
+    full_only: &[],
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
     measure,
     plots: &[

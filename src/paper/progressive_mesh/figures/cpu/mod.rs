@@ -36,6 +36,7 @@ pub const CPU: Figure = Figure {
     variants,
     paper: &[PRINTED, PRINTED_SWAPS, GREEDY],
     ours: &[FLAT_SWAPS],
+    full_only: &[scans::LARGE],
     sweep: None,
     measure,
     plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY)],
@@ -109,7 +110,7 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check(cell, bench.effort)?;
+    scans::check_fetched(&cell.scene)?;
     let gpu = bench.gpu(&[])?;
     let orders = execute::Orders::of(&cell.scene)?;
     let programs = orders.programs()?;

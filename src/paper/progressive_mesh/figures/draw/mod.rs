@@ -85,6 +85,7 @@ pub const DRAW: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["tail-23"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(SHADED), Plot::bars(TIME)],

@@ -31,6 +31,7 @@ pub const EXTREMES: Figure = Figure {
     variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],
     ours: &["ours"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(FACES).floor(TARGET)],

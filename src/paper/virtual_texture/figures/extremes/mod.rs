@@ -39,6 +39,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[],

@@ -29,6 +29,7 @@ pub const FEEDBACK: Figure = Figure {
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[

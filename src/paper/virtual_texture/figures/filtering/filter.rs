@@ -28,6 +28,7 @@ pub const FILTER: Figure = Figure {
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

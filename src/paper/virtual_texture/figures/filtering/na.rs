@@ -32,6 +32,7 @@ pub const NA: Figure = Figure {
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
     paper: &[LARGEST],
     ours: &[],
+    full_only: &[],
     sweep: Some(Sweep {
         name: "tilt, degrees",
         quick: &[0.0, 80.0],

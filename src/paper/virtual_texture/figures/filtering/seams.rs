@@ -27,6 +27,7 @@ pub const SEAMS: Figure = Figure {
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

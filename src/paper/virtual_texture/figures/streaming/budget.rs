@@ -55,6 +55,7 @@ pub const BUDGET: Figure = Figure {
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -39,6 +39,7 @@ pub const CACHE: Figure = Figure {
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],
     ours: &["LRU, stand-ins kept (as built)"],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -46,6 +46,7 @@ pub const DISK: Figure = Figure {
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[

@@ -40,6 +40,7 @@ pub const POP: Figure = Figure {
     variants,
     paper: &["at once (the paper)"],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],

@@ -39,6 +39,7 @@ pub const PREFETCH: Figure = Figure {
     variants,
     paper: &[],
     ours: &[],
+    full_only: &[],
     sweep: None,
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
