@@ -1,5 +1,5 @@
 //! `--compare-plain`: the GPU time of the whole frame, relative to the same mesh with one plain texture. The command line
-//! gives the scene the paper's filter, up to 16 samples per pixel. The plain texture takes one trilinear sample.
+//! gives the scene one trilinear sample per pixel, as the plain texture has.
 
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::Plain;

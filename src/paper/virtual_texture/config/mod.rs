@@ -268,12 +268,12 @@ pub fn filter(scene: &Scene, surface: &Surface) -> std::result::Result<Filter, S
     }
 }
 
-/// The scene with paper 1's filter: trilinear samples along the footprint, at most 16.
+/// The scene with the filter [`Filter::ONE_SAMPLE`].
 ///
 /// # Errors
 /// An invalid scene.
-pub fn with_papers_filter(scene: &Scene) -> std::result::Result<Scene, SceneError> {
-    with_filter(scene, "{}")
+pub fn with_one_sample(scene: &Scene) -> std::result::Result<Scene, SceneError> {
+    with_filter(scene, "{max_anisotropy=1}")
 }
 
 fn with_filter(scene: &Scene, filter: &str) -> std::result::Result<Scene, SceneError> {
@@ -283,12 +283,13 @@ fn with_filter(scene: &Scene, filter: &str) -> std::result::Result<Scene, SceneE
     }
 }
 
-/// A shipped scene with paper 1's filter. As shipped, it uses paper 3's.
+/// A shipped scene with paper 1's filter: trilinear samples along the footprint, at most 16. As shipped, it uses paper
+/// 3's.
 ///
 /// # Errors
 /// No shipped scene has this name.
 pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
-    with_papers_filter(&Scene::embedded(name)?)
+    with_filter(&Scene::embedded(name)?, "{}")
 }
 
 /// A shipped scene with the filter [`Filter::ONE_SAMPLE`].
@@ -296,7 +297,7 @@ pub fn papers_scene(name: &str) -> std::result::Result<Scene, SceneError> {
 /// # Errors
 /// No shipped scene has this name.
 pub fn one_sample_scene(name: &str) -> std::result::Result<Scene, SceneError> {
-    with_filter(&Scene::embedded(name)?, "{max_anisotropy=1}")
+    with_one_sample(&Scene::embedded(name)?)
 }
 
 /// Everything that a renderer needs besides the mesh and the texture.
