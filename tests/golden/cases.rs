@@ -162,11 +162,17 @@ pub fn virtual_texture() -> Vec<Case> {
 }
 
 /// Scenes whose own filter is not paper 1's.
-const SHIPPED: [(&str, &[View]); 4] = [
+const SHIPPED: [(&str, &[View]); 10] = [
     ("earth", &[View::Camera("headline"), View::Camera("oblique")]),
     ("globe", &[View::Camera("africa"), View::Camera("antarctica")]),
     ("plane", &[View::Camera("tilted"), View::Camera("grazing")]),
+    ("plane-tilt", &[View::Camera("tilted"), View::Camera("grazing")]),
+    ("relief-brick", &[View::Camera("low"), View::Camera("above")]),
+    ("relief-rock", &[View::Camera("low"), View::Camera("above")]),
+    ("sphere", &[View::Camera("whole"), View::Camera("pole")]),
+    ("tunnel", &[View::Camera("inside"), View::Camera("wall")]),
     ("valley", &[View::Camera("herd"), View::Camera("massif")]),
+    ("zone-plate", &[View::Camera("tilted"), View::Camera("facing")]),
 ];
 
 /// Scenes as `ortelius render` shows them.

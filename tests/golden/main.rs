@@ -10,16 +10,21 @@ mod cases;
 mod store;
 
 use cases::{Case, Paper};
+use ortelius::scene::SHIPPED;
 use std::sync::Mutex;
 use store::{Entry, Hash, Recorded};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/hashes.txt");
 
+/// The cases of every paper.
+fn all() -> impl Iterator<Item = Case> {
+    [cases::progressive_mesh(), cases::virtual_texture(), cases::shipped()].into_iter().flatten()
+}
+
 /// Batches of cases. A batch runs on one thread, because its cases share orders or tiles that take long to make.
 fn batches() -> Vec<Vec<Case>> {
     let mut batches: Vec<Vec<Case>> = Vec::new();
-    let all = [cases::progressive_mesh(), cases::virtual_texture(), cases::shipped()];
-    for case in all.into_iter().flatten() {
+    for case in all() {
         let together = |last: &&mut Vec<Case>| match case.paper {
             Paper::Shipped => false,
             Paper::ProgressiveMesh => last[0].changes.first() == case.changes.first(),
@@ -91,6 +96,18 @@ fn pictures_tile_lists_and_index_buffers_are_those_recorded() {
     let differences = store::differences(&recorded, &found, &picture);
     let first = differences.iter().take(40).map(String::as_str).collect::<Vec<_>>().join("\n");
     assert!(differences.is_empty(), "{} of {} hashes:\n{first}", differences.len(), found.hashes.len());
+}
+
+/// The shipped scenes without a case among `cases`.
+fn missing(cases: &[Case]) -> Vec<&'static str> {
+    let has_case = |name: &str| cases.iter().any(|case| case.scene == name);
+    SHIPPED.map(|(name, _)| name).into_iter().filter(|name| !has_case(name)).collect()
+}
+
+#[test]
+fn every_shipped_scene_has_a_case() {
+    assert_eq!(missing(&all().collect::<Vec<_>>()), [""; 0]);
+    assert_eq!(missing(&cases::progressive_mesh()).len(), SHIPPED.len() - 2);
 }
 
 fn recorded(driver: &str, hashes: &[(&str, &str, &[u8])]) -> Recorded {
