@@ -36,8 +36,9 @@
 //!
 //! [`Renderer::frame`] renders one frame from a [`Pose`], [`Renderer::settle`] renders until nothing is missing, and
 //! [`Renderer::resize`] changes the picture's size between frames. Pictures are available as [`Srgb8Picture`]s, as
-//! linear [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds the measurements. Everything
-//! else is internal and may change; it is public only for the command line and the tests, and hidden here.
+//! linear [`Picture`]s, or as bytes ([`Renderer::picture_bytes`]); a [`Report`] holds the measurements of the last 120
+//! frames. Everything else is internal and may change; it is public only for the command line and the tests, and hidden
+//! here.
 
 #![deny(unsafe_code)]
 

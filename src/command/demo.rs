@@ -71,6 +71,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::asked::Asked;
     use super::*;
     use ortelius::figure::choose;
     use ortelius::renderer::figures::FAMILIES;
@@ -80,5 +81,23 @@ mod tests {
         let names = FIGURES.map(String::from);
         let found = choose(&FAMILIES, &names).unwrap_or_else(|unknown| panic!("{unknown}"));
         assert_eq!(found.iter().map(|figure| figure.id).collect::<Vec<_>>(), FIGURES);
+    }
+
+    /// The number of frames of a picture's command line.
+    fn frames(picture: &[&str]) -> anyhow::Result<usize> {
+        let RenderLine { args } = RenderLine::try_parse_from([&["render"], picture].concat())?;
+        Ok(Asked::of(&args.run, &args.device, None)?.poses()?.len())
+    }
+
+    #[test]
+    fn the_demos_pictures_name_scenes_and_cameras_that_exist() {
+        for picture in PICTURES {
+            assert_eq!(frames(picture).unwrap(), 1, "{picture:?}");
+        }
+        for wrong in
+            [["glob", "--camera", "africa"], ["globe", "--camera", "afrika"], ["globe", "--kamera", "africa"]]
+        {
+            assert!(frames(&wrong).is_err(), "{wrong:?}");
+        }
     }
 }

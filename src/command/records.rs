@@ -1,15 +1,21 @@
-//! `--records`: one line of JSON for each frame, written as soon as the frame has ended. If a run is stopped, the
-//! lines of its finished frames remain.
+//! `--records`: a header, and one line of JSON for each frame, written as soon as the frame has ended. If a run is
+//! stopped, the lines of its finished frames remain.
 
 use anyhow::Context;
 use ortelius::frame::Records;
+use ortelius::header::JsonFormat;
 use ortelius::renderer::Record;
 use ortelius::renderer::report::FrameReport;
+use serde::Serialize;
+use serde_json::json;
 use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+
+/// The first line. The others are entries of the report's `frames`.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-records", 1);
 
 /// A file of JSON Lines.
 pub struct Lines {
@@ -22,7 +28,9 @@ impl Lines {
     /// # Errors
     /// I/O errors, with the path.
     pub fn create(path: &Path) -> anyhow::Result<Lines> {
-        let file = File::create(path).with_context(|| path.display().to_string())?;
+        let named = || path.display().to_string();
+        let mut file = File::create(path).with_context(named)?;
+        line(&FORMAT.head(json!({}))).and_then(|line| file.write_all(&line)).with_context(named)?;
         Ok(Lines { path: path.to_owned(), file: Rc::new(RefCell::new(Ok(file))) })
     }
 
@@ -32,7 +40,7 @@ impl Lines {
         records.with_tap(move |record| {
             let mut file = file.borrow_mut();
             let written = match &mut *file {
-                Ok(file) => line(record).and_then(|line| file.write_all(&line)),
+                Ok(file) => line(&FrameReport::from(record)).and_then(|line| file.write_all(&line)),
                 Err(_) => return,
             };
             if let Err(error) = written {
@@ -49,8 +57,8 @@ impl Lines {
     }
 }
 
-fn line(record: &Record) -> io::Result<Vec<u8>> {
-    let mut line = serde_json::to_vec(&FrameReport::from(record))?;
+fn line(content: &impl Serialize) -> io::Result<Vec<u8>> {
+    let mut line = serde_json::to_vec(content)?;
     line.push(b'\n');
     Ok(line)
 }

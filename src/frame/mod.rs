@@ -11,7 +11,7 @@ mod technique;
 mod view;
 
 pub use per_frame::{PerFrame, Slot};
-pub use records::Records;
+pub use records::{HISTORY, Records};
 pub use run::Run;
 pub use shape::{DepthAlone, Draw, Onto, Seen, Shape, world_view};
 pub use target::Target;

@@ -1,5 +1,8 @@
 //! Storage for the records of frames.
 
+/// The number of records that are kept by default: two seconds at 60 frames per second.
+pub const HISTORY: usize = 120;
+
 type Tap<R> = Box<dyn FnMut(&R)>;
 
 /// The records of frames, in order: all of them, or the last ones. A tap can pass each record on (to a JSON
@@ -8,6 +11,13 @@ pub struct Records<R> {
     kept: Vec<R>,
     most: usize,
     tap: Option<Tap<R>>,
+}
+
+/// Keeps the last [`HISTORY`] records, so that a loop of frames does not grow.
+impl<R> Default for Records<R> {
+    fn default() -> Records<R> {
+        Records::last_ones(HISTORY)
+    }
 }
 
 impl<R> Records<R> {
@@ -68,9 +78,13 @@ mod tests {
         let mut none = Records::last_ones(0);
         none.push(1);
         assert!(none.is_empty());
-        let mut all = Records::all();
-        (0..5).for_each(|n| all.push(n));
-        assert_eq!((all.len(), all.last(), all[1]), (5, Some(&4), 1));
-        assert_eq!(all.take(), [0, 1, 2, 3, 4]);
+        let [mut few, mut all] = [Records::default(), Records::all()];
+        for n in 0..=HISTORY {
+            few.push(n);
+            all.push(n);
+        }
+        assert_eq!((few.len(), few[0], few.last()), (HISTORY, 1, Some(&HISTORY)));
+        assert_eq!((all.len(), all.last(), all[1]), (HISTORY + 1, Some(&HISTORY), 1));
+        assert_eq!(all.take().len(), HISTORY + 1);
     }
 }

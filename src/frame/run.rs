@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 pub struct Run<T: Technique> {
     pub gpu: Gpu,
     pub technique: T,
-    /// Records of frames that have ended. [`Run::drain`] adds those in flight.
+    /// Records of frames that have ended, the last [`HISTORY`](super::HISTORY) unless [`Run::keep`] is called. [`Run::drain`] adds those in
+    /// flight.
     pub records: Records<T::Record>,
     /// [`Run::settle`] gives up after this wait without a new arrival: [`STALL`].
     pub stall: Duration,
@@ -20,7 +21,7 @@ pub struct Run<T: Technique> {
 }
 
 impl<T: Technique> Run<T> {
-    /// Runs `technique`, created for `target`. Keeps all records; see [`Run::keep`].
+    /// Runs `technique`, created for `target`. Keeps the last records ([`Records::default`]).
     pub fn new(gpu: Gpu, technique: T, target: Target) -> Run<T> {
         for need in technique.needs() {
             let feature = need.feature;
@@ -30,7 +31,7 @@ impl<T: Technique> Run<T> {
                 need.pass
             );
         }
-        let (records, in_flight) = (Records::all(), PerFrame::default());
+        let (records, in_flight) = (Records::default(), PerFrame::default());
         Run { gpu, technique, records, stall: STALL, target, in_flight, next: 0 }
     }
 

@@ -1,15 +1,13 @@
 //! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
 
 use anyhow::Context;
-use ortelius::frame::{Records, Technique};
+pub use ortelius::frame::HISTORY;
+use ortelius::frame::Technique;
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
 use ortelius::scene::{self, Kind, Scene};
 use ortelius::vk::Gpu;
-
-/// Frames in the panels' history of frame times.
-pub const HISTORY: usize = 120;
 
 /// A named set of overrides.
 #[derive(Clone, Debug, PartialEq)]
@@ -226,9 +224,7 @@ impl Stage {
 }
 
 fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
-    let mut renderer = Renderer::on(gpu, scene, &options(size, deterministic))?;
-    renderer.keep(Records::last_ones(HISTORY));
-    Ok(renderer)
+    Renderer::on(gpu, scene, &options(size, deterministic))
 }
 
 fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
@@ -292,6 +288,7 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     #[test]

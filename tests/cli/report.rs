@@ -125,16 +125,17 @@ fn a_report_has_every_setting_of_the_variant_the_caches_and_the_filter() {
 }
 
 #[test]
-fn records_are_the_reports_frames_one_per_line() {
+fn records_are_a_header_and_the_reports_frames_one_per_line() {
     let folder = folder();
     let run = ["--frames", "4", "--deterministic", "--records", "a.jsonl"];
     rendered(&folder, &[&["earth"], &SMALL[..], &["a.json"], &run[..]].concat());
     let report: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
     let lines = read(&folder, "a.jsonl");
     let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!(lines.len(), 4);
-    assert_eq!(report["frames"], Value::from(lines));
+    let (header, frames) = lines.split_first().unwrap();
+    assert_eq!(header, &serde_json::json!({"format": "ortelius-records", "version": 1}));
+    assert_eq!((frames.len(), &report["frames"]), (4, &Value::from(frames)));
     // Without a report, frames are not kept in memory, but every line is written.
     rendered(&folder, &["bunny", "--size", "64x36", "--frames", "3", "--records", "b.jsonl"]);
-    assert_eq!(read(&folder, "b.jsonl").lines().count(), 3);
+    assert_eq!(read(&folder, "b.jsonl").lines().count(), 1 + 3);
 }

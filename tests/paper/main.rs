@@ -49,6 +49,10 @@ fn a_paper_in_less_than_sixty_lines_is_a_surface_a_setting_a_figure_and_a_claim(
     let picture = run.picture_bytes().unwrap();
     let red: f32 = bytemuck::pod_read_unaligned(&picture[..4]);
     assert_eq!((red, run.records.len()), (0.25, 1));
+    // A loop of frames does not keep every record.
+    (0..200).for_each(|_| run.frame(&scene(SCENE).pose(0).unwrap()).unwrap());
+    run.drain().unwrap();
+    assert_eq!(run.records.len(), 120);
 
     let folder = tempfile::tempdir().unwrap();
     let cell = Cell { scene: "haze".into(), x: None };

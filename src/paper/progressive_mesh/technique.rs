@@ -10,7 +10,7 @@ use super::load::Model;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
 use super::surface::{Change, MeshOnDevice, SurfaceError};
-use crate::frame::{Memory, Onto, PerFrame, Progress, Run, Shape, Slot, Target, Technique, View};
+use crate::frame::{Memory, Onto, PerFrame, Progress, Records, Run, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::picture;
@@ -117,7 +117,9 @@ impl ProgressiveMeshes {
     ) -> std::result::Result<Run<ProgressiveMeshes>, SurfaceError> {
         let technique = ProgressiveMeshes::new(&gpu, models, settings)?;
         let target = Target::new(&gpu, settings.size, settings.target)?;
-        Ok(Run::new(gpu, technique, target))
+        let mut run = Run::new(gpu, technique, target);
+        run.keep(Records::all());
+        Ok(run)
     }
 
     /// True if it draws pixels itself, because some surface is not textured by another technique.

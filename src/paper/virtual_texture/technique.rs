@@ -12,7 +12,7 @@ use super::tile_pool::{TilePool, TilePoolError, Uploads};
 use super::{Config, FrameRecord, Listing, Settings, Unfit, fade::FadeIn, footprint::Footprint};
 use super::{method::Method, needs};
 use crate::frame::{
-    Draw, Memory, Onto, PerFrame, Progress, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
+    Draw, Memory, Onto, PerFrame, Progress, Records, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
 };
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
@@ -140,7 +140,7 @@ impl VirtualTexture {
         })
     }
 
-    /// A session with a single world-space mesh.
+    /// A session with a single world-space mesh, which keeps all records.
     ///
     /// # Errors
     /// As [`VirtualTexture::new`].
@@ -157,7 +157,9 @@ impl VirtualTexture {
         };
         let target = Target::new(&gpu, settings.size, settings.target)?;
         let technique = VirtualTexture::new(&gpu, source, vec![shape], settings, (&target, None))?;
-        Ok(Run::new(gpu, technique, target))
+        let mut run = Run::new(gpu, technique, target);
+        run.keep(Records::all());
+        Ok(run)
     }
 
     /// Switches to other settings from the next frame on; no frame is in flight. Tiles stay in the host cache, and in the

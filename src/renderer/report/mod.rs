@@ -71,8 +71,8 @@ pub struct TextureReport {
     pub list_overflows: usize,
 }
 
-/// `--compare-plain`: medians over interleaved runs in this process. The settled frame has paper 1's
-/// filter, up to 16 samples per pixel; the plain one takes one trilinear sample.
+/// `--compare-plain`: medians over interleaved runs in this process. The settled frame and the plain one take one
+/// trilinear sample per pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainReport {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture. The two are
@@ -235,7 +235,7 @@ impl TextureReport {
 }
 
 impl Report {
-    /// The report of all frames so far. `scene` and `camera` are the names that the user gave.
+    /// The report of the frames whose records are kept (see [`Records`](crate::frame::Records)). `scene` and `camera` are the names that the user gave.
     pub fn of(renderer: &Renderer, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
         let physical = renderer.gpu.physical();
         let (major, minor, patch) = physical.api;
