@@ -70,12 +70,12 @@ impl Beside {
     fn list(&mut self, gpu: &Gpu, renderer: &Renderer, pose: &Pose) -> Vec<[u32; 3]> {
         let (resident, target) = (&renderer.technique.resident, renderer.target());
         let seen = Seen::new([&*self.shape], View::new(pose, target.size()), 0);
-        let (room, images) = (self.stage3.room(Slot::FIRST), (&*target.color, &*target.depth));
+        let (list, images) = (self.stage3.list(Slot::FIRST), (&*target.color, &*target.depth));
         let mut frame = gpu.frame().unwrap();
-        frame.pass("fused", |cmd| self.fused.draw(cmd, resident, &seen, room, images)).unwrap();
-        self.stage3.record(&mut frame, Slot::FIRST).unwrap();
+        frame.pass("fused", |cmd| self.fused.draw(cmd, resident, &seen, list, images)).unwrap();
+        self.stage3.record(&mut frame, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        self.stage3.collect(gpu, Slot::FIRST).unwrap().0
+        self.stage3.collect(gpu, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap().0
     }
 
     /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image. Returns the

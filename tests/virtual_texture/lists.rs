@@ -2,13 +2,13 @@
 
 use crate::Renderer;
 use crate::{device, landscapes, open, pose, scene};
+use ortelius::frame::Slot;
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::streaming::{TileAddress, distinct_tiles};
-use ortelius::paper::virtual_texture::tile_mask::TileMask;
 use ortelius::paper::virtual_texture::{Compaction, Config, RequestFormat, reference};
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32;
     let stage1 = renderer.technique.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
     let compact = CompactPass::new(gpu, &pyramid, config).unwrap();
-    run(gpu, stage1, config, &dedup, &compact, &dedup.mask(gpu).unwrap())
+    run(gpu, stage1, config, &dedup, &compact)
 }
 
 /// Runs the passes once and returns the list.
@@ -29,12 +29,11 @@ pub(crate) fn run(
     config: &Config,
     dedup: &DedupPass,
     compact: &CompactPass,
-    mask: &TileMask,
 ) -> Vec<[u32; 3]> {
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, mask)).unwrap();
-    frame.pass("compact", |cmd| compact.run(cmd, mask, &list)).unwrap();
+    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, Slot::FIRST)).unwrap();
+    frame.pass("compact", |cmd| list.compact(cmd, dedup.mask(Slot::FIRST))).unwrap();
     frame
         .pass("read-back", |cmd| {
             list.read_back(cmd);
@@ -42,7 +41,7 @@ pub(crate) fn run(
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    compact.collect(gpu, mask, &mut list).unwrap().0
+    compact.collect(gpu, dedup.mask(Slot::FIRST), &mut list).unwrap().0
 }
 
 /// Compares a variant's list with the reference of the request image.

@@ -6,7 +6,7 @@ use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::footprint::Footprint;
 use ortelius::paper::virtual_texture::read_words;
-use ortelius::paper::virtual_texture::tile_mask::TileMask;
+use ortelius::paper::virtual_texture::tile_mask::{Mask, TileMask};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, MaskLayout, ONE_SAMPLE, RequestFormat};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{
@@ -86,9 +86,9 @@ fn marked(
     requests: &Image,
     (dedup, shader, side_log2): (Dedup, &'static Shader, u32),
     own_level: bool,
-) -> TileMask {
+) -> Image {
     assert_eq!(dedup.layout(), MaskLayout::Texels);
-    let mask = TileMask::new(gpu, pyramid, &Config { dedup, ..ONE_SAMPLE }).unwrap();
+    let mask = TileMask::image(gpu, pyramid, true).unwrap();
     let pipeline = gpu.compute_pipeline(shader.name, shader, &constants(shader, own_level)).unwrap();
     let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
     let texels: Sampler = gpu.sampler("request image texels", texels).unwrap();
@@ -96,10 +96,11 @@ fn marked(
     let mut frame = gpu.frame().unwrap();
     frame
         .pass("dedup", |cmd| {
-            mask.begin(cmd);
+            cmd.clear_uint(&mask, 0);
+            cmd.sync();
             let resources = [
                 (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &texels)),
-                (glsl::dedup_test_or_comp::TILE_MASK, mask.resource()),
+                (glsl::dedup_test_or_comp::TILE_MASK, Mask::of_image(&mask).resource),
             ];
             cmd.dispatch(&pipeline, &resources, &[], [groups[0], groups[1], 1])
         })
@@ -109,8 +110,8 @@ fn marked(
 }
 
 /// The geometry shader's points with p = 3 and memo, combined by logic OR.
-fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> TileMask {
-    let mask = TileMask::new(gpu, pyramid, &ONE_SAMPLE).unwrap();
+fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> Image {
+    let mask = TileMask::image(gpu, pyramid, false).unwrap();
     let shader = &glsl::dedup_geom::SHADERS[3];
     let pipeline = gpu
         .graphics_pipeline(&GraphicsInfo {
@@ -125,14 +126,13 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> Til
             blend: Blend::LogicOr,
         })
         .unwrap();
-    let image = mask.image().unwrap();
     let [columns, rows] = SIZE.map(|side| side.div_ceil(8));
     let push = Blocks { size: SIZE, columns };
-    let target = ColorTarget { image, clear: Clear::Uint([0; 4]) };
+    let target = ColorTarget { image: &mask, clear: Clear::Uint([0; 4]) };
     let mut frame = gpu.frame().unwrap();
     frame
         .pass("dedup", |cmd| {
-            cmd.render(image.info().size, &[target], None, |render| {
+            cmd.render(mask.info().size, &[target], None, |render| {
                 let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, View::Whole))];
                 render.draw(&pipeline, &resources, bytemuck::bytes_of(&push), columns * rows)
             })
@@ -143,8 +143,7 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> Til
 }
 
 /// Each set bit of the tile mask as a triple, lowest bit first.
-fn bits(gpu: &Gpu, mask: &TileMask) -> BTreeSet<[u32; 3]> {
-    let mask = mask.image().unwrap();
+fn bits(gpu: &Gpu, mask: &Image) -> BTreeSet<[u32; 3]> {
     let columns = mask.info().size[0];
     let words = read_words(gpu, mask).unwrap();
     let of_word = |(n, &word): (usize, &u32)| {
@@ -193,7 +192,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
             let pass = CompactPass::new(&gpu, &pyramid, &config).unwrap();
             let mut list = pass.list(&gpu, 4096).unwrap();
             let mut frame = gpu.frame().unwrap();
-            frame.pass("compact", |cmd| pass.run(cmd, &mask, &list)).unwrap();
+            frame.pass("compact", |cmd| list.compact(cmd, Mask::of_image(&mask))).unwrap();
             frame
                 .pass("read-back", |cmd| {
                     list.read_back(cmd);
@@ -201,7 +200,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
                 })
                 .unwrap();
             frame.submit().unwrap().wait().unwrap();
-            let (listed, _) = pass.collect(&gpu, &mask, &mut list).unwrap();
+            let (listed, _) = pass.collect(&gpu, Mask::of_image(&mask), &mut list).unwrap();
             let entries: BTreeSet<[u32; 3]> = listed.iter().copied().collect();
             assert_eq!(
                 (entries.len(), &entries),

@@ -119,11 +119,11 @@ impl Drawn<'_> {
         let seen = Seen::new([shape], View::new(pose, SIZE), 0);
         let mut frame = gpu.frame().unwrap();
         frame.pass("footprint", |cmd| self.stage1.draw(cmd, &seen)).unwrap();
-        let room = stage3.room(Slot::FIRST);
-        frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, room, (target, depth))).unwrap();
-        stage3.record(&mut frame, Slot::FIRST).unwrap();
+        let list = stage3.list(Slot::FIRST);
+        frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, list, (target, depth))).unwrap();
+        stage3.record(&mut frame, Slot::FIRST, fused.mask(Slot::FIRST)).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        let triples = self.stage3.collect(gpu, Slot::FIRST).unwrap().0;
+        let triples = self.stage3.collect(gpu, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap().0;
         let what = format!("{what}: {pose:?}");
         let [whole, culled] = [&*self.stage1.depth, &self.depth].map(|d| gpu.read_image(d).unwrap());
         let differing = whole.chunks(4).zip(culled.chunks(4)).filter(|(a, b)| a != b).count();

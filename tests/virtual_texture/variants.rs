@@ -54,7 +54,7 @@ impl Passes {
             self.0.len() - 1
         });
         let (.., dedup, compact) = &self.0[at];
-        run(gpu, stage1, config, dedup, compact, &dedup.mask(gpu).unwrap())
+        run(gpu, stage1, config, dedup, compact)
     }
 }
 
@@ -174,10 +174,9 @@ fn bytes_of_the_frame_255_ago_do_not_count_as_marks() {
             (renderers[0].technique.source.pyramid(), renderers[0].technique.stage1().unwrap());
         let dedup = DedupPass::new(&gpu, &pyramid, &config, stage1).unwrap();
         let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
-        let mask = dedup.mask(&gpu).unwrap();
         for n in 0..259 {
             let renderer = &mut renderers[n % 2];
-            let triples = run(&gpu, renderer.technique.stage1().unwrap(), &config, &dedup, &compact, &mask);
+            let triples = run(&gpu, renderer.technique.stage1().unwrap(), &config, &dedup, &compact);
             if !(2..=252).contains(&n) {
                 assert_equals_reference(renderer, &triples, address, &format!("{address:?}, run {n}"));
             }
@@ -235,7 +234,7 @@ fn variants_with_subgroups_list_the_reference_set() {
         }
         let dedup = DedupPass::new(&gpu, &pyramid, &config, &stage1).unwrap();
         let compact = CompactPass::new(&gpu, &pyramid, &config).unwrap();
-        let triples = run(&gpu, &stage1, &config, &dedup, &compact, &dedup.mask(&gpu).unwrap());
+        let triples = run(&gpu, &stage1, &config, &dedup, &compact);
         assert_lists(&requests, &pyramid, &triples, config.address, &format!("{config:?}"));
     }
 }

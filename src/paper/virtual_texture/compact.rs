@@ -7,41 +7,28 @@
 //! entries as a frame is likely to have, and the rest once the count is known.
 
 use super::choices::Compaction;
-use super::visible_list::{Count, Entries, VisibleList};
-use super::{
-    Config, RequestFormat, TileAddress, dedup::blocks, pyramid_constants, tile_mask::TileMask, with,
-};
+use super::tile_mask::{Mask, TileMask};
+use super::visible_list::{BlockDraw, Dispatch, Dispatches, Entries, Fill, VisibleList};
+use super::{Config, RequestFormat, TileAddress, dedup::blocks, pyramid_constants, with};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture::{
     blocks_vert, compact_append_comp, compact_count_comp, compact_geom, compact_ordered_comp,
     compact_subgroup_comp, compact_workgroup_comp,
 };
 use crate::vk::shader::{MarkingFrame, Shader};
-use crate::vk::{
-    Blend, Cmd, ComputePipeline, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback,
-    View,
-};
+use crate::vk::{Blend, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback};
+use std::sync::Arc;
 
 /// Stage 3 of one variant. [`CompactPass::list`] creates its lists.
 pub struct CompactPass {
     step: Step,
-    /// Workgroups that a compute variant dispatches.
-    groups: [u32; 3],
     entries: Entries,
 }
 
 enum Step {
-    /// One vertex per block of 2^p x 2^p texels of the tile mask, and p.
-    Blocks(GraphicsPipeline, u32),
-    Compute {
-        /// Runs first if the list is ordered.
-        count: Option<Dispatch>,
-        write: Dispatch,
-    },
+    Feedback(Arc<BlockDraw>),
+    Compute(Arc<Dispatches>),
 }
-
-/// A pipeline, and the bytes of [`MarkingFrame`] that its shader reads: 0 unless the mask stores bytes.
-struct Dispatch(ComputePipeline, usize);
 
 /// A compute variant's shaders, one per [`MaskLayout`], and log2 of the number of words that an invocation reads.
 fn compute(compact: Compaction) -> Option<(&'static [Shader; 3], u32)> {
@@ -71,8 +58,9 @@ impl CompactPass {
         let constants = pyramid_constants(pyramid, RequestFormat::Rgb32, &config.filter);
         let Some((shaders, words_log2)) = compute(config.compact) else {
             let block_log2 = config.compact_block_log2;
-            let step = Step::Blocks(geometry(gpu, block_log2, &constants)?, block_log2);
-            return Ok(CompactPass { step, groups: [0; 3], entries: Entries::Triples });
+            let pipeline = geometry(gpu, block_log2, &constants)?;
+            let draw = BlockDraw { pipeline, block_log2, grid: pyramid.tile_grid(0) };
+            return Ok(CompactPass { step: Step::Feedback(Arc::new(draw)), entries: Entries::Triples });
         };
         let mut constants =
             with(constants, &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))]);
@@ -92,7 +80,8 @@ impl CompactPass {
         let count = count.then(|| dispatch(&compact_count_comp::SHADERS)).transpose()?;
         let words_of_group = u64::from(shaders[0].group[0] << words_log2);
         let groups = line(TileMask::words_of(pyramid, config).div_ceil(words_of_group));
-        Ok(CompactPass { step: Step::Compute { count, write: dispatch(shaders)? }, groups, entries })
+        let dispatches = Dispatches { count, write: dispatch(shaders)?, groups };
+        Ok(CompactPass { step: Step::Compute(Arc::new(dispatches)), entries })
     }
 
     /// An empty list with room for `capacity` triples.
@@ -100,49 +89,11 @@ impl CompactPass {
     /// # Errors
     /// Out of memory.
     pub fn list(&self, gpu: &Gpu, capacity: u64) -> Result<VisibleList> {
-        let groups = self.groups.iter().map(|&n| u64::from(n)).product();
-        match &self.step {
-            Step::Blocks(..) => VisibleList::new(gpu, (capacity, self.entries), true, None),
-            Step::Compute { count, .. } => {
-                VisibleList::new(gpu, (capacity, self.entries), false, count.is_some().then_some(groups))
-            }
-        }
-    }
-
-    /// Writes the triples of `mask` to `list`'s buffer.
-    ///
-    /// # Errors
-    /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, mask: &TileMask, list: &VisibleList) -> Result<()> {
-        match (&self.step, &list.count) {
-            (Step::Blocks(pipeline, block_log2), Count::Stream { counter, query }) => {
-                let mask = mask.image().expect("the geometry shader's layout");
-                let (push, count) = blocks(mask.info().size, *block_log2);
-                cmd.reset(query, 0);
-                cmd.render(mask.info().size, &[], None, |render| {
-                    let resources = [(compact_geom::TILE_MASK, Resource::Texture(mask, View::Whole))];
-                    let into = TransformFeedback { buffer: &list.triples, counter, query, query_index: 0 };
-                    render.draw_into(pipeline, &resources, bytemuck::bytes_of(&push), count, &into)
-                })
-            }
-            (Step::Compute { count, write }, Count::Stored) => {
-                list.begin(cmd);
-                let push = MarkingFrame { number: mask.frame() };
-                // All compute variants have the bindings of tile_mask.glsl and visible_list.glsl.
-                let mut resources = vec![
-                    (compact_append_comp::TILE_MASK, mask.resource()),
-                    (compact_append_comp::VISIBLE_LIST, Resource::Buffer(&list.triples)),
-                ];
-                resources.extend(list.sums.iter().map(|s| (compact_ordered_comp::SUMS, Resource::Buffer(s))));
-                for Dispatch(pipeline, push_bytes) in count.iter().chain([write]) {
-                    let push = &bytemuck::bytes_of(&push)[..*push_bytes];
-                    cmd.dispatch(pipeline, &resources, push, self.groups)?;
-                    cmd.sync();
-                }
-                Ok(())
-            }
-            _ => panic!("the list was made for another variant"),
-        }
+        let fill = match &self.step {
+            Step::Feedback(draw) => Fill::feedback(gpu, draw)?,
+            Step::Compute(dispatches) => Fill::compute(gpu, dispatches)?,
+        };
+        VisibleList::new(gpu, (capacity, self.entries), fill)
     }
 
     /// The triples of a frame that has ended. If the visible-tile list was too short, a longer one is filled from the
@@ -153,7 +104,7 @@ impl CompactPass {
     pub fn collect(
         &self,
         gpu: &Gpu,
-        mask: &TileMask,
+        mask: Mask<'_>,
         list: &mut VisibleList,
     ) -> Result<(Vec<[u32; 3]>, bool)> {
         let needed = list.needed()?;
@@ -170,7 +121,7 @@ impl CompactPass {
             list.expect(needed);
             let mut frame = gpu.frame()?;
             if overflowed {
-                frame.pass("compact again", |cmd| self.run(cmd, mask, list))?;
+                frame.pass("compact again", |cmd| list.compact(cmd, mask))?;
             }
             frame.pass("read-back again", |cmd| {
                 list.read_back(cmd);
@@ -181,6 +132,43 @@ impl CompactPass {
         let triples = list.triples()?;
         list.expect(needed);
         Ok((triples, overflowed))
+    }
+}
+
+impl VisibleList {
+    /// Fills the list with the triples of `mask`.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn compact(&self, cmd: &mut Cmd<'_>, mask: Mask<'_>) -> Result<()> {
+        match &self.fill {
+            Fill::Feedback { draw, counter, query } => {
+                let (push, count) = blocks(draw.grid, draw.block_log2);
+                cmd.reset(query, 0);
+                cmd.render(draw.grid, &[], None, |render| {
+                    let resources = [(compact_geom::TILE_MASK, mask.resource)];
+                    let into = TransformFeedback { buffer: &self.triples, counter, query, query_index: 0 };
+                    render.draw_into(&draw.pipeline, &resources, bytemuck::bytes_of(&push), count, &into)
+                })
+            }
+            Fill::Compute { dispatches, sums } => {
+                self.begin(cmd);
+                let push = MarkingFrame { number: mask.frame };
+                // All compute variants have the bindings of tile_mask.glsl and visible_list.glsl.
+                let mut resources = vec![
+                    (compact_append_comp::TILE_MASK, mask.resource),
+                    (compact_append_comp::VISIBLE_LIST, Resource::Buffer(&self.triples)),
+                ];
+                resources.extend(sums.iter().map(|s| (compact_ordered_comp::SUMS, Resource::Buffer(s))));
+                let Dispatches { count, write, groups } = &**dispatches;
+                for Dispatch(pipeline, push_bytes) in count.iter().chain([write]) {
+                    let push = &bytemuck::bytes_of(&push)[..*push_bytes];
+                    cmd.dispatch(pipeline, &resources, push, *groups)?;
+                    cmd.sync();
+                }
+                Ok(())
+            }
+        }
     }
 }
 

@@ -6,7 +6,9 @@
 //! is split over two invocations, because 256 points of 5 components exceed the 1024 components that Vulkan guarantees.
 
 use super::choices::Dedup;
-use super::{Config, TileAddress, footprint::Footprint, pyramid_constants, tile_mask::TileMask, with};
+use super::tile_mask::{Mask, TileMask};
+use super::{Config, TileAddress, footprint::Footprint, pyramid_constants, with};
+use crate::frame::{PerFrame, Slot};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
@@ -15,24 +17,22 @@ use crate::vk::{
     Image, Resource, Result, Sampler, SamplerInfo, View,
 };
 
-/// Stage 2 of one variant. [`DedupPass::mask`] creates its mask.
+/// Stage 2 of one variant, with its tile masks.
 pub struct DedupPass {
     step: Step,
     /// Marks the neighbouring tiles that the filter needs; `None` if it needs none.
     reach: Option<ComputePipeline>,
     /// Nearest filter: shaders fetch single texels or gather four.
     texels: Sampler,
-    pyramid: Pyramid,
-    config: Config,
 }
 
 enum Step {
     /// One vertex per block of 2^p x 2^p pixels, and p.
-    Blocks(GraphicsPipeline, u32),
+    Blocks(GraphicsPipeline, u32, PerFrame<Image>),
     /// One point per pixel.
-    Points(GraphicsPipeline),
+    Points(GraphicsPipeline, PerFrame<Image>),
     /// A compute pass, and the pixels of a workgroup: columns, rows.
-    Compute(ComputePipeline, [u32; 2]),
+    Compute(ComputePipeline, [u32; 2], PerFrame<TileMask>),
 }
 
 /// A compute variant's shader, and log2 of the side of the square of pixels that one invocation reads.
@@ -67,11 +67,14 @@ impl DedupPass {
             pyramid_constants(pyramid, stage1.format, &config.filter),
             &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))],
         );
+        // The pass that marks neighbouring tiles stores to the image.
+        let images = || PerFrame::new(|| TileMask::image(gpu, pyramid, stage1.reaches));
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
-                Step::Points(point_pipeline(gpu, &glsl::dedup_points_vert::SHADER, None, &constants)?)
+                let vertex = &glsl::dedup_points_vert::SHADER;
+                Step::Points(point_pipeline(gpu, vertex, None, &constants)?, images()?)
             }
-            None => Step::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2),
+            None => Step::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2, images()?),
             Some((shader, side_log2)) => {
                 let [x, y, _] = shader.group.map(|invocations| invocations << side_log2);
                 if side_log2 > 0 {
@@ -83,7 +86,8 @@ impl DedupPass {
                     gpu.require_shared("a bit for each tile", 4 * words, advice)?;
                     constants.push(("WORDS", words as u32));
                 }
-                Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y])
+                let masks = PerFrame::new(|| TileMask::new(gpu, pyramid, config))?;
+                Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y], masks)
             }
         };
         let reach = match stage1.reaches {
@@ -92,26 +96,34 @@ impl DedupPass {
         };
         let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
         let texels = gpu.sampler("request image texels", texels)?;
-        Ok(DedupPass { step, reach, texels, pyramid: *pyramid, config: *config })
+        Ok(DedupPass { step, reach, texels })
     }
 
-    /// Creates the tile mask of one frame in flight.
-    ///
-    /// # Errors
-    /// The image or buffer exceeds a limit of the device; out of memory.
-    pub fn mask(&self, gpu: &Gpu) -> Result<TileMask> {
-        TileMask::new(gpu, &self.pyramid, &self.config)
+    /// The mask of the frame in `slot`.
+    pub fn mask(&self, slot: Slot) -> Mask<'_> {
+        match &self.step {
+            Step::Blocks(.., masks) | Step::Points(_, masks) => Mask::of_image(&masks[slot]),
+            Step::Compute(.., masks) => masks[slot].of_frame(),
+        }
     }
 
-    /// Clears the mask and marks the triples of `requests`.
+    /// Bytes of all masks.
+    pub fn bytes(&self) -> u64 {
+        match &self.step {
+            Step::Blocks(.., masks) | Step::Points(_, masks) => masks.iter().map(Image::bytes).sum(),
+            Step::Compute(.., masks) => masks.iter().map(TileMask::bytes).sum(),
+        }
+    }
+
+    /// Clears the mask of the frame in `slot` and marks the triples of `requests`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, mask: &TileMask) -> Result<()> {
-        self.mark_own(cmd, requests, mask)?;
+    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: Slot) -> Result<()> {
+        self.mark_own(cmd, requests, slot)?;
         let Some(reach) = &self.reach else { return Ok(()) };
         cmd.sync();
-        self.dispatch(cmd, (reach, [8; 2]), requests, mask)
+        self.dispatch(cmd, (reach, [8; 2]), requests, self.mask(slot))
     }
 
     fn dispatch(
@@ -119,25 +131,25 @@ impl DedupPass {
         cmd: &mut Cmd<'_>,
         (pipeline, pixels): (&ComputePipeline, [u32; 2]),
         requests: &Image,
-        mask: &TileMask,
+        mask: Mask<'_>,
     ) -> Result<()> {
         // All of these shaders have the bindings of dedup.glsl.
         let resources = [
             (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &self.texels)),
-            (glsl::dedup_test_or_comp::TILE_MASK, mask.resource()),
+            (glsl::dedup_test_or_comp::TILE_MASK, mask.resource),
         ];
         let size = requests.info().size;
         let groups = [size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1]), 1];
-        let frame = MarkingFrame { number: mask.frame() };
-        let push = if mask.frame() > 0 { bytemuck::bytes_of(&frame) } else { &[] };
+        let frame = MarkingFrame { number: mask.frame };
+        let push = if mask.frame > 0 { bytemuck::bytes_of(&frame) } else { &[] };
         cmd.dispatch(pipeline, &resources, push, groups)
     }
 
-    fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, mask: &TileMask) -> Result<()> {
+    fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: Slot) -> Result<()> {
         let size = requests.info().size;
         match &self.step {
-            Step::Blocks(pipeline, block_log2) => {
-                let mask = mask.image().expect("the geometry shader's layout");
+            Step::Blocks(pipeline, block_log2, masks) => {
+                let mask = &masks[slot];
                 let (push, count) = blocks(size, *block_log2);
                 let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
                 cmd.render(mask.info().size, &[target], None, |render| {
@@ -145,8 +157,8 @@ impl DedupPass {
                     render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
                 })
             }
-            Step::Points(pipeline) => {
-                let mask = mask.image().expect("the points' layout");
+            Step::Points(pipeline, masks) => {
+                let mask = &masks[slot];
                 let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
                 cmd.render(mask.info().size, &[target], None, |render| {
                     let resources =
@@ -154,9 +166,9 @@ impl DedupPass {
                     render.draw(pipeline, &resources, &[], size[0] * size[1])
                 })
             }
-            Step::Compute(pipeline, pixels) => {
-                mask.begin(cmd);
-                self.dispatch(cmd, (pipeline, *pixels), requests, mask)
+            Step::Compute(pipeline, pixels, masks) => {
+                masks[slot].begin(cmd);
+                self.dispatch(cmd, (pipeline, *pixels), requests, masks[slot].of_frame())
             }
         }
     }

@@ -9,10 +9,11 @@
 //! and flipped slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
 
 use super::choices::{Compaction, Dedup};
-use super::list_passes::Room;
 use super::texturing::{Shading, constants};
+use super::tile_mask::{Mask, TileMask};
+use super::visible_list::VisibleList;
 use super::{Config, RequestFormat, TileAddress, prepass::Culling, pyramid_constants, tile_pool::TilePool};
-use crate::frame::{Onto, Seen};
+use crate::frame::{Onto, PerFrame, Seen, Slot};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::{depth_vert, mesh_vert};
@@ -27,6 +28,7 @@ pub struct Fused {
     depth_alone: Option<DepthAlone>,
     shading: Shading,
     lists: Lists,
+    masks: PerFrame<TileMask>,
 }
 
 /// Draws that write depth only.
@@ -110,7 +112,18 @@ impl Fused {
             depth_alone: if exact { Some(DepthAlone::new(gpu, &shade)?) } else { None },
             shading: Shading::new(gpu, &shade, &fused_frag::SHADERS, lit)?,
             lists,
+            masks: PerFrame::new(|| TileMask::new(gpu, pyramid, config))?,
         })
+    }
+
+    /// The mask of the frame in `slot`.
+    pub fn mask(&self, slot: Slot) -> Mask<'_> {
+        self.masks[slot].of_frame()
+    }
+
+    /// Bytes of all masks.
+    pub fn mask_bytes(&self) -> u64 {
+        self.masks.iter().map(TileMask::bytes).sum()
     }
 
     /// Clears the mask, draws the picture and sets the bits of its tiles. With `FusedAppend`, also fills the
@@ -123,9 +136,10 @@ impl Fused {
         cmd: &mut Cmd<'_>,
         resident: &TilePool,
         seen: &Seen<'_>,
-        Room { mask, list }: &Room,
+        list: &VisibleList,
         (color, depth): (&Image, &Image),
     ) -> Result<()> {
+        let mask = &self.masks[seen.view.slot()];
         if self.lists != Lists::Nothing {
             mask.begin(cmd);
         }
@@ -138,7 +152,7 @@ impl Fused {
         let resources = [
             (fused_frag::H1, Resource::Buffer(&resident.page_table_words)),
             (fused_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
-            (fused_frag::TILE_MASK, mask.resource()),
+            (fused_frag::TILE_MASK, mask.of_frame().resource),
             (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];
         cmd.render(size, &[color], Some(depth), |render| {

@@ -7,12 +7,12 @@ use super::dedup::DedupPass;
 use super::feedback::{Feedback, Samples};
 use super::footprint::Footprint;
 use super::read_back::{HostCopy, HostList, HostPass};
-use super::tile_mask::TileMask;
+use super::tile_mask::Mask;
 use super::visible_list::VisibleList;
 use super::{Compaction, Config, Listing};
 use crate::frame::{PerFrame, Slot};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Cmd, Frame, Gpu, Image, Result};
+use crate::vk::{Frame, Gpu, Image, Result};
 use std::cell::Cell;
 
 /// The passes between stage 1 and the host's list, and their buffers for each frame in flight.
@@ -39,15 +39,9 @@ pub struct Stage3 {
     compact: CompactPass,
     /// The fused draw also appends to the list, so there is no compaction pass.
     appended: bool,
-    rooms: PerFrame<Room>,
-    pyramid: Pyramid,
-    config: Config,
-}
-
-/// The mask and list of one frame in flight.
-pub struct Room {
-    pub mask: TileMask,
-    pub list: VisibleList,
+    lists: PerFrame<VisibleList>,
+    /// Triples for which a new list has room.
+    capacity: u64,
 }
 
 /// The triples in the grid of their tile addresses, and true if the visible-tile list was too short at first.
@@ -58,37 +52,29 @@ impl Stage3 {
     /// A limit of the device; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<Stage3> {
         let compact = CompactPass::new(gpu, pyramid, config)?;
-        let rooms = rooms(gpu, &compact, (pyramid, config))?;
         let appended = config.compact == Compaction::FusedAppend;
-        Ok(Stage3 { compact, appended, rooms, pyramid: *pyramid, config: *config })
+        let capacity = u64::from(config.list_capacity);
+        Ok(Stage3 { lists: PerFrame::new(|| compact.list(gpu, capacity))?, compact, appended, capacity })
     }
 
-    /// The mask and list of the frame in `slot`.
-    pub fn room(&self, slot: Slot) -> &Room {
-        &self.rooms[slot]
+    /// The list of the frame in `slot`.
+    pub fn list(&self, slot: Slot) -> &VisibleList {
+        &self.lists[slot]
     }
 
-    /// Records the passes after the mask.
+    /// Records the passes after the `mask` of the frame in `slot`.
     ///
     /// # Errors
     /// Out of memory.
-    pub fn record(&self, frame: &mut Frame<'_>, slot: Slot) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame<'_>, slot: Slot, mask: Mask<'_>) -> Result<()> {
+        let list = &self.lists[slot];
         if !self.appended {
-            frame.pass("compact", |cmd| self.compact(cmd, slot))?;
+            frame.pass("compact", |cmd| list.compact(cmd, mask))?;
         }
         frame.pass("read-back", |cmd| {
-            self.rooms[slot].list.read_back(cmd);
+            list.read_back(cmd);
             Ok(())
         })
-    }
-
-    /// Compacts the mask of the frame in `slot` into its list.
-    ///
-    /// # Errors
-    /// Out of memory.
-    pub fn compact(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
-        let Room { mask, list } = &self.rooms[slot];
-        self.compact.run(cmd, mask, list)
     }
 
     /// Labels of the passes, in order.
@@ -96,31 +82,19 @@ impl Stage3 {
         if self.appended { vec!["read-back"] } else { vec!["compact", "read-back"] }
     }
 
-    /// The list of the frame in `slot`, which has ended.
+    /// The list of the frame in `slot`, which has ended, from its `mask`.
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
-        let Room { mask, list } = &mut self.rooms[slot];
-        self.compact.collect(gpu, mask, list)
+    pub fn collect(&mut self, gpu: &Gpu, slot: Slot, mask: Mask<'_>) -> Result<Collected> {
+        self.compact.collect(gpu, mask, &mut self.lists[slot])
     }
 
-    /// (name, bytes) of all frames in flight.
-    pub fn memory(&self) -> Vec<(&'static str, u64)> {
-        let sum = |bytes: fn(&Room) -> u64| self.rooms.iter().map(bytes).sum();
-        vec![
-            ("tile mask", sum(|room| room.mask.bytes())),
-            ("visible-tile list", sum(|room| room.list.bytes()[0])),
-            ("visible-tile list on the host", sum(|room| room.list.bytes()[1])),
-        ]
+    /// (name, bytes) of all frames in flight, with the `masks` of stage 2.
+    pub fn memory(&self, masks: u64) -> Vec<(&'static str, u64)> {
+        let sum = |which: usize| self.lists.iter().map(|list| list.bytes()[which]).sum();
+        vec![("tile mask", masks), ("visible-tile list", sum(0)), ("visible-tile list on the host", sum(1))]
     }
-}
-
-fn rooms(gpu: &Gpu, compact: &CompactPass, (pyramid, config): (&Pyramid, &Config)) -> Result<PerFrame<Room>> {
-    PerFrame::new(|| {
-        let list = compact.list(gpu, u64::from(config.list_capacity))?;
-        Ok(Room { mask: TileMask::new(gpu, pyramid, config)?, list })
-    })
 }
 
 impl ListPasses {
@@ -161,7 +135,7 @@ impl ListPasses {
         let (format, size) = (stage1.format, stage1.requests.info().size);
         match self {
             ListPasses::Device(_, stage3) => {
-                stage3.rooms = rooms(gpu, &stage3.compact, (&stage3.pyramid, &stage3.config))?;
+                stage3.lists = PerFrame::new(|| stage3.compact.list(gpu, stage3.capacity))?;
             }
             ListPasses::Host(_, copies) => **copies = PerFrame::new(|| HostCopy::new(gpu, size, format))?,
             ListPasses::Feedback(feedback) => {
@@ -178,8 +152,8 @@ impl ListPasses {
     pub fn record(&self, frame: &mut Frame<'_>, requests: &Image, slot: Slot) -> Result<()> {
         match self {
             ListPasses::Device(dedup, stage3) => {
-                frame.pass("dedup", |cmd| dedup.run(cmd, requests, &stage3.room(slot).mask))?;
-                stage3.record(frame, slot)
+                frame.pass("dedup", |cmd| dedup.run(cmd, requests, slot))?;
+                stage3.record(frame, slot, dedup.mask(slot))
             }
             ListPasses::Host(_, copies) => frame.pass("copy request image", |cmd| {
                 copies[slot].run(cmd, requests);
@@ -212,7 +186,7 @@ impl ListPasses {
     /// Out of memory, device lost.
     pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
-            ListPasses::Device(_, stage3) => stage3.collect(gpu, slot),
+            ListPasses::Device(dedup, stage3) => stage3.collect(gpu, slot, dedup.mask(slot)),
             ListPasses::Host(host, copies) => Ok((host.list(&copies[slot].words()), false)),
             ListPasses::Feedback(feedback) => {
                 let Subsampled { list, samples, .. } = &mut **feedback;
@@ -224,7 +198,7 @@ impl ListPasses {
     /// (name, bytes) on the device and on the host.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {
-            ListPasses::Device(_, stage3) => stage3.memory(),
+            ListPasses::Device(dedup, stage3) => stage3.memory(dedup.bytes()),
             ListPasses::Host(_, copies) => {
                 vec![("request image on the host", copies.iter().map(HostCopy::bytes).sum())]
             }

@@ -76,8 +76,8 @@ impl Method {
             }
             Method::Fused { draw, stage3 } => {
                 let images = (&*target.color, &*target.depth);
-                frame.pass("fused", |cmd| draw.draw(cmd, resident, seen, stage3.room(slot), images))?;
-                stage3.record(frame, slot)
+                frame.pass("fused", |cmd| draw.draw(cmd, resident, seen, stage3.list(slot), images))?;
+                stage3.record(frame, slot, draw.mask(slot))
             }
         }
     }
@@ -99,7 +99,7 @@ impl Method {
     pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
             Method::Staged { list_passes, .. } => list_passes.collect(gpu, slot),
-            Method::Fused { stage3, .. } => stage3.collect(gpu, slot),
+            Method::Fused { draw, stage3 } => stage3.collect(gpu, slot, draw.mask(slot)),
         }
     }
 
@@ -109,7 +109,7 @@ impl Method {
             Method::Staged { stage1, list_passes, .. } => {
                 [vec![("request image", stage1.requests.bytes())], list_passes.memory()].concat()
             }
-            Method::Fused { stage3, .. } => stage3.memory(),
+            Method::Fused { draw, stage3 } => stage3.memory(draw.mask_bytes()),
         }
     }
 }

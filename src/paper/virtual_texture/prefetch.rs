@@ -5,7 +5,7 @@
 //! repeating the rigid motion of its last frame. This is exact for a turn, an orbit around the globe and a straight
 //! line.
 
-use super::list_passes::{Room, Stage3};
+use super::list_passes::Stage3;
 use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::Footprint};
 use crate::frame::{PerFrame, Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
@@ -57,10 +57,10 @@ impl Prefetch {
         ran[slot] = pose.is_some();
         let Some(pose) = pose else { return Ok(()) };
         let seen = Seen::new(shapes, View::new(pose, stage1.requests.info().size), 0);
-        let Room { mask, list } = stage3.room(slot);
+        let list = stage3.list(slot);
         frame.pass("prefetch: footprint", |cmd| stage1.draw(cmd, &seen))?;
-        frame.pass("prefetch: dedup", |cmd| stage2.run(cmd, &stage1.requests, mask))?;
-        frame.pass("prefetch: compact", |cmd| stage3.compact(cmd, slot))?;
+        frame.pass("prefetch: dedup", |cmd| stage2.run(cmd, &stage1.requests, slot))?;
+        frame.pass("prefetch: compact", |cmd| list.compact(cmd, stage2.mask(slot)))?;
         frame.pass("prefetch: read-back", |cmd| {
             list.read_back(cmd);
             Ok(())
@@ -75,13 +75,16 @@ impl Prefetch {
         if !std::mem::take(&mut self.ran[slot]) {
             return Ok(Vec::new());
         }
-        Ok(self.stage3.collect(gpu, slot)?.0)
+        Ok(self.stage3.collect(gpu, slot, self.stage2.mask(slot))?.0)
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> u64 {
-        let lists =
-            self.stage3.memory().into_iter().filter(|(name, _)| *name != "visible-tile list on the host");
+        let lists = self
+            .stage3
+            .memory(self.stage2.bytes())
+            .into_iter()
+            .filter(|(name, _)| *name != "visible-tile list on the host");
         self.stage1.requests.bytes() + self.stage1.depth.bytes() + lists.map(|(_, bytes)| bytes).sum::<u64>()
     }
 }

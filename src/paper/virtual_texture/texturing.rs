@@ -57,12 +57,9 @@ impl Shading {
         Ok(Shading { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
     }
 
-    /// The pipeline for a shape.
+    /// The pipeline for a shape. Without a light, all shapes are unlit.
     pub fn of(&self, shape: &Shape) -> &GraphicsPipeline {
-        match &shape.normals {
-            Some(_) => self.lit.as_ref().expect("made for lit shapes"),
-            None => &self.unlit,
-        }
+        self.lit.as_ref().filter(|_| shape.normals.is_some()).unwrap_or(&self.unlit)
     }
 }
 

@@ -6,7 +6,22 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Resource, Result, View};
 use std::cell::Cell;
 
-/// The tile mask of one frame in flight.
+/// A tile mask as stage 3 and the shaders read it.
+#[derive(Clone, Copy)]
+pub struct Mask<'a> {
+    pub resource: Resource<'a>,
+    /// The byte that marks a tile in this frame; 0 in the layouts without bytes.
+    pub frame: u32,
+}
+
+impl Mask<'_> {
+    /// A mask in the layout [`MaskLayout::Texels`].
+    pub fn of_image(image: &Image) -> Mask<'_> {
+        Mask { resource: Resource::Texture(image, View::Whole), frame: 0 }
+    }
+}
+
+/// The tile mask of one frame in flight, for variants whose shaders store to it.
 pub struct TileMask(Store);
 
 enum Store {
@@ -44,6 +59,15 @@ impl TileMask {
         }
     }
 
+    /// The image of the layout [`MaskLayout::Texels`]; `storage`: shaders store to it.
+    ///
+    /// # Errors
+    /// The image exceeds a limit of the device; out of memory.
+    pub fn image(gpu: &Gpu, pyramid: &Pyramid, storage: bool) -> Result<Image> {
+        let info = ImageInfo { storage, ..ImageInfo::target(pyramid.tile_grid(0), Format::R32Uint) };
+        gpu.image("tile mask", info)
+    }
+
     /// Creates a mask; its content is undefined before the first [`TileMask::begin`].
     ///
     /// # Errors
@@ -51,11 +75,7 @@ impl TileMask {
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config) -> Result<TileMask> {
         let bytes = 4 * TileMask::words_of(pyramid, config);
         Ok(TileMask(match config.dedup.layout() {
-            MaskLayout::Texels => {
-                let storage = !config.dedup.draws() || config.filter.reaches(pyramid.border_texels());
-                let info = ImageInfo { storage, ..ImageInfo::target(pyramid.tile_grid(0), Format::R32Uint) };
-                Store::Texels(gpu.image("tile mask", info)?)
-            }
+            MaskLayout::Texels => Store::Texels(TileMask::image(gpu, pyramid, true)?),
             MaskLayout::Bits => {
                 let usage = if config.dedup.fused() { BufferUse::FetchedStorage } else { BufferUse::Storage };
                 Store::Bits(gpu.buffer("tile bits", bytes, usage)?)
@@ -67,7 +87,7 @@ impl TileMask {
         }))
     }
 
-    /// Clears the mask, for variants whose shaders store to it. Later commands of the pass see the cleared mask.
+    /// Clears the mask. Later commands of the pass see the cleared mask.
     pub fn begin(&self, cmd: &mut Cmd<'_>) {
         match &self.0 {
             Store::Texels(image) => cmd.clear_uint(image, 0),
@@ -84,27 +104,12 @@ impl TileMask {
         cmd.sync();
     }
 
-    /// The mask's image, in the layout [`MaskLayout::Texels`].
-    pub fn image(&self) -> Option<&Image> {
+    /// The mask of the frame that began last.
+    pub fn of_frame(&self) -> Mask<'_> {
         match &self.0 {
-            Store::Texels(image) => Some(image),
-            _ => None,
-        }
-    }
-
-    /// The mask as a shader resource.
-    pub fn resource(&self) -> Resource<'_> {
-        match &self.0 {
-            Store::Texels(image) => Resource::Texture(image, View::Whole),
-            Store::Bits(buffer) | Store::Bytes { buffer, .. } => Resource::Buffer(buffer),
-        }
-    }
-
-    /// The byte that marks a tile in this frame; 0 in the other layouts.
-    pub fn frame(&self) -> u32 {
-        match &self.0 {
-            Store::Bytes { frame, .. } => frame.get(),
-            _ => 0,
+            Store::Texels(image) => Mask::of_image(image),
+            Store::Bits(buffer) => Mask { resource: Resource::Buffer(buffer), frame: 0 },
+            Store::Bytes { buffer, frame } => Mask { resource: Resource::Buffer(buffer), frame: frame.get() },
         }
     }
 

@@ -2,7 +2,8 @@
 
 use super::{TileAddress, tile_mask::TileMask};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result, StreamQuery};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, GraphicsPipeline, Result, StreamQuery};
+use std::sync::Arc;
 
 /// How the visible-tile list stores a triple.
 #[derive(Clone, Copy)]
@@ -35,9 +36,7 @@ impl Entries {
 /// The visible-tile list of one frame in flight.
 pub struct VisibleList {
     pub(super) triples: Buffer,
-    pub(super) count: Count,
-    /// The number of marks of each workgroup, if the list is ordered.
-    pub(super) sums: Option<Buffer>,
+    pub(super) fill: Fill,
     host: Buffer,
     entries: Entries,
     capacity: u64,
@@ -45,51 +44,73 @@ pub struct VisibleList {
     read: u64,
 }
 
-/// Where the length of a list is stored.
-pub(super) enum Count {
-    /// Transform feedback's own query.
-    Stream { counter: Buffer, query: StreamQuery },
-    /// The first word of the visible-tile list.
-    Stored,
+/// The commands that fill a list, and where its length is stored.
+pub(super) enum Fill {
+    /// Transform feedback has its own query for the length.
+    Feedback { draw: Arc<BlockDraw>, counter: Buffer, query: StreamQuery },
+    /// The length is the first word of the visible-tile list. `sums`: the number of marks of each workgroup, if the
+    /// list is ordered.
+    Compute { dispatches: Arc<Dispatches>, sums: Option<Buffer> },
 }
 
-impl Count {
+/// A draw with one vertex per block of 2^p x 2^p texels of the tile mask.
+pub(super) struct BlockDraw {
+    pub pipeline: GraphicsPipeline,
+    /// p
+    pub block_log2: u32,
+    /// Size of the tile mask.
+    pub grid: [u32; 2],
+}
+
+pub(super) struct Dispatches {
+    /// Runs first if the list is ordered.
+    pub count: Option<Dispatch>,
+    pub write: Dispatch,
+    /// Workgroups.
+    pub groups: [u32; 3],
+}
+
+/// A pipeline, and the bytes of `MarkingFrame` that its shader reads: 0 unless the mask stores bytes.
+pub(super) struct Dispatch(pub ComputePipeline, pub usize);
+
+impl Fill {
+    /// Creates the buffers of a list that `draw` fills.
+    pub fn feedback(gpu: &Gpu, draw: &Arc<BlockDraw>) -> Result<Fill> {
+        Ok(Fill::Feedback {
+            draw: draw.clone(),
+            counter: gpu.buffer("visible-tile list counter", 4, BufferUse::TransformFeedback)?,
+            query: gpu.stream_query("visible-tile list stream query", 1)?,
+        })
+    }
+
+    /// Creates the buffers of a list that `dispatches` fill.
+    pub fn compute(gpu: &Gpu, dispatches: &Arc<Dispatches>) -> Result<Fill> {
+        let groups: u64 = dispatches.groups.iter().map(|&n| u64::from(n)).product();
+        let sums = || gpu.buffer("visible-tile list sums", 4 * groups, BufferUse::Storage);
+        let sums = dispatches.count.is_some().then(sums).transpose()?;
+        Ok(Fill::Compute { dispatches: dispatches.clone(), sums })
+    }
+
     /// Bytes of the visible-tile list before the first triple.
     fn header_bytes(&self) -> u64 {
         match self {
-            Count::Stream { .. } => 0,
-            Count::Stored => 4,
+            Fill::Feedback { .. } => 0,
+            Fill::Compute { .. } => 4,
         }
     }
 }
 
 impl VisibleList {
-    /// Creates an empty list with room for `capacity` triples. `feedback` is true for transform feedback; `groups` is
-    /// the number of workgroups, if the list is ordered.
-    pub(super) fn new(
-        gpu: &Gpu,
-        (capacity, entries): (u64, Entries),
-        feedback: bool,
-        groups: Option<u64>,
-    ) -> Result<VisibleList> {
-        let (count, usage) = match feedback {
-            true => {
-                let usage = BufferUse::TransformFeedback;
-                let counter = gpu.buffer("visible-tile list counter", 4, usage)?;
-                (
-                    Count::Stream { counter, query: gpu.stream_query("visible-tile list stream query", 1)? },
-                    usage,
-                )
-            }
-            false => (Count::Stored, BufferUse::Storage),
+    /// Creates an empty list with room for `capacity` triples.
+    pub(super) fn new(gpu: &Gpu, (capacity, entries): (u64, Entries), fill: Fill) -> Result<VisibleList> {
+        let usage = match fill {
+            Fill::Feedback { .. } => BufferUse::TransformFeedback,
+            Fill::Compute { .. } => BufferUse::Storage,
         };
-        let bytes = count.header_bytes() + capacity * entries.bytes();
+        let bytes = fill.header_bytes() + capacity * entries.bytes();
         Ok(VisibleList {
             triples: gpu.buffer("visible-tile list", bytes, usage)?,
-            count,
-            sums: groups
-                .map(|groups| gpu.buffer("visible-tile list sums", 4 * groups, BufferUse::Storage))
-                .transpose()?,
+            fill,
             host: gpu.buffer("visible-tile list on the host", bytes, BufferUse::Readback)?,
             entries,
             capacity,
@@ -104,13 +125,13 @@ impl VisibleList {
 
     /// Empties a list with a stored length. Later commands of the pass see the empty list.
     pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
-        cmd.fill(&self.triples, self.count.header_bytes(), 0);
+        cmd.fill(&self.triples, self.fill.header_bytes(), 0);
         cmd.sync();
     }
 
     /// Copies the expected number of triples to the host buffer (`VisibleList::expect`).
     pub fn read_back(&self, cmd: &mut Cmd<'_>) {
-        let bytes = self.count.header_bytes() + self.read * self.entries.bytes();
+        let bytes = self.fill.header_bytes() + self.read * self.entries.bytes();
         cmd.copy_buffer(&self.triples, 0, &self.host, 0, bytes);
     }
 
@@ -128,12 +149,11 @@ impl VisibleList {
 
     /// Bytes on the device, and on the host.
     pub fn bytes(&self) -> [u64; 2] {
-        let sums = self.sums.as_ref().map_or(0, Buffer::bytes);
-        let counter = match &self.count {
-            Count::Stream { counter, .. } => counter.bytes(),
-            Count::Stored => 0,
+        let filling = match &self.fill {
+            Fill::Feedback { counter, .. } => counter.bytes(),
+            Fill::Compute { sums, .. } => sums.as_ref().map_or(0, Buffer::bytes),
         };
-        [self.triples.bytes() + counter + sums, self.host.bytes()]
+        [self.triples.bytes() + filling, self.host.bytes()]
     }
 
     /// Number of triples of a frame that has ended, including those beyond the list's capacity.
@@ -141,9 +161,9 @@ impl VisibleList {
     /// # Errors
     /// Device lost.
     pub(super) fn needed(&self) -> Result<u64> {
-        Ok(match &self.count {
-            Count::Stream { query, .. } => query.read(0)?.needed,
-            Count::Stored => u64::from(self.host.mapped::<u32>()[0]),
+        Ok(match &self.fill {
+            Fill::Feedback { query, .. } => query.read(0)?.needed,
+            Fill::Compute { .. } => u64::from(self.host.mapped::<u32>()[0]),
         })
     }
 
@@ -156,7 +176,7 @@ impl VisibleList {
         assert!(self.has_read(needed), "{needed} triples, but only {} were copied", self.read);
         let bytes = self.host.mapped::<u8>();
         let of_entry = self.entries.bytes() as usize;
-        let bytes = &bytes[self.count.header_bytes() as usize..][..needed as usize * of_entry];
+        let bytes = &bytes[self.fill.header_bytes() as usize..][..needed as usize * of_entry];
         Ok(bytes.chunks_exact(of_entry).map(|entry| self.entries.triple(entry)).collect())
     }
 }

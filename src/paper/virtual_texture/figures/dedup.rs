@@ -6,6 +6,7 @@ use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
 };
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::frame::Slot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
@@ -128,9 +129,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             }
             pass => pass?,
         };
-        let mask = pass.mask(gpu)?;
         contenders.push(passes(gpu, name, move |frame| {
-            frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, &mask))
+            frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, Slot::FIRST))
         }));
     }
     let points = points(&stage1)?;

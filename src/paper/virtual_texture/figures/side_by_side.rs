@@ -263,8 +263,8 @@ fn unlisted_frame<'a>(
         let session = session.borrow();
         let (texture, target) = (&session.technique, session.target());
         let (seen, images) = (texture.seen(view), (&*target.color, &*target.depth));
-        let room = unwritten.room(Slot::FIRST);
+        let list = unwritten.list(Slot::FIRST);
         frame.pass("upload", |_| Ok(()))?;
-        frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, room, images))
+        frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, list, images))
     }))
 }

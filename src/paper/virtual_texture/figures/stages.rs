@@ -3,7 +3,7 @@
 use super::common::{SceneView, passes, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Contender, Effort};
-use crate::frame::{Seen, Shape, View};
+use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
@@ -11,7 +11,6 @@ use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::footprint::Footprint;
-use crate::paper::virtual_texture::tile_mask::TileMask;
 use crate::paper::virtual_texture::visible_list::VisibleList;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, all_needs};
 use crate::texture::source::TileFormat;
@@ -93,13 +92,12 @@ impl Stage1 {
     }
 }
 
-/// Stages 2 and 3 of one variant over a [`Stage1`], with its mask and list.
+/// Stages 2 and 3 of one variant over a [`Stage1`], with its list.
 pub struct Pair {
     pub name: String,
     pub config: Config,
     dedup: DedupPass,
     compact: CompactPass,
-    mask: TileMask,
     list: RefCell<VisibleList>,
 }
 
@@ -114,19 +112,19 @@ impl Pair {
         let make = || {
             let dedup = DedupPass::new(gpu, pyramid, &config, &stage1.footprint)?;
             let compact = CompactPass::new(gpu, pyramid, &config)?;
-            let (mask, list) = (dedup.mask(gpu)?, compact.list(gpu, u64::from(config.list_capacity))?);
-            Ok(Pair { name: name.to_string(), config, dedup, compact, mask, list: RefCell::new(list) })
+            let list = RefCell::new(compact.list(gpu, u64::from(config.list_capacity))?);
+            Ok(Pair { name: name.to_string(), config, dedup, compact, list })
         };
         make().map_err(|error: crate::vk::Error| error.to_string())
     }
 
     fn record(&self, stage1: &Stage1, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.requests, &self.mask))?;
+        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.requests, Slot::FIRST))?;
         self.compact(frame)
     }
 
     fn compact(&self, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("compact", |cmd| self.compact.run(cmd, &self.mask, &self.list.borrow()))
+        frame.pass("compact", |cmd| self.list.borrow().compact(cmd, self.dedup.mask(Slot::FIRST)))
     }
 
     /// A contender of both stages.
@@ -152,7 +150,7 @@ impl Pair {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        Ok(self.compact.collect(&stage1.gpu, &self.mask, &mut list)?.0)
+        Ok(self.compact.collect(&stage1.gpu, self.dedup.mask(Slot::FIRST), &mut list)?.0)
     }
 }
 

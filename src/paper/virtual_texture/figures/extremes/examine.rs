@@ -225,12 +225,12 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
     let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, None))?;
     let mut stage3 = Stage3::new(gpu, &drawn.pyramid, config)?;
     let seen = Seen::new([&drawn.shape], drawn.view, 0);
-    let (room, images) = (stage3.room(Slot::FIRST), (target, &*drawn.stage1.depth));
+    let (list, images) = (stage3.list(Slot::FIRST), (target, &*drawn.stage1.depth));
     let mut frame = gpu.frame()?;
-    frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, room, images))?;
-    stage3.record(&mut frame, Slot::FIRST)?;
+    frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, list, images))?;
+    stage3.record(&mut frame, Slot::FIRST, fused.mask(Slot::FIRST))?;
     frame.submit()?.wait()?;
-    Ok(stage3.collect(gpu, Slot::FIRST)?.0)
+    Ok(stage3.collect(gpu, Slot::FIRST, fused.mask(Slot::FIRST))?.0)
 }
 
 /// Draws the whole frame on a ruler texture until no tile is missing.
