@@ -16,7 +16,6 @@ pub use open::{Kept, Options};
 pub use technique::{Carrier, Record, Surfaces};
 
 use crate::frame::{Run, Stalled};
-use crate::model::mesh::MeshError;
 use crate::paper::progressive_mesh::{LoadError, SurfaceError};
 use crate::paper::virtual_texture::config::TextureError;
 use crate::paper::virtual_texture::{Unfit, VirtualTextureError};
@@ -37,8 +36,6 @@ pub enum RenderError {
     Texture(#[from] TextureError),
     #[error("{place}: {error}")]
     Plain { place: String, error: PlainError },
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
     #[error(transparent)]
     Unfit(#[from] Unfit),
     #[error(transparent)]

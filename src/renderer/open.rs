@@ -314,8 +314,7 @@ impl<'a> Loaded<'a> {
         let carrier = |surface: &Surface| {
             let lit = is_lit(surface, self.owner);
             let depth_alone = settings.config.draws_depth_alone();
-            let grid = surface.grid().transpose()?;
-            let shape = grid.map(|grid| shape(gpu, &grid, depth_alone, lit)).transpose()?;
+            let shape = surface.grid().map(|grid| shape(gpu, &grid, depth_alone, lit)).transpose()?;
             Ok(Carrier { name: surface.name.clone(), shape, lit })
         };
         surfaces.into_iter().map(carrier).collect()
@@ -326,7 +325,7 @@ impl<'a> Loaded<'a> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();
         for surface in self.scene.surfaces.values() {
-            let grid = surface.grid().transpose()?;
+            let grid = surface.grid();
             if carries_virtual(surface, self.owner) || grid.is_none() && surface.texture.is_none() {
                 continue;
             }
@@ -490,7 +489,7 @@ fn colours(kind: Kind) -> PlainTexture {
 }
 
 fn shape(gpu: &Gpu, grid: &SourceMesh, depth_alone: bool, lit: bool) -> Result<Shape, RenderError> {
-    let mesh = gpu_mesh(grid)?;
+    let mesh = gpu_mesh(grid);
     let shape = match depth_alone {
         true => Shape::with_depth_alone(gpu, &mesh)?,
         false => Shape::new(gpu, &mesh)?,

@@ -89,7 +89,6 @@ impl<'a> Truth<'a> {
         let layer = |surface: &Surface| {
             let (mesh, normals) = match surface.grid() {
                 Some(grid) => {
-                    let grid = grid.map_err(|error| error.to_string())?;
                     let normals = normals(&grid.positions, &grid.triangles);
                     (grid, normals)
                 }

@@ -9,7 +9,7 @@ use super::error::list;
 use super::eyes::names;
 use super::part::Part;
 use super::value::{Kind, Setting};
-use crate::model::mesh::{self, MeshError, SourceMesh};
+use crate::model::mesh::{self, SourceMesh};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use toml::{Table, Value};
@@ -202,20 +202,17 @@ pub struct Surface {
 
 impl Surface {
     /// The triangles of an ellipsoid, a plane or a cylinder; `None` for other kinds.
-    ///
-    /// # Errors
-    /// Numbers that pass the declared ranges but do not form a grid.
-    pub fn grid(&self) -> Option<Result<SourceMesh, MeshError>> {
-        match self.geometry {
-            Geometry::Ellipsoid(Ellipsoid { columns, rows }) => Some(mesh::earth(columns, rows)),
+    pub fn grid(&self) -> Option<SourceMesh> {
+        Some(match self.geometry {
+            Geometry::Ellipsoid(Ellipsoid { columns, rows }) => mesh::earth(columns, rows),
             Geometry::Plane(Plane { width_m, height_m, columns, rows }) => {
-                Some(mesh::plane(width_m, height_m, columns, rows))
+                mesh::plane(width_m, height_m, columns, rows)
             }
             Geometry::Cylinder(Cylinder { radius_m, length_m, columns, rows }) => {
-                Some(mesh::cylinder(radius_m, length_m, columns, rows))
+                mesh::cylinder(radius_m, length_m, columns, rows)
             }
-            Geometry::Other(_) => None,
-        }
+            Geometry::Other(_) => return None,
+        })
     }
 }
 

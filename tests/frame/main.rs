@@ -70,7 +70,7 @@ impl Landscape {
         settings.streaming.upload_tiles_per_frame = 64;
         Landscape {
             source: open_texture(&scene).unwrap(),
-            mesh: gpu_mesh(&source_mesh(&scene).unwrap()).unwrap(),
+            mesh: gpu_mesh(&source_mesh(&scene).unwrap()),
             settings,
             pose: scene.camera("corner-oblique").unwrap().pose(),
         }

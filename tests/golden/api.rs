@@ -81,7 +81,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
     }
     let open = || -> (Arc<dyn TileSource>, Mesh) {
         let source = Remembered::new(open_texture(&scene).unwrap());
-        (source, gpu_mesh(&source_mesh(&scene).unwrap()).unwrap())
+        (source, gpu_mesh(&source_mesh(&scene).unwrap()))
     };
     let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);
     let mut session = VirtualTexture::run(gpu.clone(), source.clone(), mesh, settings).unwrap();

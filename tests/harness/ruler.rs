@@ -62,7 +62,7 @@ fn pose() -> Pose {
 fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -> Verdicts {
     let gpu = Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() });
     let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
-    let mesh = mesh::gpu_mesh(&mesh::earth(97, 49).unwrap()).unwrap();
+    let mesh = mesh::gpu_mesh(&mesh::earth(97, 49));
     let streaming = StreamingConfig { deterministic: true, ..StreamingConfig::default() };
     let settings = Settings { size: [320, 180], config: ONE_SAMPLE, streaming, target: Target::Srgb8 };
     let source = Arc::new(Spoilt { ruler, spoil, instead });

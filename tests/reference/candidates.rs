@@ -18,7 +18,7 @@ proptest! {
         moves in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 6),
         radius_px in 0.01..2.0f64,
     ) {
-        let earth = mesh::earth(40, 20).unwrap();
+        let earth = mesh::earth(40, 20);
         let (pose, size) = (over_earth(latitude_deg, longitude_deg, 10f64.powf(altitude_log10), tilt_deg), [24, 14]);
         let to_clip = pose.world_to_clip(size[0], size[1]);
         let here = ReferenceView::new(&earth, &to_clip, pose.eye, size);
@@ -49,8 +49,8 @@ proptest! {
 
 #[test]
 fn the_nearer_of_two_planes_is_seen_and_the_farther_is_not_a_candidate() {
-    let mut both = mesh::plane(1000.0, 1000.0, 1, 1).unwrap();
-    let upper = mesh::plane(1000.0, 1000.0, 1, 1).unwrap();
+    let mut both = mesh::plane(1000.0, 1000.0, 1, 1);
+    let upper = mesh::plane(1000.0, 1000.0, 1, 1);
     let first = both.positions.len() as u32;
     both.positions.extend(upper.positions.iter().map(|&position| position + DVec3::Z));
     both.coordinates.extend(upper.coordinates.iter().copied());
@@ -68,7 +68,7 @@ fn the_nearer_of_two_planes_is_seen_and_the_farther_is_not_a_candidate() {
 
 #[test]
 fn candidates_are_one_inside_a_triangle_two_at_an_edge_and_never_the_earths_far_side() {
-    let plane = mesh::plane(32.0, 32.0, 1, 1).unwrap();
+    let plane = mesh::plane(32.0, 32.0, 1, 1);
     let (to_clip, eye) = straight_on([32, 32]);
     let flat = ReferenceView::new(&plane, &to_clip, eye, [32, 32]);
     assert_eq!(flat.candidates(4, 4, 0.5).samples.len(), 1);
@@ -77,7 +77,7 @@ fn candidates_are_one_inside_a_triangle_two_at_an_edge_and_never_the_earths_far_
     assert_eq!(flat.candidates(15, 18, 0.01).samples.len(), 1);
     assert!(!flat.candidates(0, 9, 0.49).background && flat.candidates(0, 9, 0.51).background);
 
-    let earth = mesh::earth(120, 60).unwrap();
+    let earth = mesh::earth(120, 60);
     let pose = over_earth(0.0, 0.0, 2e7, 0.0);
     let view = view(&earth, &pose, [64, 64]);
     let mut limb = 0;

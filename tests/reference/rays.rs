@@ -33,7 +33,7 @@ fn trace(mesh: &SourceMesh, eye: DVec3, direction: DVec3) -> Option<(u32, DVec2,
 
 /// A jittered grid of triangles that fills the picture, in a plane straight ahead.
 fn jittered(shifts: &[(i32, i32)], quads: usize, steps: f64) -> SourceMesh {
-    let mut mesh = mesh::plane(32.0, 32.0, quads as u32, quads as u32).unwrap();
+    let mut mesh = mesh::plane(32.0, 32.0, quads as u32, quads as u32);
     let columns = quads + 1;
     for row in 1..quads {
         for column in 1..quads {
@@ -75,7 +75,7 @@ proptest! {
         latitude_deg in -90.0..90.0f64, longitude_deg in -180.0..180.0f64,
         altitude_log10 in 4.0..8.0f64, heading_deg in 0.0..360.0f64, tilt_deg in 0.0..100.0f64,
     ) {
-        let earth = mesh::earth(24, 12).unwrap();
+        let earth = mesh::earth(24, 12);
         // With chords of 15 degrees the mesh is up to 110 km below the ellipsoid.
         let place = GroundPoint::Planet { latitude_deg, longitude_deg };
         let pose = Camera { heading_deg, ..camera(place, 10f64.powf(altitude_log10), tilt_deg) }.pose();

@@ -10,7 +10,7 @@ use ortelius::reference::{ReferenceView, Sample};
 #[test]
 fn a_plane_seen_straight_on_has_exact_derivatives() {
     let (size, sides_m) = ([64, 36], [4000.0, 2000.0]);
-    let plane = mesh::plane(sides_m[0], sides_m[1], 7, 5).unwrap();
+    let plane = mesh::plane(sides_m[0], sides_m[1], 7, 5);
     let pose = over_plane(100.0, -50.0, 500.0, 0.0);
     let pixel_m = 2.0 * 500.0 * 30f64.to_radians().tan() / 36.0;
     for sample in view(&plane, &pose, size).samples() {
@@ -28,7 +28,7 @@ fn a_plane_seen_straight_on_has_exact_derivatives() {
 #[test]
 fn a_tilted_plane_follows_the_hyperbola_of_perspective() {
     let (size, sides_m) = ([65, 37], [80_000.0, 40_000.0]);
-    let plane = mesh::plane(sides_m[0], sides_m[1], 16, 8).unwrap();
+    let plane = mesh::plane(sides_m[0], sides_m[1], 16, 8);
     let pose = over_plane(3000.0, -15_000.0, 700.0, 70.0);
     let view = view(&plane, &pose, size);
     let at = |x_px: f64, y_px: f64| on_plane(&pose, size, sides_m, x_px, y_px);
@@ -66,7 +66,7 @@ fn a_tilted_plane_follows_the_hyperbola_of_perspective() {
 
 #[test]
 fn a_quad_shares_its_differences_along_its_own_row_only() {
-    let plane = mesh::plane(80_000.0, 40_000.0, 1, 1).unwrap();
+    let plane = mesh::plane(80_000.0, 40_000.0, 1, 1);
     let view = view(&plane, &over_plane(0.0, -15_000.0, 700.0, 60.0), [64, 36]);
     let fine = |x, y| view.sample(x, y).unwrap().fine;
     assert_eq!(fine(30, 30).dsdx, fine(31, 30).dsdx);
@@ -79,7 +79,7 @@ fn a_quad_shares_its_differences_along_its_own_row_only() {
 fn the_earths_disc_ends_at_its_horizon() {
     // Seen from above the pole, the ellipsoid's silhouette is a circle, at which tangents from (0, z) touch the
     // ellipse.
-    let (earth, size) = (mesh::earth(360, 180).unwrap(), [256, 256]);
+    let (earth, size) = (mesh::earth(360, 180), [256, 256]);
     let pose = over_earth(90.0, 0.0, 1e7, 0.0);
     let (a, b, z) = (geodesy::EQUATOR_RADIUS_M, geodesy::POLE_RADIUS_M, pose.eye.z);
     let touch_radius_m = a * (1.0 - (b / z).powi(2)).sqrt();
@@ -105,7 +105,7 @@ fn the_earths_disc_ends_at_its_horizon() {
 
 #[test]
 fn the_pixel_above_a_pole_and_the_seam_belong_to_the_right_columns() {
-    let earth = mesh::earth(36, 18).unwrap();
+    let earth = mesh::earth(36, 18);
     let samples = view(&earth, &over_earth(0.0, 180.0, 1e6, 0.0), [16, 16]).samples();
     for (index, sample) in samples.iter().enumerate() {
         let sample = sample.expect("the earth fills the picture");
@@ -123,7 +123,7 @@ fn the_pixel_above_a_pole_and_the_seam_belong_to_the_right_columns() {
 fn a_triangle_behind_and_before_the_eye_is_seen_where_it_is() {
     // Two triangles of 2000 km; the eye stands 2 m above their middle and looks at the horizon.
     let (size, sides_m) = ([32, 32], [2e6, 2e6]);
-    let (two, many) = (mesh::plane(2e6, 2e6, 1, 1).unwrap(), mesh::plane(2e6, 2e6, 50, 50).unwrap());
+    let (two, many) = (mesh::plane(2e6, 2e6, 1, 1), mesh::plane(2e6, 2e6, 50, 50));
     let pose = over_plane(10.0, 20.0, 2.0, 90.0);
     let (few, fine) = (view(&two, &pose, size), view(&many, &pose, size));
     for y in 0..32 {
@@ -143,7 +143,7 @@ fn a_triangle_behind_and_before_the_eye_is_seen_where_it_is() {
 
 #[test]
 fn a_mesh_wholly_behind_the_eye_is_not_seen() {
-    let plane = mesh::plane(100.0, 100.0, 3, 3).unwrap();
+    let plane = mesh::plane(100.0, 100.0, 3, 3);
     let up = over_plane(0.0, 0.0, 10.0, 180.0);
     assert!(view(&plane, &up, [8, 8]).samples().iter().all(Option::is_none));
     let down = over_plane(0.0, 0.0, 10.0, 0.0);
@@ -152,7 +152,7 @@ fn a_mesh_wholly_behind_the_eye_is_not_seen() {
 
 #[test]
 fn triangles_without_area_are_never_seen() {
-    let mut plane = mesh::plane(100.0, 100.0, 2, 2).unwrap();
+    let mut plane = mesh::plane(100.0, 100.0, 2, 2);
     let clean = view(&plane, &over_plane(0.0, 0.0, 10.0, 40.0), [16, 16]).samples();
     plane.triangles.extend([[0, 0, 1], [3, 3, 3], [0, 1, 2], [3, 4, 5]]);
     assert_eq!(view(&plane, &over_plane(0.0, 0.0, 10.0, 40.0), [16, 16]).samples(), clean);

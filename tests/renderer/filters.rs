@@ -80,7 +80,7 @@ fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2
     silent(&renderer);
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let pose = scene.pose(0).unwrap();
-    let grid = scene.surfaces["land"].grid().unwrap().unwrap();
+    let grid = scene.surfaces["land"].grid().unwrap();
     let view = ReferenceView::new(&grid, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
     let mut counts = [0; 2];
     for (n, found) in found.iter().enumerate() {

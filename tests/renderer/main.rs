@@ -69,7 +69,7 @@ fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMe
         }
     }
     let others = scene.surfaces.values().filter(|surface| surface.name != without);
-    for (surface, grid) in others.filter_map(|surface| Some((surface, surface.grid()?.unwrap()))) {
+    for (surface, grid) in others.filter_map(|surface| Some((surface, surface.grid()?))) {
         for triangle in &grid.triangles {
             let corner = |vertex: u32| (grid.positions[vertex as usize], grid.coordinates[vertex as usize]);
             let is_virtual = scene.texture_kind(surface) == Some("virtual");

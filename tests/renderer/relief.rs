@@ -29,12 +29,8 @@ fn truth(scene: &Scene, kind: Kind, depth_m: f64) -> Truth {
     let bytes: Vec<f64> = kind.picture(side).iter().map(|[_, green, _]| srgb8_to_linear(*green)).collect();
     let pose = scene.pose(0).unwrap();
     let surface = scene.surfaces.values().next().unwrap();
-    let view = ReferenceView::new(
-        &surface.grid().unwrap().unwrap(),
-        &pose.world_to_clip(SIZE[0], SIZE[1]),
-        pose.eye,
-        SIZE,
-    );
+    let view =
+        ReferenceView::new(&surface.grid().unwrap(), &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
     let texels = side as f64;
     let eye = [
         (pose.eye.x / 4.0 + 0.5) * texels - 0.5,

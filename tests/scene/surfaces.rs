@@ -20,7 +20,7 @@ fn surfaces_share_a_ground_and_one_virtual_texture() {
     assert_eq!((land.lit, shell.lit), (None, Some(true)));
     assert_eq!(owner(&scene).unwrap().unwrap().name, "land");
     assert_eq!(scene.texture_kind(shell), Some("virtual"));
-    assert_eq!(shell.grid().unwrap().unwrap().triangles.len(), 8 * 2 + 8 * 2 * 2);
+    assert_eq!(shell.grid().unwrap().triangles.len(), 8 * 2 + 8 * 2 * 2);
     // Without the other surface the scene is still complete.
     assert_eq!(load(SMALL).unwrap().surfaces.len(), 1);
 }

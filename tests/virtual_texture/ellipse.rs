@@ -284,7 +284,7 @@ fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellips
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let pose = pose(&scene, camera);
     let view = view_of(&scene, &pose, size);
-    let limb = pose.pixel_tangent(size[1]) * scene.surfaces["land"].grid().unwrap().unwrap().curvature;
+    let limb = pose.pixel_tangent(size[1]) * scene.surfaces["land"].grid().unwrap().curvature;
     let source = renderer.technique.source.clone();
     let (texels, pyramid) = (Texels::new(&*source), source.pyramid());
     let (mut worst, mut beyond, mut judged, mut excused) = (0.0f64, 0, 0, 0);

@@ -35,7 +35,7 @@ fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileI
 
 /// The scene's mesh with the buffers for depth-only drawing.
 fn shape(gpu: &Gpu, scene: &Scene) -> Rc<Shape> {
-    let mesh = gpu_mesh(&source_mesh(scene).unwrap()).unwrap();
+    let mesh = gpu_mesh(&source_mesh(scene).unwrap());
     Rc::new(Shape::with_depth_alone(gpu, &mesh).unwrap())
 }
 
@@ -174,7 +174,7 @@ fn hidden_plane(scene: &Scene) -> SourceMesh {
 fn hidden_tiles_are_marked_only_without_a_depth_pass() {
     let gpu = device();
     let scene = scene("plane");
-    let mesh = gpu_mesh(&hidden_plane(&scene)).unwrap();
+    let mesh = gpu_mesh(&hidden_plane(&scene));
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {

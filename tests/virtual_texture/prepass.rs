@@ -96,7 +96,7 @@ impl Drawn<'_> {
         let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
         let resident = TilePool::new(gpu, &Ruler::new(pyramid), 1).unwrap();
         let target = gpu.image("picture", ImageInfo::target(SIZE, Format::Rgba8Srgb)).unwrap();
-        let mesh = gpu_mesh(source).unwrap();
+        let mesh = gpu_mesh(source);
         Drawn {
             shape: Shape::with_depth_alone(gpu, &mesh).unwrap(),
             clusters: mesh.clusters(),
@@ -147,7 +147,7 @@ impl Drawn<'_> {
 
 /// A ball of radius 1 with waves and needles, which move each vertex along its radius by up to `height`.
 fn bumpy_ball(random: &mut Random, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
-    let mut mesh = earth(columns, rows).unwrap();
+    let mut mesh = earth(columns, rows);
     let waves: Vec<(DVec3, f64)> =
         (0..4).map(|_| (random.direction() * random.between(2.0, 40.0), random.next())).collect();
     let lift = |place: DVec3| {
@@ -177,7 +177,7 @@ fn corners(mesh: &Mesh, cluster: &Cluster) -> Vec<[DVec3; 3]> {
 #[test]
 fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_and_normal() {
     for [columns, rows] in [[3, 2], [40, 23], [388, 194]] {
-        let mesh = gpu_mesh(&earth(columns, rows).unwrap()).unwrap();
+        let mesh = gpu_mesh(&earth(columns, rows));
         let (mut next, mut largest) = (0, 0f64);
         for cluster in mesh.clusters() {
             assert_eq!(cluster.first_index, next);
@@ -200,7 +200,7 @@ fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_a
 
 #[test]
 fn a_cluster_with_nan_or_without_area_has_infinite_or_empty_bounds() {
-    let mut mesh = gpu_mesh(&plane(30.0, 40.0, 1, 1).unwrap()).unwrap();
+    let mut mesh = gpu_mesh(&plane(30.0, 40.0, 1, 1));
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
     assert!((cluster.least_height_m - 24.0).abs() < 1e-12, "3, 4 and 5: {cluster:?}");
     assert!((cluster.radius_m - 25.0).abs() < 1e-12);
@@ -235,7 +235,7 @@ fn culling_in_the_depth_pass_changes_neither_depth_nor_list() {
 fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
     let gpu = device();
     let mut random = Random(4);
-    let mut sheets = plane(2.0, 2.0, 40, 40).unwrap();
+    let mut sheets = plane(2.0, 2.0, 40, 40);
     let first = sheets.positions.len() as u32;
     sheets.positions.extend_from_within(..);
     sheets.coordinates.extend_from_within(..);

@@ -81,7 +81,7 @@ fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
         settings.size = [64, 36];
         settings.streaming.gpu_tiles = 8;
         settings.config.filter = Filter { max_anisotropy, ..Filter::DEFAULT };
-        let mesh = mesh::gpu_mesh(&source_mesh(&scene).unwrap()).unwrap();
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene).unwrap());
         let renderer = VirtualTexture::run(gpu.clone(), open_texture(&scene).unwrap(), &mesh, settings);
         assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of {border}");
     }

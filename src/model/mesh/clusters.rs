@@ -42,7 +42,7 @@ impl Mesh {
     }
 
     /// A vertex's position as the GPU has it, without further rounding.
-    fn position(&self, index: u32) -> DVec3 {
+    pub(super) fn position(&self, index: u32) -> DVec3 {
         let vertex = &self.vertices[index as usize];
         DVec3::from_array(vertex.position_high.map(f64::from))
             + DVec3::from_array(vertex.position_low.map(f64::from))

@@ -44,7 +44,7 @@ mod tests {
 
     #[test]
     fn depth_only_triangles_are_the_same_with_each_position_once() {
-        let mesh = gpu_mesh(&earth(388, 194).unwrap()).unwrap();
+        let mesh = gpu_mesh(&earth(388, 194));
         let (positions, indices) = mesh.positions();
         // 193 rings of 388 (the seam is one position), and the poles.
         assert_eq!(positions.len(), 193 * 388 + 2);

@@ -1,7 +1,7 @@
 //! A surface's virtual texture: its keys in a scene, and its source of tiles.
 
 use crate::math::pyramid::{Pyramid, PyramidError};
-use crate::model::mesh::{MeshError, SourceMesh};
+use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::scene::{Choice, Fault, Part, Scene, SceneError, Surface, choices, settings};
 use crate::texture::source::earth::{Earth, EarthError};
@@ -138,8 +138,6 @@ pub enum TextureError {
     #[error("surface.{0}: only an ellipsoid, a plane or a cylinder can be drawn here")]
     Geometry(String),
     #[error(transparent)]
-    Mesh(#[from] MeshError),
-    #[error(transparent)]
     Pyramid(#[from] PyramidError),
     #[error(transparent)]
     Earth(#[from] EarthError),
@@ -193,7 +191,7 @@ pub fn texture(scene: &Scene) -> Result<Texture, TextureError> {
 /// [`TextureError::Absent`]; a geometry that is not a grid.
 pub fn source_mesh(scene: &Scene) -> Result<SourceMesh, TextureError> {
     let surface = needed(scene)?;
-    Ok(surface.grid().ok_or_else(|| TextureError::Geometry(surface.name.clone()))??)
+    surface.grid().ok_or_else(|| TextureError::Geometry(surface.name.clone()))
 }
 
 /// Opens the scene's virtual texture, with the injected faults of its `[disk]`. Synthetic sources need no file.

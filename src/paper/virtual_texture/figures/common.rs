@@ -64,7 +64,7 @@ impl SceneView {
         change(&mut settings);
         let source = open_texture(&scene)?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
-        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         Ok(Opened { session: VirtualTexture::run(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }

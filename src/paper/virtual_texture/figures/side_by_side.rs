@@ -133,7 +133,7 @@ impl SideBySide {
         let SceneView { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
         let source = Remembered::new(open_texture(&scene)?);
-        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?)?;
+        let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
             let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
             (settings.size, settings.config) = (size, config);

@@ -64,7 +64,7 @@ impl Stage1 {
         if scene == NOISE {
             stage1.fill(&noise(size, &pyramid))?;
         } else {
-            let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?)?)?;
+            let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?))?;
             let mut frame = stage1.gpu.frame()?;
             frame.pass("footprint", |cmd| {
                 stage1.footprint.draw(cmd, &Seen::new([&shape], View::new(&pose, size), 0))

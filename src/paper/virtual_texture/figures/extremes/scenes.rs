@@ -242,16 +242,12 @@ impl Extreme {
         let scene = Scene::load_with(self.scene, &changes)?;
         let pyramid =
             texture(&scene).expect("a textured surface").pyramid().expect("checked").expect("no file");
-        let made = |source: SourceMesh| (shapes::eye(), shapes::unchecked_gpu_mesh(&source), source);
-        let (pose, mesh, source) = match self.landscape {
-            Landscape::Scene => {
-                let source = source_mesh(&scene).expect("checked");
-                (scene.pose(0)?, gpu_mesh(&source).expect("checked"), source)
-            }
-            Landscape::Made(make) => made(make(&pyramid, size)),
-            Landscape::Noise => made(shapes::noise(&pyramid, size)),
+        let (pose, source) = match self.landscape {
+            Landscape::Scene => (scene.pose(0)?, source_mesh(&scene).expect("checked")),
+            Landscape::Made(make) => (shapes::eye(), make(&pyramid, size)),
+            Landscape::Noise => (shapes::eye(), shapes::noise(&pyramid, size)),
         };
-        Ok(Sight { size, pyramid, pose, source, mesh })
+        Ok(Sight { size, pyramid, pose, mesh: gpu_mesh(&source), source })
     }
 
     /// The triple of a pixel of [`Landscape::Noise`], counted row by row.

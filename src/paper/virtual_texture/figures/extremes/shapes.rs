@@ -5,7 +5,7 @@
 
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::model::mesh::{Mesh, MeshVertex, SourceMesh};
+use crate::model::mesh::SourceMesh;
 use glam::{DVec2, DVec3};
 
 /// The camera of all these meshes.
@@ -172,34 +172,9 @@ pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     canvas.mesh
 }
 
-/// As [`crate::model::mesh::gpu_mesh`], but without its checks, to test how the device handles invalid values.
-pub fn unchecked_gpu_mesh(source: &SourceMesh) -> Mesh {
-    let mut mesh = Mesh::default();
-    for triangle in &source.triangles {
-        let coordinates = triangle.map(|vertex| source.coordinates[vertex as usize]);
-        let smallest = coordinates[0].min(coordinates[1]).min(coordinates[2]);
-        // The cast saturates, and NaN becomes 0.
-        let cell = (smallest * 1024.0).floor().to_array().map(|cell| (cell as u32).min(1023));
-        for &vertex in triangle {
-            let position = source.positions[vertex as usize];
-            let coordinate = source.coordinates[vertex as usize].to_array();
-            let position_high = position.as_vec3();
-            mesh.indices.push(mesh.vertices.len() as u32);
-            mesh.vertices.push(MeshVertex {
-                position_high: position_high.to_array(),
-                position_low: (position - position_high.as_dvec3()).as_vec3().to_array(),
-                origin: cell.map(|cell| cell << 22),
-                offset: [0, 1].map(|axis| (coordinate[axis] - f64::from(cell[axis]) / 1024.0) as f32),
-            });
-        }
-    }
-    mesh
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::mesh::{gpu_mesh, plane};
     use std::collections::BTreeSet;
 
     #[test]
@@ -210,15 +185,5 @@ mod tests {
         assert!(tiles.iter().all(|&tile| pyramid.contains(tile)));
         let levels: BTreeSet<u32> = tiles.iter().map(|tile| tile.level).collect();
         assert_eq!(levels.len(), pyramid.first_resident_level() as usize, "tiles of every level");
-    }
-
-    #[test]
-    fn the_unchecked_mesh_equals_the_checked_one_for_valid_input() {
-        let source = plane(100.0, 50.0, 7, 5).unwrap();
-        let (checked, unchecked) = (gpu_mesh(&source).unwrap(), unchecked_gpu_mesh(&source));
-        assert_eq!(checked.indices.len(), unchecked.indices.len());
-        for (&a, &b) in checked.indices.iter().zip(&unchecked.indices) {
-            assert_eq!(checked.vertices[a as usize], unchecked.vertices[b as usize]);
-        }
     }
 }

@@ -71,7 +71,7 @@ fn session(
     settings.config = Config { filter: settings.config.filter, ..LISTS };
     change(&mut settings);
     let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
-    let mesh = mesh::gpu_mesh(&source_mesh(scene)?)?;
+    let mesh = mesh::gpu_mesh(&source_mesh(scene)?);
     Ok(VirtualTexture::run(gpu, source, &mesh, settings)?)
 }
 

@@ -146,7 +146,7 @@ impl Sweep<'_> {
         Ok(Stage {
             sweep: self,
             gpu: device(bench, &all_needs())?,
-            mesh: mesh::gpu_mesh(&mesh)?,
+            mesh: mesh::gpu_mesh(&mesh),
             truth: Truth::new(&*source, &mesh, &self.pose, self.size)?,
             sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),
         })
