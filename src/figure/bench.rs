@@ -147,11 +147,7 @@ impl Bench {
     ) -> anyhow::Result<Vec<Timed>> {
         contenders.push(Contender {
             variant: "empty pass".into(),
-            run: Box::new(|| {
-                let mut frame = gpu.frame()?;
-                frame.pass("empty pass", |_| Ok(()))?;
-                Ok(frame.submit()?.wait()?)
-            }),
+            run: Box::new(|| Ok(gpu.run_pass("empty pass", |_| Ok(()))?)),
         });
         let count = contenders.len();
         let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];

@@ -10,7 +10,7 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
-    Blend, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo,
 };
 use std::sync::Arc;
@@ -74,15 +74,10 @@ impl PlainSurfaces {
                 _ => &plain_frag::SHADERS,
             };
             gpu.graphics_pipeline(&GraphicsInfo {
-                name: shaders[lit].name,
-                vertex,
-                geometry: None,
-                fragment: Some(&shaders[lit]),
                 specialization,
-                points: false,
                 depth: Some(Depth::Write),
                 colors: &[target.color.info().format],
-                blend: Blend::Replace,
+                ..GraphicsInfo::triangles(vertex, &shaders[lit])
             })
         };
         let mut pipelines: Vec<(PlainFilter, [GraphicsPipeline; 2])> = Vec::new();

@@ -8,8 +8,8 @@ use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
-    self, Blend, Clear, ColorTarget, Depth, DepthTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, ImageInfo, Result,
+    self, Clear, ColorTarget, Depth, DepthTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Result,
 };
 use std::sync::Arc;
 
@@ -38,15 +38,10 @@ impl ReliefSteps {
             }
             let shader = &relief_surface_frag::SHADERS[WORK];
             let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-                name: shader.name,
-                vertex: &mesh_vert::SHADER,
-                geometry: None,
-                fragment: Some(shader),
                 specialization: &ReliefSurface::constants(method),
-                points: false,
                 depth: Some(Depth::Equal),
                 colors: &[Format::Rgba32Uint],
-                blend: Blend::Replace,
+                ..GraphicsInfo::triangles(&mesh_vert::SHADER, shader)
             })?;
             pipelines.push((surface.filter, pipeline));
         }

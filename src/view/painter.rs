@@ -221,15 +221,9 @@ impl Painter {
 fn pipelines(gpu: &Gpu, format: Format) -> Result<[GraphicsPipeline; 2]> {
     let pipeline = |format| {
         gpu.graphics_pipeline(&GraphicsInfo {
-            name: panels_frag::SHADER.name,
-            vertex: &panels_vert::SHADER,
-            geometry: None,
-            fragment: Some(&panels_frag::SHADER),
-            specialization: &[],
-            points: false,
-            depth: None,
             colors: &[format],
             blend: Blend::Over,
+            ..GraphicsInfo::triangles(&panels_vert::SHADER, &panels_frag::SHADER)
         })
     };
     Ok([pipeline(Format::Rgba8)?, pipeline(format)?])

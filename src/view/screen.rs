@@ -4,9 +4,8 @@ use super::painter::Painter;
 use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
-    Acquired, Blend, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo,
-    GraphicsPipeline, Image, ImageInfo, PresentMode, Resource, Result, Swapchain, TexelCopy, View,
-    WindowSurface,
+    Acquired, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, ImageInfo, PresentMode, Resource, Result, Swapchain, TexelCopy, View, WindowSurface,
 };
 
 /// Parameters of the present pass.
@@ -163,15 +162,8 @@ impl Screen {
 
 fn pipeline(gpu: &Gpu, format: Format) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
-        name: present_frag::SHADER.name,
-        vertex: &present_vert::SHADER,
-        geometry: None,
-        fragment: Some(&present_frag::SHADER),
-        specialization: &[],
-        points: false,
-        depth: None,
         colors: &[format],
-        blend: Blend::Replace,
+        ..GraphicsInfo::triangles(&present_vert::SHADER, &present_frag::SHADER)
     })
 }
 

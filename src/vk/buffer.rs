@@ -241,7 +241,7 @@ impl Gpu {
         };
         if bytes > most {
             let what = format!("needs {bytes} bytes; this device's {whose} {most}; {advice}");
-            return Err(Error::Limit { object: name.to_string(), what });
+            return Err(Error::limit(name, what));
         }
         Ok(())
     }
@@ -260,12 +260,10 @@ impl Gpu {
         }
         let mut staging = self.buffer("staging", bytes.len() as u64, BufferUse::Upload)?;
         staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
-        let mut frame = self.frame()?;
-        frame.pass("upload", |cmd| {
+        self.run_pass("upload", |cmd| {
             cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64);
             Ok(())
         })?;
-        frame.submit()?.wait()?;
         Ok(buffer)
     }
 }

@@ -177,11 +177,11 @@ impl Cmd<'_> {
         let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
         match resource {
             Resource::Buffer(buffer) if kind == DescriptorKind::StorageBuffer && buffer.bytes() > most => {
-                let (object, bytes) = (buffer.name().to_owned(), buffer.bytes());
+                let bytes = buffer.bytes();
                 let what = format!(
                     "has {bytes} bytes; {pipeline} can address {most} on this device; take a smaller mesh"
                 );
-                Err(Error::Limit { object, what })
+                Err(Error::limit(buffer.name(), what))
             }
             _ => Ok(()),
         }
@@ -238,13 +238,7 @@ impl Cmd<'_> {
     }
 
     pub fn copy_buffer(&mut self, from: &Buffer, from_at: u64, to: &Buffer, to_at: u64, bytes: u64) {
-        assert!(from_at + bytes <= from.bytes(), "{}: {from_at} + {bytes} of {}", from.name(), from.bytes());
-        assert!(to_at + bytes <= to.bytes(), "{}: {to_at} + {bytes} of {}", to.name(), to.bytes());
-        self.work.copied_bytes += bytes;
-        let region = vk::BufferCopy { src_offset: from_at, dst_offset: to_at, size: bytes };
-        let [from, to] = [from, to].map(|buffer| buffer.for_frame(self.mapped));
-        // SAFETY: the ranges were checked.
-        unsafe { self.device.handle.cmd_copy_buffer(self.handle, from, to, &[region]) };
+        self.copy_ranges(from, to, &[[from_at, to_at, bytes]]);
     }
 
     /// As [`Cmd::copy_buffer`], several ranges in one command: (offset in `from`, offset in `to`, bytes).
@@ -253,8 +247,10 @@ impl Cmd<'_> {
             return;
         }
         let region = |&[src_offset, dst_offset, size]: &[u64; 3]| {
-            assert!(src_offset + size <= from.bytes(), "{}: {src_offset} + {size}", from.name());
-            assert!(dst_offset + size <= to.bytes(), "{}: {dst_offset} + {size}", to.name());
+            let (room, name) = (from.bytes(), from.name());
+            assert!(src_offset + size <= room, "{name}: {src_offset} + {size} of {room}");
+            let (room, name) = (to.bytes(), to.name());
+            assert!(dst_offset + size <= room, "{name}: {dst_offset} + {size} of {room}");
             vk::BufferCopy { src_offset, dst_offset, size }
         };
         let regions: Vec<_> = ranges.iter().map(region).collect();

@@ -185,6 +185,23 @@ impl Device {
             .check("vkGetSemaphoreCounterValue", "timeline")
     }
 
+    /// Reads the results of queries from number `first` on. Their frame must have ended.
+    pub(super) fn query_results<T>(
+        &self,
+        pool: vk::QueryPool,
+        first: u32,
+        results: &mut [T],
+        what: &str,
+    ) -> Result<()> {
+        if results.is_empty() {
+            return Ok(());
+        }
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: the queries ended with their frame, which the caller has waited for.
+        unsafe { self.handle.get_query_pool_results(pool, first, results, flags) }
+            .check("vkGetQueryPoolResults", what)
+    }
+
     pub(super) fn objects(&self) -> MutexGuard<'_, Objects> {
         self.objects.lock().expect("no panic while objects are moved")
     }
@@ -255,9 +272,8 @@ fn queue_family(instance: &Instance, physical: &PhysicalDevice) -> Result<(u32, 
         .iter()
         .position(|family| family.queue_flags.contains(wanted))
         .map(|index| (index as u32, families[index].timestamp_valid_bits))
-        .ok_or_else(|| Error::Limit {
-            object: physical.name.clone(),
-            what: "no queue for graphics and compute; choose another --device".into(),
+        .ok_or_else(|| {
+            Error::limit(&physical.name, "no queue for graphics and compute; choose another --device")
         })
 }
 

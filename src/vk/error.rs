@@ -36,6 +36,13 @@ pub enum Error {
     Call { call: &'static str, object: String, result: vk::Result },
 }
 
+impl Error {
+    /// A limit of the device that `object` exceeds.
+    pub(crate) fn limit(object: &str, what: impl Into<String>) -> Error {
+        Error::Limit { object: object.to_owned(), what: what.into() }
+    }
+}
+
 /// Turns a Vulkan result into an [`Error`] that names the call and the object. Every Vulkan call uses this.
 pub(crate) trait Check<T> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error>;

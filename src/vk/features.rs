@@ -64,6 +64,19 @@ pub struct Need {
     pub without: &'static str,
 }
 
+impl Need {
+    fn missing(&self, device: &str) -> Error {
+        let Need { feature, pass, without } = *self;
+        Error::MissingFeature { device: device.to_owned(), feature: feature.name(), pass, without }
+    }
+
+    /// # Errors
+    /// [`Error::MissingFeature`] for the first of `needs` whose feature `has` lacks.
+    pub(super) fn check_all(needs: &[Need], device: &str, has: impl Fn(Feature) -> bool) -> Result<()> {
+        needs.iter().find(|need| !has(need.feature)).map_or(Ok(()), |need| Err(need.missing(device)))
+    }
+}
+
 /// What a device offers: its features of [`Feature::ALL`], scalar block layout (which every pass needs), and
 /// its subgroup size.
 #[derive(Clone, Debug, Default)]
@@ -135,16 +148,7 @@ impl Offered {
     /// # Errors
     /// [`Error::MissingFeature`] for the first need that the device does not meet.
     pub(crate) fn require(&self, device: &str, needs: &[Need]) -> Result<()> {
-        for need in needs {
-            if !self.features.contains(&need.feature) {
-                return Err(Error::MissingFeature {
-                    device: device.to_string(),
-                    feature: need.feature.name(),
-                    pass: need.pass,
-                    without: need.without,
-                });
-            }
-        }
+        Need::check_all(needs, device, |feature| self.features.contains(&feature))?;
         if !self.scalar_block_layout {
             return Err(Error::MissingFeature {
                 device: device.to_string(),

@@ -167,17 +167,8 @@ impl Slot {
             Work::add_statistics(device, statistics, &mut works)?;
         }
         let mut stamps = vec![0u64; 2 * labels.len()];
-        if !stamps.is_empty() && device.timestamp_bits > 0 {
-            // SAFETY: the frame has ended, and wrote 2 timestamps per label.
-            unsafe {
-                device.handle.get_query_pool_results(
-                    self.queries,
-                    0,
-                    &mut stamps,
-                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-                )
-            }
-            .check("vkGetQueryPoolResults", "timestamps")?;
+        if device.timestamp_bits > 0 {
+            device.query_results(self.queries, 0, &mut stamps, "timestamps")?;
         }
         // Counters narrower than 64 bits wrap, so the difference is masked.
         let mask = u64::MAX.checked_shr(64 - device.timestamp_bits).unwrap_or(0);
@@ -276,6 +267,20 @@ impl Gpu {
         drop(ring);
         frame.slot().begin(&self.device)?;
         Ok(frame)
+    }
+
+    /// Runs one pass as a frame of its own and waits for it.
+    ///
+    /// # Errors
+    /// The error of `record`; [`Error::DeviceLost`].
+    pub fn run_pass(
+        &self,
+        label: &str,
+        record: impl FnOnce(&mut Cmd<'_>) -> Result<()>,
+    ) -> Result<Vec<PassTime>> {
+        let mut frame = self.frame()?;
+        frame.pass(label, record)?;
+        frame.submit()?.wait()
     }
 
     pub(super) fn lock_ring(&self) -> MutexGuard<'_, Ring> {
@@ -429,7 +434,7 @@ impl Ticket {
             slot.read_times(&self.gpu.device)?;
         }
         let times = self.times.get().cloned();
-        times.ok_or_else(|| Error::Limit { object: "frame".into(), what: "no times were kept".into() })
+        times.ok_or_else(|| Error::limit("frame", "no times were kept"))
     }
 }
 

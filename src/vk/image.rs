@@ -206,12 +206,10 @@ impl Gpu {
             copies.push(TexelCopy { offset: offset as u64, mip: mip as u32, layer: 0, at: [0; 2], size });
             offset += level.len();
         }
-        let mut frame = self.frame()?;
-        frame.pass("fill levels", |cmd| {
+        self.run_pass("fill levels", |cmd| {
             cmd.copy_to_image(&staging, image, &copies);
             Ok(())
         })?;
-        frame.submit()?.wait()?;
         Ok(())
     }
 
@@ -223,12 +221,11 @@ impl Gpu {
         let size = image.info.size;
         let bytes = image.info.format.bytes(size);
         let host = self.buffer("image read-back", bytes, BufferUse::Readback)?;
-        let mut frame = self.frame()?;
-        frame.pass("image read-back", |cmd| {
-            cmd.copy_from_image(image, &host, &[TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size }]);
+        let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
+        self.run_pass("image read-back", |cmd| {
+            cmd.copy_from_image(image, &host, &[whole]);
             Ok(())
         })?;
-        frame.submit()?.wait()?;
         Ok(host.mapped().to_vec())
     }
 

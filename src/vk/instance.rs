@@ -92,11 +92,9 @@ impl Instance {
         let named = |name: &&CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(*name));
         let surface = surface_extensions(display)?;
         if let Some(missing) = surface.iter().find(|name| !named(name)) {
-            let what = format!(
-                "the Vulkan loader has no {}; update it, or render headless",
-                missing.to_string_lossy()
-            );
-            return Err(Error::Limit { object: "window".into(), what });
+            let missing = missing.to_string_lossy();
+            let what = format!("the Vulkan loader has no {missing}; update it, or render headless");
+            return Err(Error::limit("window", what));
         }
         // Without it, the loader hides devices that lack parts of Vulkan, such as MoltenVK's.
         let portability: Vec<_> = [khr::portability_enumeration::NAME].into_iter().filter(named).collect();

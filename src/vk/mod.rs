@@ -98,12 +98,10 @@ impl Gpu {
         let physical = instance.choose(options.device)?;
         if physical.api < (1, 3, 0) {
             let (major, minor, _) = physical.api;
-            return Err(Error::Limit {
-                object: physical.name,
-                what: format!(
-                    "Vulkan {major}.{minor}; 1.3 is required. Choose another --device, or update the driver"
-                ),
-            });
+            let what = format!(
+                "Vulkan {major}.{minor}; 1.3 is required. Choose another --device, or update the driver"
+            );
+            return Err(Error::limit(&physical.name, what));
         }
         let needs = needs(&physical);
         physical.offered.require(&physical.name, &needs)?;
@@ -136,8 +134,8 @@ impl Gpu {
     pub fn require_drawing(&self) -> Result<()> {
         let name = &self.device.physical.name;
         if name.starts_with("llvmpipe") && name.contains("512 bits") {
-            let what = "lavapipe crashes with vectors of 512 bits; unset LP_NATIVE_VECTOR_WIDTH".into();
-            return Err(Error::Limit { object: name.clone(), what });
+            let what = "lavapipe crashes with vectors of 512 bits; unset LP_NATIVE_VECTOR_WIDTH";
+            return Err(Error::limit(name, what));
         }
         Ok(())
     }
@@ -147,13 +145,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::MissingFeature`] with the pass that needs it and the variant that works without it.
     pub fn require(&self, needs: &[Need]) -> Result<()> {
-        let Some(missing) = needs.iter().find(|need| !self.has(need.feature)) else { return Ok(()) };
-        Err(Error::MissingFeature {
-            device: self.device.physical.name.clone(),
-            feature: missing.feature.name(),
-            pass: missing.pass,
-            without: missing.without,
-        })
+        Need::check_all(needs, &self.device.physical.name, |feature| self.has(feature))
     }
 
     /// (name, bytes) of every device-memory allocation, sorted; for finding leaks. Waits for the device.

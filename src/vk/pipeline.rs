@@ -34,6 +34,23 @@ pub struct GraphicsInfo<'a> {
     pub blend: Blend,
 }
 
+impl<'a> GraphicsInfo<'a> {
+    /// Opaque triangles without a depth test; the pipeline has the name of the fragment shader.
+    pub fn triangles(vertex: &'static Shader, fragment: &'static Shader) -> GraphicsInfo<'a> {
+        GraphicsInfo {
+            name: fragment.name,
+            vertex,
+            geometry: None,
+            fragment: Some(fragment),
+            specialization: &[],
+            points: false,
+            depth: None,
+            colors: &[],
+            blend: Blend::Replace,
+        }
+    }
+}
+
 /// How a fragment is combined with the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blend {

@@ -93,19 +93,7 @@ impl Work {
     /// Sets the counts that only the device knows, for each pass of a frame that has ended.
     pub(super) fn add_statistics(device: &Device, pool: vk::QueryPool, works: &mut [Work]) -> Result<()> {
         let mut counts = vec![[0u64; STATISTICS.len()]; works.len()];
-        if counts.is_empty() {
-            return Ok(());
-        }
-        // SAFETY: the frame has ended, and wrote one query per pass.
-        unsafe {
-            device.handle.get_query_pool_results(
-                pool,
-                0,
-                &mut counts,
-                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-            )
-        }
-        .check("vkGetQueryPoolResults", "pipeline statistics")?;
+        device.query_results(pool, 0, &mut counts, "pipeline statistics")?;
         for (work, count) in works.iter_mut().zip(counts) {
             [
                 work.input_vertices,
@@ -158,17 +146,9 @@ impl StreamQuery {
     /// Device lost.
     pub fn read(&self, index: u32) -> Result<StreamCount> {
         let mut counts = [[0u64; 2]];
-        // SAFETY: the query ended with its frame, which the caller has waited for.
-        unsafe {
-            self.device.handle.get_query_pool_results(
-                self.pool,
-                index,
-                &mut counts,
-                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-            )
-        }
-        .check("vkGetQueryPoolResults", "stream query")?;
-        Ok(StreamCount { written: counts[0][0], needed: counts[0][1] })
+        self.device.query_results(self.pool, index, &mut counts, "stream query")?;
+        let [[written, needed]] = counts;
+        Ok(StreamCount { written, needed })
     }
 }
 

@@ -193,25 +193,6 @@ impl Render<'_, '_> {
         of
     }
 
-    /// Draws all indices of a mesh.
-    pub fn draw_mesh(
-        &mut self,
-        pipeline: &GraphicsPipeline,
-        resources: &[(u32, Resource<'_>)],
-        push: &[u8],
-        vertices: &Buffer,
-        indices: &Buffer,
-    ) -> Result<()> {
-        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
-        let of = indices.index_type();
-        let count = u32::try_from(indices.bytes() / of.bytes()).expect("a mesh has fewer than 2^32 indices");
-        self.cmd.work.draws += 1;
-        self.bind_geometry(Geometry { vertices: Some(vertices), indices });
-        // SAFETY: everything is bound.
-        unsafe { self.cmd.device.handle.cmd_draw_indexed(self.cmd.handle, count, 1, 0, 0, 0) };
-        Ok(())
-    }
-
     /// One draw for each slice, with the pipeline, its resources and the buffers bound once.
     pub fn draw_slices<P: bytemuck::Pod>(
         &mut self,

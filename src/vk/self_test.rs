@@ -34,10 +34,11 @@ fn expect(what: &str, found: &[u32], wanted: impl Iterator<Item = u32>) -> Resul
     let wanted: Vec<u32> = wanted.collect();
     match found.iter().zip(&wanted).position(|(f, w)| f != w) {
         None => Ok(()),
-        Some(at) => Err(Error::Limit {
-            object: "self-test".into(),
-            what: format!("{what}: word {at} is {}, not {}: the driver is broken", found[at], wanted[at]),
-        }),
+        Some(at) => {
+            let (found, wanted) = (found[at], wanted[at]);
+            let what = format!("{what}: word {at} is {found}, not {wanted}: the driver is broken");
+            Err(Error::limit("self-test", what))
+        }
     }
 }
 
@@ -98,22 +99,14 @@ fn feedback(gpu: &Gpu) -> Result<()> {
 fn triangle(gpu: &Gpu) -> Result<()> {
     let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
         name: "self-test triangle",
-        vertex: &triangle_vert::SHADER,
-        geometry: None,
-        fragment: Some(&triangle_frag::SHADER),
-        specialization: &[],
-        points: false,
-        depth: None,
         colors: &[Format::R32Uint],
-        blend: Blend::Replace,
+        ..GraphicsInfo::triangles(&triangle_vert::SHADER, &triangle_frag::SHADER)
     })?;
     let image = gpu.image("self-test picture", ImageInfo::target([16, 16], Format::R32Uint))?;
-    let mut frame = gpu.frame()?;
-    frame.pass("triangle", |cmd| {
+    gpu.run_pass("triangle", |cmd| {
         let target = ColorTarget { image: &image, clear: Clear::Uint([u32::MAX; 4]) };
         cmd.render([16, 16], &[target], None, |render| render.draw(&pipeline, &[], &[], 3))
     })?;
-    frame.submit()?.wait()?;
     let wanted = (0..256).map(|index| if index % 16 + index / 16 < 15 { index } else { u32::MAX });
     expect("triangle", bytemuck::cast_slice(&gpu.read_image(&image)?), wanted)
 }

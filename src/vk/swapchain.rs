@@ -85,7 +85,7 @@ impl Gpu {
     where
         W: HasWindowHandle + HasDisplayHandle + 'static,
     {
-        let limit = |what: String| Error::Limit { object: "window".into(), what };
+        let limit = |what: String| Error::limit("window", what);
         let display = window.display_handle().map_err(|error| limit(error.to_string()))?.as_raw();
         let raw = window.window_handle().map_err(|error| limit(error.to_string()))?.as_raw();
         let instance = &self.device.instance;
@@ -309,10 +309,8 @@ impl Swapchain {
                 found.format == format.vk() && found.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
             })
         };
-        [Format::Bgra8, Format::Rgba8].into_iter().find(has).ok_or_else(|| Error::Limit {
-            object: "window".into(),
-            what: "supports neither 8-bit BGRA nor 8-bit RGBA; choose another --device".into(),
-        })
+        let what = "supports neither 8-bit BGRA nor 8-bit RGBA; choose another --device";
+        [Format::Bgra8, Format::Rgba8].into_iter().find(has).ok_or_else(|| Error::limit("window", what))
     }
 
     fn usage(&self, capabilities: &vk::SurfaceCapabilitiesKHR) -> Result<vk::ImageUsageFlags> {
@@ -320,10 +318,10 @@ impl Swapchain {
         match (self.read, capabilities.supported_usage_flags.contains(copied)) {
             (false, _) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT),
             (true, true) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT | copied),
-            (true, false) => Err(Error::Limit {
-                object: "window".into(),
-                what: "its images cannot be read, so changes of the picture cannot be counted".into(),
-            }),
+            (true, false) => {
+                let what = "its images cannot be read, so changes of the picture cannot be counted";
+                Err(Error::limit("window", what))
+            }
         }
     }
 
@@ -335,10 +333,9 @@ impl Swapchain {
             unsafe { surface.calls.get_physical_device_surface_present_modes(physical, surface.handle) };
         let modes = modes.check("vkGetPhysicalDeviceSurfacePresentModesKHR", "window")?;
         let found = self.modes.iter().map(|mode| mode.vk()).find(|mode| modes.contains(mode));
-        found.ok_or_else(|| Error::Limit {
-            object: "window".into(),
-            what: format!("--present {:?} is not supported here; available: {modes:?}", self.modes[0])
-                .to_lowercase(),
+        found.ok_or_else(|| {
+            let what = format!("--present {:?} is not supported here; available: {modes:?}", self.modes[0]);
+            Error::limit("window", what.to_lowercase())
         })
     }
 

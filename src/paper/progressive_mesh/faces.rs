@@ -9,8 +9,8 @@ use crate::model::mesh::MeshVertex;
 use crate::vk::shader::progressive_mesh::{faces_frag, faces_vert, misses_comp};
 use crate::vk::shader::{FaceRange, FaceView};
 use crate::vk::{
-    self, Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Depth, DepthTarget, Format,
-    Frame, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
+    self, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Depth, DepthTarget, Format, Frame,
+    Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
 };
 use std::sync::Arc;
 
@@ -54,15 +54,10 @@ impl Faces {
             let constants = [surface.indices.index_type().constant()];
             Ok(OfSurface {
                 draw: gpu.graphics_pipeline(&GraphicsInfo {
-                    name: faces_frag::SHADER.name,
-                    vertex: &faces_vert::SHADER,
-                    geometry: None,
-                    fragment: Some(&faces_frag::SHADER),
                     specialization: &constants,
-                    points: false,
                     depth: Some(Depth::Write),
                     colors: &[Format::Rgba32Uint],
-                    blend: Blend::Replace,
+                    ..GraphicsInfo::triangles(&faces_vert::SHADER, &faces_frag::SHADER)
                 })?,
                 count: gpu.compute_pipeline(misses_comp::SHADER.name, &misses_comp::SHADER, &constants)?,
                 levels: gpu.buffer_with("faces: levels", &counts, BufferUse::Storage)?,

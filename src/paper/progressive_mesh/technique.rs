@@ -17,7 +17,7 @@ use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Blend, Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Frame, Geometry, Gpu, GraphicsInfo,
+    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Frame, Geometry, Gpu, GraphicsInfo,
     GraphicsPipeline, Need, PassTime, Resource, Result,
 };
 use glam::DVec3;
@@ -41,14 +41,10 @@ pub fn surfaces_pipeline(
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
         name: "surfaces",
-        vertex,
-        geometry: None,
-        fragment: Some(&surface_frag::SHADER),
         specialization: &[&[("VERTEX_WORK", vertex_work)][..], &light.constants()].concat(),
-        points: false,
         depth: Some(Depth::Write),
         colors: &[target.into()],
-        blend: Blend::Replace,
+        ..GraphicsInfo::triangles(vertex, &surface_frag::SHADER)
     })
 }
 

@@ -10,8 +10,8 @@ use super::texels::Texels;
 use crate::vk::shader::texture_mapping as glsl;
 use crate::vk::shader::{PlanePush, Shader};
 use crate::vk::{
-    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, Feature, Format, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, ImageInfo, Need, PassTime, Resource, Result, Sampler, View,
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, Feature, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    ImageInfo, Need, PassTime, Resource, Result, Sampler, View,
 };
 
 /// A texture in video memory.
@@ -91,12 +91,10 @@ impl Uploaded {
 /// Device lost, out of memory.
 pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    let mut frame = gpu.frame()?;
-    frame.pass("read-back", |cmd| {
+    gpu.run_pass("read-back", |cmd| {
         cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
         Ok(())
     })?;
-    frame.submit()?.wait()?;
     Ok(host.mapped().to_vec())
 }
 
@@ -307,15 +305,9 @@ impl FilterPass {
         gpu.require(&needs(method))?;
         let shader = &shaders(method)[usize::from(dumps)];
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: shader.name,
-            vertex: &glsl::screen_vert::SHADER,
-            geometry: None,
-            fragment: Some(shader),
             specialization,
-            points: false,
-            depth: None,
             colors: &[Format::Rgba32Float; 4][..if dumps { 4 } else { 1 }],
-            blend: Blend::Replace,
+            ..GraphicsInfo::triangles(&glsl::screen_vert::SHADER, shader)
         })?;
         let words = match method {
             Method::Ellipse(ellipse @ Ellipse { map: Some(map), kernel, .. }) => {

@@ -99,9 +99,7 @@ impl VirtualTexture {
         }
         let depth = (target.depth.clone(), Depth::Equal);
         let stage1 = Footprint::on(gpu, &self.source.pyramid(), &self.settings.config, depth, 0)?;
-        let mut frame = gpu.frame()?;
-        frame.pass("footprint", |cmd| stage1.draw(cmd, &self.last_seen(target)))?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("footprint", |cmd| stage1.draw(cmd, &self.last_seen(target)))?;
         Ok(Some(stage1))
     }
 
@@ -127,9 +125,7 @@ impl VirtualTexture {
         let own = self.own_stage1(gpu, target)?;
         let stage1 = self.stage1_or(&own);
         let dump = FootprintDump::new(gpu, &pyramid, &self.settings.config, stage1)?;
-        let mut frame = gpu.frame()?;
-        frame.pass("footprint dump", |cmd| dump.draw(cmd, stage1, &self.last_seen(target)))?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("footprint dump", |cmd| dump.draw(cmd, stage1, &self.last_seen(target)))?;
         let floats = |image| -> Result<Vec<[f32; 4]>, VirtualTextureError> {
             let bytes = gpu.read_image(image)?;
             Ok(bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
@@ -149,9 +145,7 @@ impl VirtualTexture {
         let stage1 = self.stage1_or(&own);
         let check =
             RulerCheck::new(gpu, &self.source.pyramid(), &self.settings.config, stage1, &self.resident)?;
-        let mut frame = gpu.frame()?;
-        frame.pass("ruler", |cmd| check.draw(cmd, stage1, &self.resident, &self.last_seen(target)))?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("ruler", |cmd| check.draw(cmd, stage1, &self.resident, &self.last_seen(target)))?;
         Ok(Verdicts::count(&read_words(gpu, &check.verdict)?))
     }
 }

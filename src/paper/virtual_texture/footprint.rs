@@ -12,7 +12,7 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::{footprint_dump_frag, footprint_frag};
 use crate::vk::{
-    Blend, Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Result,
 };
 use std::sync::Arc;
@@ -41,10 +41,6 @@ fn pipeline(
     pixel_log2: u32,
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
-        name: fragment.name,
-        vertex: &mesh_vert::SHADER,
-        geometry: None,
-        fragment: Some(fragment),
         specialization: &with(
             pyramid_constants(pyramid, format, &config.filter),
             &[
@@ -54,10 +50,9 @@ fn pipeline(
                 ("PIXEL_LOG2", pixel_log2),
             ],
         ),
-        points: false,
         depth: Some(depth),
         colors,
-        blend: Blend::Replace,
+        ..GraphicsInfo::triangles(&mesh_vert::SHADER, fragment)
     })
 }
 

@@ -18,8 +18,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{
-    Blend, Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, IndexRange, Render, Resource, Result,
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    IndexRange, Render, Resource, Result,
 };
 
 pub struct Fused {
@@ -96,15 +96,10 @@ impl Fused {
         specialization.push(("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel)));
         specialization.push(("LISTS", lists as u32));
         let shade = GraphicsInfo {
-            name: fused_frag::SHADERS[0].name,
-            vertex: &mesh_vert::SHADER,
-            geometry: None,
-            fragment: Some(&fused_frag::SHADERS[0]),
             specialization: &specialization,
-            points: false,
             depth: Some(if exact { Depth::Equal } else { Depth::Write }),
             colors: &[target],
-            blend: Blend::Replace,
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &fused_frag::SHADERS[0])
         };
         Ok(Fused {
             depth_alone: if exact { Some(DepthAlone::new(gpu, &shade)?) } else { None },

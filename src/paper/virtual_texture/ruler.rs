@@ -8,7 +8,7 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::ruler_frag;
 use crate::vk::{
-    Blend, Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, View,
 };
 
@@ -44,15 +44,10 @@ impl RulerCheck {
         let anisotropy = [("MAX_ANISOTROPY", config.filter.max_anisotropy)];
         let constants: Vec<_> = resident.constants().into_iter().chain(anisotropy).collect();
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: ruler_frag::SHADER.name,
-            vertex: &mesh_vert::SHADER,
-            geometry: None,
-            fragment: Some(&ruler_frag::SHADER),
             specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
-            points: false,
             depth: Some(Depth::Equal),
             colors: &[Format::R32Uint],
-            blend: Blend::Replace,
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &ruler_frag::SHADER)
         })?;
         let verdict =
             gpu.image("verdicts", ImageInfo::target(stage1.requests.info().size, Format::R32Uint))?;

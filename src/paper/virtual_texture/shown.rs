@@ -9,8 +9,8 @@ use crate::vk::shader::Shown as Push;
 use crate::vk::shader::view::present_vert;
 use crate::vk::shader::virtual_texture::shown_frag;
 use crate::vk::{
-    Blend, Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource,
-    Result, View,
+    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
+    View,
 };
 
 /// The picture of levels, and its pass.
@@ -41,15 +41,9 @@ impl ShownLevels {
             image: gpu
                 .image("levels shown", ImageInfo::target(stage1.requests.info().size, Format::Rgba32Uint))?,
             pipeline: gpu.graphics_pipeline(&GraphicsInfo {
-                name: shown_frag::SHADER.name,
-                vertex: &present_vert::SHADER,
-                geometry: None,
-                fragment: Some(&shown_frag::SHADER),
                 specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
-                points: false,
-                depth: None,
                 colors: &[Format::Rgba32Uint],
-                blend: Blend::Replace,
+                ..GraphicsInfo::triangles(&present_vert::SHADER, &shown_frag::SHADER)
             })?,
         })
     }

@@ -12,7 +12,7 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
-    Blend, Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
     ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
 };
 
@@ -85,15 +85,10 @@ impl Texturing {
     ) -> Result<Texturing> {
         let constants = constants(config, resident);
         let info = GraphicsInfo {
-            name: texturing_frag::SHADERS[0].name,
-            vertex: &mesh_vert::SHADER,
-            geometry: None,
-            fragment: Some(&texturing_frag::SHADERS[0]),
             specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
-            points: false,
             depth: Some(Depth::Equal),
             colors: &[target],
-            blend: Blend::Replace,
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &texturing_frag::SHADERS[0])
         };
         Ok(Texturing { shading: Shading::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
     }
@@ -155,15 +150,9 @@ impl Plain {
         )?;
         gpu.fill_levels(&texture, &levels)?;
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-            name: plain_frag::SHADERS[0].name,
-            vertex: &mesh_vert::SHADER,
-            geometry: None,
-            fragment: Some(&plain_frag::SHADERS[0]),
-            specialization: &[],
-            points: false,
             depth: Some(Depth::Write),
             colors: &[target.info().format],
-            blend: Blend::Replace,
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &plain_frag::SHADERS[0])
         })?;
         Ok(Plain {
             pipeline,

@@ -7,7 +7,7 @@ use crate::vk::shader::texture_mapping::{
 };
 use crate::vk::shader::{PlaneBand, Shader};
 use crate::vk::{
-    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
     GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler,
 };
 
@@ -170,12 +170,10 @@ impl CoordinatesPass {
             Body::Draw(_, target) => Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(target)?)),
             Body::Dispatch(_, pixels) => {
                 let host = gpu.buffer("pixels on the host", pixels.bytes(), BufferUse::Readback)?;
-                let mut frame = gpu.frame()?;
-                frame.pass("read-back", |cmd| {
+                gpu.run_pass("read-back", |cmd| {
                     cmd.copy_buffer(pixels, 0, &host, 0, pixels.bytes());
                     Ok(())
                 })?;
-                frame.submit()?.wait()?;
                 Ok(host.mapped().to_vec())
             }
         }
@@ -249,13 +247,8 @@ fn draw_pipeline(
     };
     gpu.graphics_pipeline(&GraphicsInfo {
         name,
-        vertex,
-        geometry: None,
-        fragment: Some(fragment),
         specialization: &[constants[0], constants[1], own],
-        points: false,
-        depth: None,
         colors: &[format],
-        blend: Blend::Replace,
+        ..GraphicsInfo::triangles(vertex, fragment)
     })
 }

@@ -11,10 +11,6 @@ pub fn pass<'a>(
 ) -> Contender<'a> {
     let variant = variant.into();
     let label = variant.clone();
-    let run = move || {
-        let mut frame = gpu.frame()?;
-        frame.pass(&label, &mut record)?;
-        Ok(frame.submit()?.wait()?)
-    };
+    let run = move || Ok(gpu.run_pass(&label, &mut record)?);
     Contender { variant, run: Box::new(run) }
 }

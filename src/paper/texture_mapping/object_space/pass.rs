@@ -8,8 +8,8 @@ use crate::vk::shader::texture_mapping::{
     screen_vert,
 };
 use crate::vk::{
-    Blend, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo,
-    GraphicsPipeline, PassTime, Resource, Result, View,
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline,
+    PassTime, Resource, Result, View,
 };
 
 /// The pipelines of all stages.
@@ -67,14 +67,8 @@ impl Stages {
             splat: splat("splat fragments", 1)?,
             resolve: gpu.graphics_pipeline(&GraphicsInfo {
                 name: "resolve pixels",
-                vertex: &screen_vert::SHADER,
-                geometry: None,
-                fragment: Some(&object_resolve_frag::SHADER),
-                specialization: &[],
-                points: false,
-                depth: None,
                 colors: &[Format::Rgba32Float],
-                blend: Blend::Replace,
+                ..GraphicsInfo::triangles(&screen_vert::SHADER, &object_resolve_frag::SHADER)
             })?,
         })
     }

@@ -46,9 +46,7 @@ impl ReliefSurface {
             ReliefMethod::Trace => {
                 let fan = Fan::new(relief.depth, Holds::Everywhere);
                 let build = DistanceBuild::new(gpu, relief, layers, &fan, true)?;
-                let mut frame = gpu.frame()?;
-                frame.pass("distance map", |cmd| build.run(cmd))?;
-                frame.submit()?.wait()?;
+                gpu.run_pass("distance map", |cmd| build.run(cmd))?;
                 build.into_distances()
             }
         };

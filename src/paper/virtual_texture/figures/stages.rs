@@ -65,11 +65,9 @@ impl Stage1 {
             stage1.fill(&noise(size, &pyramid))?;
         } else {
             let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?))?;
-            let mut frame = stage1.gpu.frame()?;
-            frame.pass("footprint", |cmd| {
+            stage1.gpu.run_pass("footprint", |cmd| {
                 stage1.footprint.draw(cmd, &Seen::new([&shape], View::new(&pose, size), 0))
             })?;
-            frame.submit()?.wait()?;
         }
         Ok(stage1)
     }
@@ -78,12 +76,10 @@ impl Stage1 {
     fn fill(&self, words: &[u32]) -> anyhow::Result<()> {
         let staging = self.gpu.buffer_with("request image staging", words, BufferUse::Upload)?;
         let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: self.size };
-        let mut frame = self.gpu.frame()?;
-        frame.pass("fill request image", |cmd| {
+        self.gpu.run_pass("fill request image", |cmd| {
             cmd.copy_to_image(&staging, &self.footprint.requests, &[whole]);
             Ok(())
         })?;
-        frame.submit()?.wait()?;
         Ok(())
     }
 

@@ -198,12 +198,10 @@ fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
 
 fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    let mut frame = gpu.frame()?;
-    frame.pass("read-back", |cmd| {
+    gpu.run_pass("read-back", |cmd| {
         cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
         Ok(())
     })?;
-    frame.submit()?.wait()?;
     Ok(host)
 }
 
