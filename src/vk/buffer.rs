@@ -1,7 +1,7 @@
 //! Buffers.
 
 use super::device::{Dead, Device};
-use super::{Check, Error, Gpu, Result};
+use super::{Check, Gpu, Result};
 use ash::vk;
 use bytemuck::AnyBitPattern;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
@@ -216,34 +216,6 @@ impl Gpu {
         }
         device.name(handle, name);
         Ok(buffer)
-    }
-
-    /// Returns an error if the device's limits forbid a buffer of this size for this use.
-    fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
-        let physical = &self.device.physical;
-        let texels = 4 * u64::from(physical.limits.max_texel_buffer_elements);
-        let storage = u64::from(physical.limits.max_storage_buffer_range);
-        let (whose, most, advice) = match usage {
-            BufferUse::Storage => {
-                ("shaders can address", storage, "take larger tiles, or lower variant.list_capacity")
-            }
-            BufferUse::WritableIndices(_) => {
-                ("shaders can address", storage, "show fewer instances, or apply levels on the CPU")
-            }
-            BufferUse::FetchedStorage => ("shaders can address", storage.min(texels), "take larger tiles"),
-            BufferUse::Texels => ("texel buffers can hold", texels, "take larger tiles"),
-            BufferUse::TransformFeedback => (
-                "transform feedback can write",
-                physical.most_feedback_bytes,
-                "lower variant.list_capacity, or show fewer tiles",
-            ),
-            _ => return Ok(()),
-        };
-        if bytes > most {
-            let what = format!("needs {bytes} bytes; this device's {whose} {most}; {advice}");
-            return Err(Error::limit(name, what));
-        }
-        Ok(())
     }
 
     /// A device-local buffer that already holds `data`. Waits for the copy.

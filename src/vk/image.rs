@@ -1,74 +1,10 @@
-//! Images, their views, samplers.
+//! Images and their views.
 
 use super::device::{Dead, Device};
-use super::{BufferUse, Check, Error, Feature, Gpu, Result, TexelCopy};
-use crate::picture::Target;
+use super::{BufferUse, Check, Error, Format, Gpu, Result, TexelCopy};
 use ash::vk;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::sync::Arc;
-
-/// Supported formats, named by the content of a texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Four bytes, sRGB: filtered in linear light.
-    Rgba8Srgb,
-    /// Four bytes without sRGB decoding.
-    Rgba8,
-    /// Like `Rgba8` with blue first; the format of most windows.
-    Bgra8,
-    Bc1Srgb,
-    R32Uint,
-    Rgb32Uint,
-    Rgba32Uint,
-    Rgba32Float,
-    Depth32Float,
-}
-
-/// The image format of a picture that passes render.
-impl From<Target> for Format {
-    fn from(target: Target) -> Format {
-        match target {
-            Target::Srgb8 => Format::Rgba8Srgb,
-            Target::Linear32 => Format::Rgba32Float,
-        }
-    }
-}
-
-impl Format {
-    pub(crate) fn vk(self) -> vk::Format {
-        match self {
-            Format::Rgba8Srgb => vk::Format::R8G8B8A8_SRGB,
-            Format::Rgba8 => vk::Format::R8G8B8A8_UNORM,
-            Format::Bgra8 => vk::Format::B8G8R8A8_UNORM,
-            Format::Bc1Srgb => vk::Format::BC1_RGB_SRGB_BLOCK,
-            Format::R32Uint => vk::Format::R32_UINT,
-            Format::Rgb32Uint => vk::Format::R32G32B32_UINT,
-            Format::Rgba32Uint => vk::Format::R32G32B32A32_UINT,
-            Format::Rgba32Float => vk::Format::R32G32B32A32_SFLOAT,
-            Format::Depth32Float => vk::Format::D32_SFLOAT,
-        }
-    }
-
-    /// Bytes of `width x height` texels, tightly packed.
-    pub fn bytes(self, [width, height]: [u32; 2]) -> u64 {
-        let (width, height) = (u64::from(width), u64::from(height));
-        match self {
-            Format::Bc1Srgb => width.div_ceil(4) * height.div_ceil(4) * 8,
-            Format::Rgba8Srgb | Format::Rgba8 | Format::Bgra8 | Format::R32Uint | Format::Depth32Float => {
-                width * height * 4
-            }
-            Format::Rgb32Uint => width * height * 12,
-            Format::Rgba32Uint | Format::Rgba32Float => width * height * 16,
-        }
-    }
-
-    pub(crate) fn aspect(self) -> vk::ImageAspectFlags {
-        match self {
-            Format::Depth32Float => vk::ImageAspectFlags::DEPTH,
-            _ => vk::ImageAspectFlags::COLOR,
-        }
-    }
-}
 
 /// Description of an image to create.
 #[derive(Clone, Copy, Debug)]
@@ -229,20 +165,6 @@ impl Gpu {
         Ok(host.mapped().to_vec())
     }
 
-    /// Returns an error if an image may not have this many layers. `advice` says what the layers are and what
-    /// to do.
-    ///
-    /// # Errors
-    /// [`Error::Limit`] with both numbers.
-    pub fn require_layers(&self, name: &str, layers: u32, advice: impl FnOnce() -> String) -> Result<()> {
-        let most = self.device.physical.limits.max_image_array_layers;
-        if layers > most {
-            let what = format!("needs {layers} layers; this device supports {most}: {}", advice());
-            return Err(Error::Limit { object: name.to_string(), what });
-        }
-        Ok(())
-    }
-
     /// True if passes can render into the format.
     pub fn renders_to(&self, format: Format) -> bool {
         let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
@@ -263,7 +185,7 @@ impl Gpu {
     /// Checks the device's limits for exactly this format and use. Beyond them `vkCreateImage` is undefined
     /// behaviour.
     fn check_limits(&self, name: &str, info: &ImageInfo, create: &vk::ImageCreateInfo<'_>) -> Result<()> {
-        let limit = |what: String| Err(Error::Limit { object: name.to_string(), what });
+        let limit = |what: String| Err(Error::limit(name, what));
         // SAFETY: plain query of a live device.
         let most = unsafe {
             self.device.instance.handle.get_physical_device_image_format_properties(
@@ -311,52 +233,6 @@ impl Gpu {
             ));
         }
         Ok(())
-    }
-
-    pub fn sampler(&self, name: &str, info: SamplerInfo) -> Result<Sampler> {
-        let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
-        let in_s = if info.wraps_in_s { vk::SamplerAddressMode::REPEAT } else { edge };
-        self.create_sampler(name, info.filter, [in_s, edge], 1)
-    }
-
-    /// A sampler for a texture that tiles the plane. `most_anisotropy` above 1 selects the device's
-    /// anisotropic filter with at most that many samples, or the device's own maximum if that is lower. The
-    /// device must have been opened with [`Feature::SamplerAnisotropy`].
-    ///
-    /// # Errors
-    /// Out of memory.
-    pub fn tiling_sampler(&self, name: &str, most_anisotropy: u32) -> Result<Sampler> {
-        let allowed = most_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
-        assert!(allowed, "{name}: the device was opened without samplerAnisotropy");
-        self.create_sampler(name, Filter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
-    }
-
-    fn create_sampler(
-        &self,
-        name: &str,
-        filter: Filter,
-        [in_s, in_t]: [vk::SamplerAddressMode; 2],
-        most_anisotropy: u32,
-    ) -> Result<Sampler> {
-        let (texels, levels) = match filter {
-            Filter::Nearest => (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST),
-            Filter::Linear => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
-        };
-        let most = self.device.physical.limits.max_sampler_anisotropy;
-        let create = vk::SamplerCreateInfo::default()
-            .mag_filter(texels)
-            .min_filter(texels)
-            .mipmap_mode(levels)
-            .address_mode_u(in_s)
-            .address_mode_v(in_t)
-            .anisotropy_enable(most_anisotropy > 1)
-            .max_anisotropy((most_anisotropy as f32).min(most))
-            .max_lod(vk::LOD_CLAMP_NONE);
-        // SAFETY: the device lives.
-        let handle =
-            unsafe { self.device.handle.create_sampler(&create, None) }.check("vkCreateSampler", name)?;
-        self.device.name(handle, name);
-        Ok(Sampler { handle, device: self.device.clone() })
     }
 }
 
@@ -477,31 +353,5 @@ impl Drop for Image {
         let views = [self.view, self.raw_view].into_iter().filter(|v| *v != vk::ImageView::null()).collect();
         let handle = if self.borrowed { vk::Image::null() } else { self.handle };
         self.device.bury(Dead::Image(handle, views, self.memory.take()));
-    }
-}
-
-/// How a sampler filters between texels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
-    Nearest,
-    /// Bilinear within a level, linear between levels.
-    Linear,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub struct SamplerInfo {
-    pub filter: Filter,
-    /// True: s repeats. False: s clamps. t always clamps.
-    pub wraps_in_s: bool,
-}
-
-pub struct Sampler {
-    pub(crate) handle: vk::Sampler,
-    device: Arc<Device>,
-}
-
-impl Drop for Sampler {
-    fn drop(&mut self) {
-        self.device.bury(Dead::Sampler(self.handle));
     }
 }

@@ -11,14 +11,18 @@ mod descriptors;
 mod device;
 mod error;
 mod features;
+mod format;
 mod frame;
+mod graphics_info;
 mod image;
 mod instance;
+mod limits;
 mod message;
 mod pipeline;
 mod query;
 mod render;
 pub mod renderdoc;
+mod sampler;
 pub mod self_test;
 mod semaphore;
 pub mod shader;
@@ -30,15 +34,18 @@ pub use command::{Cmd, Resource};
 pub use device::failure_at_the_end;
 pub use error::Error;
 pub use features::{Feature, Need};
+pub use format::Format;
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
-pub use image::{Filter, Format, Image, ImageInfo, Sampler, SamplerInfo, View};
+pub use graphics_info::{Blend, Depth, GraphicsInfo};
+pub use image::{Image, ImageInfo, View};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
-pub use pipeline::{Blend, ComputePipeline, Depth, GraphicsInfo, GraphicsPipeline};
+pub use pipeline::{ComputePipeline, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{
     Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, IndexRange, Render, TransformFeedback,
 };
+pub use sampler::{Filter, Sampler, SamplerInfo};
 pub use semaphore::Semaphore;
 pub use swapchain::{Acquired, PresentMode, Swapchain, WindowSurface};
 pub use watched::Watched;
@@ -124,20 +131,6 @@ impl Gpu {
 
     pub fn has(&self, feature: Feature) -> bool {
         self.device.features.contains(&feature)
-    }
-
-    /// Rejects a device that cannot draw: lavapipe crashes in draws with vectors of 512 bits. It chooses 256 or 128 itself, and
-    /// compute shaders run with all widths.
-    ///
-    /// # Errors
-    /// [`Error::Limit`]
-    pub fn require_drawing(&self) -> Result<()> {
-        let name = &self.device.physical.name;
-        if name.starts_with("llvmpipe") && name.contains("512 bits") {
-            let what = "lavapipe crashes with vectors of 512 bits; unset LP_NATIVE_VECTOR_WIDTH";
-            return Err(Error::limit(name, what));
-        }
-        Ok(())
     }
 
     /// Checks that the device was opened with the features in `needs`.
