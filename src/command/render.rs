@@ -169,8 +169,9 @@ fn compare_plain(
     };
     match compared() {
         Ok(Some(plain)) => {
-            let (settled_ms, plain_ms) = (plain.settled.median / 1e6, plain.plain.median / 1e6);
-            let ratio = plain.ratio.median;
+            let (settled_ms, plain_ms) =
+                (plain.settled_frame_ns.median / 1e6, plain.plain_frame_ns.median / 1e6);
+            let ratio = plain.settled_over_plain.median;
             tracing::info!(
                 "the paper's filter: settled frame {settled_ms:.2} ms, plain trilinear frame {plain_ms:.2} ms: {ratio:.2}x"
             );

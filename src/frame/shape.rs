@@ -227,23 +227,13 @@ impl<'a> Seen<'a> {
         pipeline: impl Fn(&Shape) -> &'p GraphicsPipeline,
     ) -> Result<()> {
         for (shape, slices) in &self.shapes {
-            self.draw_shape(render, resources, pipeline(shape), shape, slices)?;
+            let normals = shape.normals.iter();
+            let normals = normals.map(|normals| (lit_mesh_vert::NORMALS, Resource::Buffer(normals)));
+            let resources: Vec<_> = resources.iter().copied().chain(normals).collect();
+            let geometry = Geometry { vertices: Some(&shape.vertices), indices: &shape.indices };
+            render.draw_slices(pipeline(shape), &resources, geometry, slices)?;
         }
         Ok(())
-    }
-
-    fn draw_shape(
-        &self,
-        render: &mut Render<'_, '_>,
-        resources: &[(u32, Resource<'_>)],
-        pipeline: &GraphicsPipeline,
-        shape: &Shape,
-        slices: &[IndexRange<ViewConstants>],
-    ) -> Result<()> {
-        let normals = shape.normals.iter().map(|normals| (lit_mesh_vert::NORMALS, Resource::Buffer(normals)));
-        let resources: Vec<_> = resources.iter().copied().chain(normals).collect();
-        let geometry = Geometry { vertices: Some(&shape.vertices), indices: &shape.indices };
-        render.draw_slices(pipeline, &resources, geometry, slices)
     }
 
     /// Each shape with its draws.

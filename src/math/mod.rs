@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod geodesy;
 pub mod light;
+pub mod mix;
 pub mod nearest;
 pub mod pyramid;
 pub mod ragged;

@@ -86,10 +86,10 @@ impl SrgbTable {
         self.encode((sum + 2) >> 2)
     }
 
-    /// The mean of four RGBA texels: colour as [`Self::mean_of_four`], alpha (which is linear already) as
+    /// The mean of four RGB or RGBA texels: colour as [`Self::mean_of_four`], alpha (which is linear already) as
     /// the mean rounded half up. Colour is not weighted by alpha.
     #[inline]
-    pub fn mean_of_four_rgba(&self, texels: [[u8; 4]; 4]) -> [u8; 4] {
+    pub fn mean_of_four_texels<const N: usize>(&self, texels: [[u8; N]; 4]) -> [u8; N] {
         std::array::from_fn(|channel| {
             let bytes = texels.map(|texel| texel[channel]);
             if channel < 3 {
@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(table().mean_of_four([0, 0, 255, 255]), 188);
         assert_eq!(table().mean_of_four([7; 4]), 7);
         let mean =
-            table().mean_of_four_rgba([[0, 7, 255, 0], [0, 7, 255, 0], [255, 7, 0, 1], [255, 7, 0, 1]]);
+            table().mean_of_four_texels([[0, 7, 255, 0], [0, 7, 255, 0], [255, 7, 0, 1], [255, 7, 0, 1]]);
         assert_eq!(mean, [188, 7, 188, 1]);
     }
 

@@ -4,6 +4,7 @@
 //! nearest point of the other. Spread points are equally dense by area, so their mean needs no weights. The
 //! maximum is a lower bound of the Hausdorff distance, and approaches it as points are added.
 
+use crate::math::splitmix::SplitMix64;
 use glam::DVec3;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
@@ -91,7 +92,9 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
     let corners = |face: &[u32; 3]| face.map(|vertex| surface.positions[vertex as usize]);
     let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
     let whole: f64 = surface.faces.iter().map(|face| area(corners(face))).sum();
-    let mut random = Random(seed);
+    let mut random = SplitMix64(seed);
+    // Uniform in [0, 1).
+    let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
     let mut points = Vec::with_capacity(samples);
     let mut before = 0.0;
     for face in surface.faces {
@@ -100,7 +103,7 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
         // Each part belongs to the face that contains the part's middle, so rounding at a face's end cannot skip a
         // part.
         while points.len() < samples && (points.len() as f64 + 0.5) / (samples as f64) < before {
-            let (mut s, mut t) = (random.next(), random.next());
+            let (mut s, mut t) = (unit(), unit());
             if s + t > 1.0 {
                 (s, t) = (1.0 - s, 1.0 - t);
             }
@@ -108,20 +111,6 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
         }
     }
     points
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    /// Uniform in [0, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 #[cfg(test)]
@@ -165,9 +154,10 @@ mod tests {
         let (positions, faces) = bumps(12);
         let surface = Triangles { positions: &positions, faces: &faces };
         let tree = tree(surface).unwrap();
-        let mut random = Random(7);
+        let mut random = SplitMix64(7);
+        let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
         for _ in 0..500 {
-            let p = DVec3::new(random.next(), random.next(), random.next() - 0.5) * 1.5;
+            let p = DVec3::new(unit(), unit(), unit() - 0.5) * 1.5;
             let (found, plain) = (distance(&tree, p), plain_distance(&positions, &faces, p));
             assert!((found - plain).abs() < 1e-12, "{p}: {found} and {plain}");
         }

@@ -8,10 +8,10 @@ use super::document::Fault;
 use super::error::list;
 use super::eyes::names;
 use super::part::Part;
-use super::value::{Kind, Setting};
+use super::value::{Kind, Setting, not, plain_settings};
 use crate::model::mesh::{self, SourceMesh};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 settings! {
@@ -45,26 +45,6 @@ pub enum TextureKeys {
     Of(String),
 }
 
-impl Setting for TextureKeys {
-    type Number = f64;
-    fn kind() -> Kind {
-        Kind::TableOrText
-    }
-    fn read(value: &Value, _: &std::path::Path) -> Result<TextureKeys, String> {
-        match value {
-            Value::Table(table) => Ok(TextureKeys::Own(table.clone())),
-            Value::String(name) => Ok(TextureKeys::Of(name.clone())),
-            _ => Err(format!("{value} is not a table, nor the name of a surface")),
-        }
-    }
-    fn to_toml(&self) -> Option<Value> {
-        Some(match self {
-            TextureKeys::Own(table) => Value::Table(table.clone()),
-            TextureKeys::Of(name) => Value::String(name.clone()),
-        })
-    }
-}
-
 /// A filter's own table, or `"auto"`.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
@@ -73,24 +53,27 @@ pub enum FilterKeys {
     Auto(&'static str),
 }
 
-impl Setting for FilterKeys {
-    type Number = f64;
-    fn kind() -> Kind {
-        Kind::TableOrText
-    }
-    fn read(value: &Value, _: &std::path::Path) -> Result<FilterKeys, String> {
-        match value {
-            Value::Table(table) => Ok(FilterKeys::Own(table.clone())),
-            Value::String(word) if word == AUTO => Ok(FilterKeys::Auto(AUTO)),
-            _ => Err(format!("{value} is not a table, nor \"{AUTO}\"")),
-        }
-    }
-    fn to_toml(&self) -> Option<Value> {
-        Some(match self {
+plain_settings! {
+    TextureKeys, Kind::TableOrText, "a table, nor the name of a surface",
+        |value, _| match value {
+            Value::Table(table) => Some(TextureKeys::Own(table.clone())),
+            Value::String(name) => Some(TextureKeys::Of(name.clone())),
+            _ => None,
+        },
+        |texture| match texture {
+            TextureKeys::Own(table) => Value::Table(table.clone()),
+            TextureKeys::Of(name) => Value::String(name.clone()),
+        };
+    FilterKeys, Kind::TableOrText, "a table, nor \"auto\"",
+        |value, _| match value {
+            Value::Table(table) => Some(FilterKeys::Own(table.clone())),
+            Value::String(word) if word == AUTO => Some(FilterKeys::Auto(AUTO)),
+            _ => None,
+        },
+        |filter| match filter {
             FilterKeys::Own(table) => Value::Table(table.clone()),
             FilterKeys::Auto(word) => Value::String((*word).to_owned()),
-        })
-    }
+        };
 }
 
 const AUTO: &str = "auto";

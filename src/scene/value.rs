@@ -65,7 +65,7 @@ pub trait Setting: Sized {
     }
 }
 
-fn not<T>(value: &Value, what: &str) -> Result<T, String> {
+pub(super) fn not<T>(value: &Value, what: &str) -> Result<T, String> {
     Err(format!("{value} is not {what}"))
 }
 
@@ -128,7 +128,7 @@ impl<const N: usize> Setting for [f64; N] {
 }
 
 /// Settings without numbers; values are stored unchanged.
-macro_rules! plain {
+macro_rules! plain_settings {
     ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
         impl Setting for $type {
             type Number = f64;
@@ -147,7 +147,9 @@ macro_rules! plain {
     )*};
 }
 
-plain! {
+pub(super) use plain_settings;
+
+plain_settings! {
     bool, Kind::Truth, "true or false", |value, _| value.as_bool(), |truth| Value::Boolean(*truth);
     String, Kind::Text, "a text", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
     PathBuf, Kind::Text, "a path", |value, folder| value.as_str().map(|path| folder.join(path)),

@@ -107,11 +107,6 @@ impl Summary {
         let [min, p5, median, p95, max] = [min, p5, median, p95, max].map(|value| value * factor);
         Summary { count, min, p5, median, p95, max }
     }
-
-    /// The spread divided by the median; infinite or NaN if the median is 0.
-    pub fn relative_spread(&self) -> f64 {
-        self.spread() / self.median
-    }
 }
 
 #[cfg(test)]
@@ -161,7 +156,7 @@ mod tests {
         let samples: Vec<f64> = (0..=100).map(f64::from).collect();
         let summary = Summary::of(&samples).unwrap();
         assert_eq!(summary, Summary { count: 101, min: 0.0, p5: 5.0, median: 50.0, p95: 95.0, max: 100.0 });
-        assert_eq!((summary.spread(), summary.relative_spread()), (90.0, 1.8));
+        assert_eq!(summary.spread(), 90.0);
         assert_eq!(Summary::of(&[]), None);
     }
 

@@ -2,6 +2,7 @@
 //! ([`bake`]), and pictures without tiles ([`plain`]).
 
 pub mod bake;
+mod coarser;
 pub mod plain;
 pub mod source;
 pub mod tiles;

@@ -1,6 +1,7 @@
 //! A picture as one image with its whole mip chain, for surfaces whose texture fits video memory.
 
 use super::bake::{self, SourceError};
+use super::coarser::coarser;
 use super::source::earth::{self, EarthError};
 use crate::picture::srgb;
 use std::path::Path;
@@ -63,31 +64,17 @@ impl PlainTexture {
         PlainTexture::new([1, 1], vec![byte, byte, byte, 255])
     }
 
-    /// Builds all coarser levels of sRGB texels (RGBA8). Each texel is the mean of 2 x 2 finer texels in linear light.
-    /// If a side is odd, its last texel is dropped, as Vulkan's level sizes require.
+    /// Builds all coarser levels of sRGB texels (RGBA8).
     pub fn new(size: [u32; 2], texels: Vec<u8>) -> PlainTexture {
         assert_eq!(texels.len(), 4 * size[0] as usize * size[1] as usize, "bytes of {size:?}");
         let (mut levels, mut last) = (vec![texels], size);
         while last != [1, 1] {
-            let next = last.map(|side| (side / 2).max(1));
-            levels.push(half(levels.last().expect("there is level 0"), last, next));
-            last = next;
+            let finer = levels.last().expect("there is level 0").as_chunks::<4>().0;
+            levels.push(coarser(finer, last).into_flattened());
+            last = last.map(|side| (side / 2).max(1));
         }
         PlainTexture { size, levels }
     }
-}
-
-fn half(finer: &[u8], [width, height]: [u32; 2], next: [u32; 2]) -> Vec<u8> {
-    let table = srgb::table();
-    let texel = |x: u32, y: u32| -> [u8; 4] {
-        let at = 4 * (y.min(height - 1) as usize * width as usize + x.min(width - 1) as usize);
-        [finer[at], finer[at + 1], finer[at + 2], finer[at + 3]]
-    };
-    let of = |x: u32, y: u32| {
-        let [x, y] = [2 * x, 2 * y];
-        table.mean_of_four_rgba([texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)])
-    };
-    (0..next[1]).flat_map(|y| (0..next[0]).flat_map(move |x| of(x, y))).collect()
 }
 
 #[cfg(test)]

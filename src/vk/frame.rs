@@ -10,6 +10,7 @@ use super::device::Device;
 use super::query::statistics_info;
 use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
 use ash::vk;
+use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock};
@@ -22,12 +23,13 @@ pub const FRAMES_IN_FLIGHT: usize = 2;
 const MOST_PASSES: usize = 64;
 
 /// Time and work of a pass.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PassTime {
     pub label: String,
     /// Nanoseconds between its two timestamps; `None` if the device has no timestamps.
     pub ns: Option<u64>,
     /// `None` unless [`Gpu::count_work`] enabled counting.
+    #[serde(skip)]
     pub work: Option<Work>,
 }
 

@@ -13,6 +13,7 @@
 mod gullies;
 mod ridges;
 
+use crate::math::mix::mix;
 use std::sync::LazyLock;
 
 const PICTURE: &[u8] = include_bytes!("../../../scenes/everest.png");
@@ -176,17 +177,13 @@ fn level(east_m: f64, north_m: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// 32 pseudorandom bits of a cell: multiply-xorshift of its coordinates.
+/// 32 pseudorandom bits of a cell.
 fn hash(x: i32, y: i32, octave: u32) -> u32 {
-    let mut bits = (x as u32)
+    let cell = (x as u32)
         .wrapping_mul(0x9E37_79B1)
         .wrapping_add((y as u32).wrapping_mul(0x85EB_CA6B))
         .wrapping_add(octave.wrapping_mul(0x27D4_EB2F));
-    bits ^= bits >> 16;
-    bits = bits.wrapping_mul(0x7feb_352d);
-    bits ^= bits >> 15;
-    bits = bits.wrapping_mul(0x846c_a68b);
-    bits ^ (bits >> 16)
+    mix(cell)
 }
 
 #[cfg(test)]

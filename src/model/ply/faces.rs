@@ -1,6 +1,6 @@
 //! Faces of a PLY file: polygons, triangle strips, and texture coordinates of face corners.
 
-use super::{Element, Fault, Kind, MOST, Property, Raw, Values, pass_list};
+use super::{Element, Fault, Kind, MOST, Property, Raw, Values, pass};
 
 /// Texture coordinates of a triangle's corners.
 pub(super) type Corners = [[f32; 2]; 3];
@@ -43,10 +43,7 @@ pub(super) fn polygons(
                         of_face.push(values.next(property.kind)? as f32);
                     }
                 }
-                Some(length) => pass_list(values, length, property.kind)?,
-                None => {
-                    values.next(property.kind)?;
-                }
+                _ => pass(values, property)?,
             }
         }
         let corners = raw.faces.len() - first + 2;
@@ -81,13 +78,14 @@ fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Resu
 
 fn corner(values: &mut Values, kind: Kind) -> Result<u32, Fault> {
     let value = values.next(kind)?;
-    // A vertex that does not exist is reported at the end, when the count is known.
+    index(values, value)
+}
+
+/// A vertex that does not exist is reported at the end, when the count is known.
+fn index(values: &Values, value: f64) -> Result<u32, Fault> {
     let index = value as u32;
-    if f64::from(index) == value {
-        Ok(index)
-    } else {
-        Err(values.fault(format!("{value} is not a vertex index")))
-    }
+    let wrong = || values.fault(format!("{value} is not a vertex index"));
+    (f64::from(index) == value).then_some(index).ok_or_else(wrong)
 }
 
 /// Reads strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every
@@ -98,10 +96,7 @@ pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> R
         for property in &element.properties {
             match property.length {
                 Some(length) if is_corners(property) => strip(values, length, property.kind, raw)?,
-                Some(length) => pass_list(values, length, property.kind)?,
-                None => {
-                    values.next(property.kind)?;
-                }
+                _ => pass(values, property)?,
             }
         }
     }
@@ -120,10 +115,7 @@ fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result
             place = 0;
             continue;
         }
-        let vertex = value as u32;
-        if f64::from(vertex) != value {
-            return Err(values.fault(format!("{value} is not a vertex index")));
-        }
+        let vertex = index(values, value)?;
         if place >= 2 {
             let [a, b] = before;
             raw.faces.push(if place % 2 == 0 { [a, b, vertex] } else { [b, a, vertex] });

@@ -241,8 +241,8 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
         // Opaque if there is no alpha.
         let (mut found, mut colors) = ([0.0; 12], [255; 4]);
         for (property, slot) in element.properties.iter().zip(&slots) {
-            if let Some(length) = property.length {
-                pass_list(values, length, property.kind)?;
+            if property.length.is_some() {
+                pass(values, property)?;
                 continue;
             }
             let value = values.next(property.kind)?;
@@ -267,23 +267,16 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
     Ok(())
 }
 
-fn pass_list(values: &mut Values, length: Kind, kind: Kind) -> Result<(), Fault> {
-    for _ in 0..values.length(length, kind)? {
-        values.next(kind)?;
-    }
-    Ok(())
+/// Skips a value or a list.
+fn pass(values: &mut Values, property: &Property) -> Result<(), Fault> {
+    let count = match property.length {
+        Some(length) => values.length(length, property.kind)?,
+        None => 1,
+    };
+    (0..count).try_for_each(|_| values.next(property.kind).map(drop))
 }
 
 fn skip(element: &Element, values: &mut Values) -> Result<(), Fault> {
-    for _ in 0..element.count {
-        for property in &element.properties {
-            match property.length {
-                Some(length) => pass_list(values, length, property.kind)?,
-                None => {
-                    values.next(property.kind)?;
-                }
-            }
-        }
-    }
-    Ok(())
+    (0..element.count)
+        .try_for_each(|_| element.properties.iter().try_for_each(|property| pass(values, property)))
 }

@@ -127,7 +127,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut rows: Vec<Row> =
         truths.iter().map(|(quantity, truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse)).collect();
     for (name, renderer) in &mut shown {
-        let picture = picture(renderer)?;
+        let picture = renderer.linear_picture()?;
         for (quantity, truth) in &truths {
             rows.push(Row::number(*name, *quantity, "", error(&picture, truth, &truth.whole)?.nmse()));
         }
@@ -155,11 +155,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = bench.interleave(&gpu, contenders.collect())?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     Ok(rows)
-}
-
-fn picture(renderer: &mut Renderer) -> anyhow::Result<Picture> {
-    let ([width, height], bytes) = (renderer.size(), renderer.picture_bytes()?);
-    Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
 }
 
 /// Luminance of linear light (ITU-R BT.709).

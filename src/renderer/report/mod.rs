@@ -10,7 +10,6 @@ use super::{Record, Renderer};
 use crate::paper::virtual_texture::streaming::StreamingConfig;
 use crate::paper::virtual_texture::{Config, FrameRecord, PlainComparison, VirtualTexture};
 use crate::picture::write::{FileError, write_whole};
-use crate::stats::Summary;
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -40,7 +39,7 @@ pub struct Report {
     /// By surface; video memory unless the name says otherwise.
     pub memory_bytes: BTreeMap<String, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub plain: Option<PlainReport>,
+    pub plain: Option<PlainComparison>,
     pub frames: Vec<FrameReport>,
     /// The data needed to render the picture again. `None` if another program rendered the frames.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -71,25 +70,11 @@ pub struct TextureReport {
     pub list_overflows: usize,
 }
 
-/// `--compare-plain`: medians over interleaved runs in this process. The settled frame has paper 1's
-/// filter, up to 16 samples per pixel; the plain one takes one trilinear sample.
-#[derive(Clone, Debug, Serialize)]
-pub struct PlainReport {
-    /// Time of the settled frame divided by the time of the same mesh with one plain texture. The two are
-    /// drawn alternately.
-    pub settled_over_plain: Summary,
-    pub settled_frame_ns: Summary,
-    pub settled_passes_ns: Vec<(String, f64)>,
-    pub plain_frame_ns: Summary,
-    pub plain_texture: [u32; 2],
-    pub empty_pass_ns: Summary,
-}
-
 /// One frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameReport {
     pub frame: u64,
-    pub passes: Vec<PassReport>,
+    pub passes: Vec<PassTime>,
     #[serde(flatten)]
     pub texture: Option<TextureFrame>,
     #[serde(flatten)]
@@ -121,12 +106,6 @@ pub struct TextureFrame {
     /// Levels by which tiles are coarser, because the tile pool has too few slots (or the user requested it).
     pub bias: u32,
     pub oversubscribed: bool,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub struct PassReport {
-    pub label: String,
-    pub ns: Option<u64>,
 }
 
 /// The program, its arguments and its environment.
@@ -161,25 +140,11 @@ impl Manifest {
     }
 }
 
-impl From<PlainComparison> for PlainReport {
-    fn from(comparison: PlainComparison) -> Self {
-        PlainReport {
-            settled_over_plain: comparison.ratio,
-            settled_frame_ns: comparison.settled,
-            settled_passes_ns: comparison.settled_passes,
-            plain_frame_ns: comparison.plain,
-            plain_texture: comparison.plain_size,
-            empty_pass_ns: comparison.empty_pass,
-        }
-    }
-}
-
 impl From<&Record> for FrameReport {
     fn from(record: &Record) -> Self {
-        let pass = |PassTime { label, ns, .. }: &PassTime| PassReport { label: label.clone(), ns: *ns };
         FrameReport {
             frame: record.frame,
-            passes: record.passes.iter().map(pass).collect(),
+            passes: record.passes.clone(),
             texture: record.texture.as_ref().map(TextureFrame::from),
             surfaces: record.meshes.as_ref().map(SurfacesFrame::from),
         }
@@ -259,7 +224,7 @@ impl Report {
                 .map(|technique| TextureReport::of(technique, &renderer.records)),
             surfaces: surfaces.map(|surface| (surface.name.clone(), SurfaceReport::from(surface))).collect(),
             memory_bytes: renderer.memory().into_iter().collect(),
-            plain: plain.map(PlainReport::from),
+            plain,
             frames: renderer.records.iter().map(FrameReport::from).collect(),
             run: None,
             manifest: Manifest::of_this_process(),

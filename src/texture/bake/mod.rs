@@ -23,7 +23,7 @@ mod scratch;
 mod source;
 mod work;
 
-pub use encode::bc1 as encode_bc1;
+pub use encode::{bc1 as encode_bc1, bc1_tile as encode_bc1_tile};
 pub use error::{BakeError, SourceError};
 pub use input::open as open_picture;
 pub use plan::Plan;

@@ -226,7 +226,7 @@ pub(super) fn mean_square(finer: &[u8], side: usize, out: &mut [u8], wide: usize
         for x in 0..side / 2 {
             let at = 2 * y * side + 2 * x;
             let four = [at, at + 1, at + side, at + side + 1].map(|texel| finer[texel]);
-            out[(top + y) * wide + left + x] = table.mean_of_four_rgba(four);
+            out[(top + y) * wide + left + x] = table.mean_of_four_texels(four);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The jobs of a bake, in order. A job is skipped if the journal lists it and its output is still intact.
 
-use super::encode::bc1;
+use super::encode::bc1_tile;
 use super::error::{BakeError, SourceError};
 use super::journal::{Job, Journal};
 use super::plan::Plan;
@@ -9,7 +9,7 @@ use super::scratch::{Scratch, mean_square, payload_bytes};
 use super::source::{Source, synthetic};
 use super::{BakeSettings, Files, Progress};
 use crate::math::pyramid::TileId;
-use crate::picture::srgb;
+use crate::texture::coarser::coarser;
 use crate::texture::source::{TileFormat, TileSource};
 use crate::texture::tiles::{FileLayout, TileFile, index_page};
 use rayon::prelude::*;
@@ -243,7 +243,7 @@ impl Work<'_> {
         scratch.first_resident = level.clone();
         for number in first..=pyramid.coarsest_level() {
             if number > first {
-                level = mean_level(&level, pyramid.level_size(number - 1), pyramid.level_size(number));
+                level = coarser(level.as_chunks::<4>().0, pyramid.level_size(number - 1)).into_flattened();
             }
             self.write_resident_level(number, &level, done)?;
         }
@@ -294,13 +294,7 @@ impl Work<'_> {
     fn encode(&self, rgba: &[u8], bytes: &mut [u8]) {
         match self.layout.format() {
             TileFormat::Rgba8 => bytes.copy_from_slice(rgba),
-            TileFormat::Bc1 => {
-                let [fine, coarse] = self.layout.pyramid().stored_sides().map(|side| side as usize);
-                let (fine_rgba, coarse_rgba) = rgba.split_at(fine * fine * 4);
-                let (fine_blocks, coarse_blocks) = bytes.split_at_mut(fine * fine / 2);
-                bc1(fine_rgba, fine, fine_blocks);
-                bc1(coarse_rgba, coarse, coarse_blocks);
-            }
+            TileFormat::Bc1 => bc1_tile(&self.layout.pyramid(), rgba, bytes),
         }
     }
 
@@ -325,21 +319,6 @@ impl Work<'_> {
         File::open(&self.files.folder).and_then(|folder| folder.sync_all()).map_err(failed)?;
         tidy(self.files)
     }
-}
-
-/// Averages a resident level from the next finer one. If the finer level is one texel high or wide, its only texel
-/// counts twice.
-fn mean_level(finer: &[u8], [finer_width, finer_height]: [u32; 2], [width, height]: [u32; 2]) -> Vec<u8> {
-    let finer = finer.as_chunks::<4>().0;
-    let texel =
-        |x: u32, y: u32| finer[(y.min(finer_height - 1) * finer_width + x.min(finer_width - 1)) as usize];
-    (0..width * height)
-        .flat_map(|index| {
-            let (x, y) = (index % width * 2, index / width * 2);
-            let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
-            srgb::table().mean_of_four_rgba(four)
-        })
-        .collect()
 }
 
 #[cfg(test)]

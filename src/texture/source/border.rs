@@ -47,6 +47,14 @@ impl<'a> Square<'a> {
         ]
     }
 
+    /// Copies texels of a stored level of `size` texels. Alpha is 255.
+    pub fn copy(self, level: &[[u8; 3]], size: [u32; 2]) {
+        self.fill(size, |[x, y]| {
+            let [r, g, b] = level[y as usize * size[0] as usize + x as usize];
+            [r, g, b, 255]
+        });
+    }
+
     /// Writes every texel; `texel` gets its true column and row in the level of `size` texels.
     pub fn fill(self, size: [u32; 2], texel: impl Fn([u32; 2]) -> [u8; 4]) {
         let [left, top] = self.origin;

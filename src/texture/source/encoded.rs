@@ -2,7 +2,7 @@
 
 use super::{TileError, TileFormat, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::texture::bake::encode_bc1;
+use crate::texture::bake::encode_bc1_tile;
 use std::sync::Arc;
 
 /// Encodes RGBA8 tiles of another source as BC1. Resident levels stay RGBA8; the tile pool encodes the parts that it
@@ -36,11 +36,7 @@ impl TileSource for Encoded {
         let pyramid = self.pyramid();
         let mut rgba = vec![0; pyramid.tile_bytes_rgba8()];
         self.0.read_tile(tile, &mut rgba)?;
-        let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
-        let (fine_rgba, coarse_rgba) = rgba.split_at(4 * fine * fine);
-        let (fine_blocks, coarse_blocks) = bytes.split_at_mut(fine * fine / 2);
-        encode_bc1(fine_rgba, fine, fine_blocks);
-        encode_bc1(coarse_rgba, coarse, coarse_blocks);
+        encode_bc1_tile(&pyramid, &rgba, bytes);
         Ok(())
     }
 
@@ -53,6 +49,7 @@ impl TileSource for Encoded {
 mod tests {
     use super::super::ruler::Ruler;
     use super::*;
+    use crate::texture::bake::encode_bc1;
 
     #[test]
     fn both_pictures_of_a_tile_are_encoded_one_after_the_other() {

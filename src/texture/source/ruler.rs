@@ -3,17 +3,8 @@
 
 use super::border::Square;
 use super::{TileError, TileFormat, TileSource};
+use crate::math::mix::mix;
 use crate::math::pyramid::{Pyramid, TileId};
-
-/// A bijection of 32 bits. Each input bit flips each output bit with probability one half: multiply-xorshift
-/// with the constants of C. Wellons' "lowbias32" (public domain, 2018).
-const fn mix(mut bits: u32) -> u32 {
-    bits ^= bits >> 16;
-    bits = bits.wrapping_mul(0x7feb_352d);
-    bits ^= bits >> 15;
-    bits = bits.wrapping_mul(0x846c_a68b);
-    bits ^ (bits >> 16)
-}
 
 /// The texel of column `x`, row `y` of level `level`: RGBA8, red in the low byte.
 ///

@@ -1,7 +1,9 @@
 //! The position of every byte of a `.tiles` file: a pure function of the pyramid and the texel format.
 
+use super::TileFileError;
 use crate::math::pyramid::{Pyramid, PyramidError, TileId};
 use crate::texture::source::TileFormat;
+use std::path::Path;
 use thiserror::Error;
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -13,7 +15,7 @@ pub const HEADER_BYTES: usize = PAGE_BYTES as usize;
 /// Detects a file that was transferred as text: the first byte is not ASCII, a text transfer changes CR LF or LF, and
 /// Ctrl-Z ends a text listing.
 const MAGIC: [u8; 8] = *b"\x89ORT\r\n\x1a\n";
-pub(super) const VERSION: u32 = 1;
+const VERSION: u32 = 1;
 /// Checksums are the last 8 bytes of header and index.
 const CHECKSUM_BYTES: usize = 8;
 /// Keeps the index, which a reader holds in memory, at 512 MiB or less.
@@ -28,14 +30,6 @@ pub enum LayoutError {
     Bc1Border(u32),
     #[error("{0} tiles are more than a .tiles file can index ({MOST_TILES}); choose larger tiles")]
     TooManyTiles(u64),
-}
-
-/// The reason for rejecting a header page.
-#[derive(Debug)]
-pub(super) enum HeaderFault {
-    Magic,
-    Version(u32),
-    Damaged(String),
 }
 
 /// Offsets and lengths, all in bytes.
@@ -187,21 +181,22 @@ impl FileLayout {
     }
 
     /// Parses a header page, which must be exactly what [`Self::header_page`] writes.
-    pub(super) fn parse(page: &[u8; HEADER_BYTES]) -> Result<Self, HeaderFault> {
+    pub(super) fn parse(page: &[u8; HEADER_BYTES], path: &Path) -> Result<Self, TileFileError> {
+        let path = path.to_path_buf();
         let number = |index: usize| {
             let at = 8 + 4 * index;
             u32::from_le_bytes([page[at], page[at + 1], page[at + 2], page[at + 3]])
         };
         if page[..8] != MAGIC {
-            return Err(HeaderFault::Magic);
+            return Err(TileFileError::NotTiles { path });
         }
         if !is_sealed(page) {
-            return Err(HeaderFault::Damaged("its checksum differs".into()));
+            return Err(TileFileError::Header { path, reason: "its checksum differs".into() });
         }
         if number(0) != VERSION {
-            return Err(HeaderFault::Version(number(0)));
+            return Err(TileFileError::Version { path, found: number(0), expected: VERSION });
         }
-        let damaged = |reason: String| HeaderFault::Damaged(reason);
+        let damaged = |reason: String| TileFileError::Header { path: path.clone(), reason };
         let pyramid = Pyramid::new(number(1), number(2), number(3), number(4), Some(number(5)))
             .map_err(|error: PyramidError| damaged(error.to_string()))?;
         let format = match number(6) {
@@ -254,7 +249,7 @@ mod tests {
     #[test]
     fn a_header_page_parses_to_its_layout() {
         for layout in layouts() {
-            assert_eq!(FileLayout::parse(&layout.header_page()).unwrap(), layout);
+            assert_eq!(FileLayout::parse(&layout.header_page(), Path::new("a.tiles")).unwrap(), layout);
         }
     }
 
@@ -266,7 +261,7 @@ mod tests {
             other[at] ^= 1;
             seal(&mut other);
             // Some other sizes form a valid pyramid, but then the stored lengths do not match.
-            assert!(FileLayout::parse(&other).is_err(), "byte {at}");
+            assert!(FileLayout::parse(&other, Path::new("a.tiles")).is_err(), "byte {at}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Reads tiles from a `.tiles` file. Data is used only after its checksum is verified. Memory is allocated only after
 //! the file is known to be as long as its header says.
 
-use super::layout::{FileLayout, HEADER_BYTES, HeaderFault, VERSION, is_sealed};
+use super::layout::{FileLayout, HEADER_BYTES, is_sealed};
 use super::{PAGE_BYTES, TileFileError};
 use crate::file;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -38,14 +38,7 @@ impl TileFile {
         }
         let mut page = [0; HEADER_BYTES];
         read(&mut page, 0)?;
-        let layout = match FileLayout::parse(&page) {
-            Ok(layout) => layout,
-            Err(HeaderFault::Magic) => return Err(TileFileError::NotTiles { path }),
-            Err(HeaderFault::Version(found)) => {
-                return Err(TileFileError::Version { path, found, expected: VERSION });
-            }
-            Err(HeaderFault::Damaged(reason)) => return Err(TileFileError::Header { path, reason }),
-        };
+        let layout = FileLayout::parse(&page, &path)?;
         if found != layout.total_bytes() {
             return Err(TileFileError::Length { path, expected: layout.total_bytes(), found });
         }

@@ -7,6 +7,7 @@
 use super::super::border::true_texel;
 use super::EarthError;
 use crate::picture::srgb;
+use crate::texture::coarser::coarser;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use xxhash_rust::xxh3::xxh3_64;
@@ -70,7 +71,7 @@ impl Base {
         let strength = strength(&finest);
         let mut levels = vec![finest];
         for width_log2 in (0..BASE_WIDTH_LOG2).rev() {
-            levels.push(mean_level(&levels[levels.len() - 1], width_log2));
+            levels.push(coarser(&levels[levels.len() - 1], level_size(width_log2 + 1)));
         }
         Ok(Self { levels, strength })
     }
@@ -137,22 +138,6 @@ fn downsample(picture: &[u8]) -> Vec<[u8; 3]> {
         }
     });
     texels
-}
-
-/// The level of width `2^width_log2`: means of four stored texels in linear light. A level one texel high
-/// uses its only row twice.
-fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
-    let table = srgb::table();
-    let [width, height] = level_size(width_log2).map(|side| side as usize);
-    let [finer_width, finer_height] = level_size(width_log2 + 1).map(|side| side as usize);
-    let texel = |index: usize| {
-        let (x, y) = (index % width * 2, index / width * 2);
-        let rows = [y, (y + 1).min(finer_height - 1)];
-        let four =
-            [0, 1, 2, 3].map(|corner: usize| finer[rows[corner >> 1] * finer_width + x + (corner & 1)]);
-        std::array::from_fn(|channel| table.mean_of_four(four.map(|texel| texel[channel])))
-    };
-    (0..width * height).into_par_iter().map(texel).collect()
 }
 
 /// Computes [`Base::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed twice

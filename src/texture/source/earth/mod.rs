@@ -84,12 +84,7 @@ impl Earth {
     }
 
     fn write_imagery(&self, width_log2: u32, square: Square<'_>) {
-        let size = level_size(width_log2);
-        let level = self.base.level(width_log2);
-        square.fill(size, |[x, y]| {
-            let [r, g, b] = level[y as usize * size[0] as usize + x as usize];
-            [r, g, b, 255]
-        });
+        square.copy(self.base.level(width_log2), level_size(width_log2));
     }
 }
 

@@ -6,6 +6,7 @@
 //! or column at a time, and are quantised to 1/1024 of the lattice (1/819 texel); everything after that is integer.
 
 use super::base::level_size;
+use crate::math::mix::mix;
 
 /// Fraction bits of a position in units of the lattice.
 const FRACTION_LOG2: u32 = 10;
@@ -60,12 +61,8 @@ const STEP: [u32; 3] = [0x9E37_79B1, 0x85EB_CA6B, 0xC2B2_AE3D];
 
 /// Hash of one lattice point, -32768 ..= 32767.
 #[inline(always)]
-fn lattice(mut bits: u32) -> i32 {
-    bits ^= bits >> 16;
-    bits = bits.wrapping_mul(0x7feb_352d);
-    bits ^= bits >> 15;
-    bits = bits.wrapping_mul(0x846c_a68b);
-    (bits as i32) >> 16
+fn lattice(point: u32) -> i32 {
+    (mix(point) as i32) >> 16
 }
 
 /// 3t^2 - 2t^3, with t and the result in units of 1/1024; at most 2^30 before the shift.

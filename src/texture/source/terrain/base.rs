@@ -5,6 +5,7 @@ use super::ground::{Fields, Palette, beyond};
 use super::noise::octave;
 use crate::math::relief::{AREA_M, relief};
 use crate::picture::srgb::{self, LINEAR_ONE};
+use crate::texture::coarser::coarser;
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -49,7 +50,7 @@ impl Base {
         let color = |ground: &Fields| texel(&palette, ground, texel_m(BASE_LOG2));
         let mut levels: Vec<Vec<[u8; 3]>> = vec![ground.par_iter().map(color).collect()];
         for width_log2 in (0..BASE_LOG2).rev() {
-            levels.push(mean_level(&levels[levels.len() - 1], width_log2));
+            levels.push(coarser(&levels[levels.len() - 1], [2 << width_log2; 2]));
         }
         Base { ground, levels, palette }
     }
@@ -65,18 +66,6 @@ impl Base {
 pub fn texel(palette: &Palette, ground: &Fields, texel_m: f32) -> [u8; 3] {
     let table = srgb::table();
     palette.color(ground, texel_m).map(|channel| table.encode((channel * LINEAR_ONE as f32) as i32))
-}
-
-/// Means of four stored texels in linear light.
-fn mean_level(finer: &[[u8; 3]], width_log2: u32) -> Vec<[u8; 3]> {
-    let table = srgb::table();
-    let width = 1usize << width_log2;
-    let texel = |index: usize| {
-        let (x, y) = (index % width * 2, index / width * 2);
-        let four = [0, 1, 2, 3].map(|corner: usize| finer[(y + corner / 2) * 2 * width + x + corner % 2]);
-        std::array::from_fn(|channel| table.mean_of_four(four.map(|texel| texel[channel])))
-    };
-    (0..width * width).into_par_iter().map(texel).collect()
 }
 
 /// A square of numbers, rows from the north.

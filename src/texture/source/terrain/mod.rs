@@ -90,11 +90,7 @@ impl Terrain {
 
     /// Like [`Terrain::write`], for stored levels.
     fn write_base(&self, width_log2: u32, square: Square<'_>) {
-        let level = self.base.level(width_log2);
-        square.fill([1 << width_log2; 2], |[x, y]| {
-            let [r, g, b] = level[((y as usize) << width_log2) + x as usize];
-            [r, g, b, 255]
-        });
+        square.copy(self.base.level(width_log2), [1 << width_log2; 2]);
     }
 }
 

@@ -3,6 +3,8 @@
 //! The lattice is square, has a spacing of 1.6 texels, and is rotated by atan(3/4), so that its rows and columns do not
 //! line up with the texels'. A 32-bit hash at each point gives 16 bits to each value; smoothstep interpolates.
 
+use crate::math::mix::mix;
+
 /// Subdivisions of a cell: texel centres lie at whole eighths of the lattice.
 const PARTS: i32 = 8;
 
@@ -22,12 +24,8 @@ const SMOOTH: [f32; 8] = {
 const STEP: [u32; 2] = [0x9E37_79B1, 0x85EB_CA6B];
 
 #[inline(always)]
-fn lattice(mut bits: u32) -> [f32; 2] {
-    bits ^= bits >> 16;
-    bits = bits.wrapping_mul(0x7feb_352d);
-    bits ^= bits >> 15;
-    bits = bits.wrapping_mul(0x846c_a68b);
-    bits ^= bits >> 16;
+fn lattice(point: u32) -> [f32; 2] {
+    let bits = mix(point);
     [(bits as i32 >> 16) as f32, (bits << 16) as i32 as f32 / 65_536.0]
 }
 
