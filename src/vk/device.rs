@@ -34,7 +34,7 @@ pub(crate) struct Device {
 pub(super) struct Objects {
     /// Transitions of new images that the next submission starts with.
     pub(super) new_images: Vec<vk::ImageMemoryBarrier2<'static>>,
-    /// Number of frames that are being recorded.
+    /// Number of frames that are being recorded. They may use every object that lives now.
     pub(super) recording: usize,
     /// The value that the last submission signals.
     submitted: u64,
@@ -60,11 +60,6 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Objects {
-    /// A frame that is being recorded may use every object that lives now.
-    pub(super) fn begin_recording(&mut self) {
-        self.recording += 1;
-    }
-
     /// The frame was submitted or dropped; `submitted` is the value that the last submission signals.
     pub(super) fn end_recording(&mut self, submitted: u64) {
         self.recording -= 1;
@@ -225,39 +220,27 @@ impl Device {
 
     fn destroy(&self, dead: Dead) {
         // SAFETY: the GPU has passed every frame that could name the handle, and its wrapper is gone.
-        let memory = unsafe {
-            match dead {
-                Dead::Buffer(buffer, view, memory) => {
-                    self.handle.destroy_buffer_view(view, None);
-                    self.handle.destroy_buffer(buffer, None);
-                    memory
+        unsafe {
+            match &dead {
+                Dead::Buffer(buffer, view, _) => {
+                    self.handle.destroy_buffer_view(*view, None);
+                    self.handle.destroy_buffer(*buffer, None);
                 }
-                Dead::Image(image, views, memory) => {
+                Dead::Image(image, views, _) => {
                     views.iter().for_each(|view| self.handle.destroy_image_view(*view, None));
-                    self.handle.destroy_image(image, None);
-                    memory
+                    self.handle.destroy_image(*image, None);
                 }
-                Dead::Sampler(sampler) => {
-                    self.handle.destroy_sampler(sampler, None);
-                    None
-                }
-                Dead::Queries(pool) => {
-                    self.handle.destroy_query_pool(pool, None);
-                    None
-                }
-                Dead::Semaphore(semaphore) => {
-                    self.handle.destroy_semaphore(semaphore, None);
-                    None
-                }
+                Dead::Sampler(sampler) => self.handle.destroy_sampler(*sampler, None),
+                Dead::Queries(pool) => self.handle.destroy_query_pool(*pool, None),
+                Dead::Semaphore(semaphore) => self.handle.destroy_semaphore(*semaphore, None),
                 Dead::Pipeline(pipeline, layout, set_layout) => {
-                    self.handle.destroy_pipeline(pipeline, None);
-                    self.handle.destroy_pipeline_layout(layout, None);
-                    self.handle.destroy_descriptor_set_layout(set_layout, None);
-                    None
+                    self.handle.destroy_pipeline(*pipeline, None);
+                    self.handle.destroy_pipeline_layout(*layout, None);
+                    self.handle.destroy_descriptor_set_layout(*set_layout, None);
                 }
             }
-        };
-        if let Some(memory) = memory {
+        }
+        if let Dead::Buffer(.., Some(memory)) | Dead::Image(.., Some(memory)) = dead {
             let freed = self.allocator.lock().expect("no panic in the allocator").free(memory);
             assert!(freed.is_ok(), "the allocator refuses its own allocation: {freed:?}");
         }

@@ -264,7 +264,7 @@ impl Gpu {
         let mut ring = self.lock_ring();
         ring.wait_for_slot()?;
         self.device.collect(self.device.finished()?);
-        self.device.objects().begin_recording();
+        self.device.objects().recording += 1;
         let mut frame = Frame { gpu: self, slot: ring.slots.pop_front(), counting: ring.counting };
         drop(ring);
         frame.slot().begin(&self.device)?;

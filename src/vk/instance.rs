@@ -26,6 +26,14 @@ pub struct Instance {
     pub(crate) entry: ash::Entry,
 }
 
+/// Kinds of devices, the preferred first. All others are "other".
+const KINDS: [(vk::PhysicalDeviceType, &str); 4] = [
+    (vk::PhysicalDeviceType::DISCRETE_GPU, "discrete"),
+    (vk::PhysicalDeviceType::INTEGRATED_GPU, "integrated"),
+    (vk::PhysicalDeviceType::VIRTUAL_GPU, "virtual"),
+    (vk::PhysicalDeviceType::CPU, "cpu"),
+];
+
 /// One device, as enumerated.
 #[derive(Clone, Debug)]
 pub struct PhysicalDevice {
@@ -136,12 +144,8 @@ impl Instance {
             .check("vkEnumeratePhysicalDevices", "instance")?;
         let mut devices: Vec<_> =
             handles.into_iter().map(|handle| self.describe(handle)).collect::<Result<_>>()?;
-        devices.sort_by_key(|device| match device.kind {
-            "discrete" => 0,
-            "integrated" => 1,
-            "virtual" => 2,
-            "cpu" => 3,
-            _ => 4,
+        devices.sort_by_key(|device| {
+            KINDS.iter().position(|(_, kind)| *kind == device.kind).unwrap_or(KINDS.len())
         });
         Ok(devices)
     }
@@ -182,13 +186,7 @@ impl Instance {
         Ok(PhysicalDevice {
             handle,
             name: text(core.device_name_as_c_str()),
-            kind: match core.device_type {
-                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
-                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
-                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
-                vk::PhysicalDeviceType::CPU => "cpu",
-                _ => "other",
-            },
+            kind: KINDS.iter().find(|(of, _)| *of == core.device_type).map_or("other", |(_, kind)| *kind),
             driver: format!(
                 "{} {}",
                 text(driver.driver_name_as_c_str()),

@@ -48,14 +48,6 @@ pub struct MeshVertex {
     pub offset: [f32; 2],
 }
 
-impl MeshVertex {
-    /// The vertex's texture coordinate, without further rounding.
-    pub fn coordinate(&self) -> DVec2 {
-        let axis = |i: usize| f64::from(self.origin[i]) / 4_294_967_296.0 + f64::from(self.offset[i]);
-        DVec2::new(axis(0), axis(1))
-    }
-}
-
 /// A triangle list for the GPU, in the source mesh's order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
@@ -160,7 +152,8 @@ mod tests {
         let mesh = gpu_mesh(&source);
         for (&index, &vertex) in mesh.indices.iter().zip(source.triangles.as_flattened()) {
             let (gpu, vertex) = (&mesh.vertices[index as usize], vertex as usize);
-            let error = (gpu.coordinate() - source.coordinates[vertex]).abs();
+            let axis = |i: usize| f64::from(gpu.origin[i]) / 4_294_967_296.0 + f64::from(gpu.offset[i]);
+            let error = (DVec2::new(axis(0), axis(1)) - source.coordinates[vertex]).abs();
             assert!(error.x <= 2f64.powi(-33) && error.y <= 2f64.powi(-32), "vertex {vertex}: {error}");
             let position = DVec3::from_array(std::array::from_fn(|i| {
                 f64::from(gpu.position_high[i]) + f64::from(gpu.position_low[i])
