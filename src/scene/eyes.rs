@@ -167,7 +167,7 @@ pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Resul
         }
     };
     let path = path::Path { frames: keys.frames, motion };
-    path.check().map_err(|error| part.fault("camera", error.to_string()))?;
+    path.check().map_err(|what| part.fault("camera", what))?;
     Ok(path)
 }
 

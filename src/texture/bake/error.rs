@@ -1,9 +1,8 @@
 //! Errors of a bake. Each is one line that names the file.
 
-use crate::math::pyramid::PyramidError;
 use crate::texture::source::TileError;
 use crate::texture::source::earth::EarthError;
-use crate::texture::tiles::{LayoutError, TileFileError};
+use crate::texture::tiles::TileFileError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -42,16 +41,11 @@ impl SourceError {
 pub enum BakeError {
     #[error(transparent)]
     Source(#[from] SourceError),
-    #[error("{source_name}: {error}")]
-    Pyramid { source_name: String, error: PyramidError },
-    #[error("a tile side of {0} is not a power of two in 16 ..= 1024")]
-    TileSide(u32),
-    #[error("{source_name}: {error}")]
-    FileLayout { source_name: String, error: LayoutError },
+    /// Settings that fit no file, or not this source.
+    #[error("{0}")]
+    Settings(String),
     #[error(transparent)]
     Earth(#[from] EarthError),
-    #[error("the ruler's texels are hashes, which bc1 would destroy; use --format rgba8")]
-    RulerFormat,
     #[error("{path}: exists already; --force replaces it")]
     Exists { path: PathBuf },
     #[error("{path}: {reason}")]

@@ -35,10 +35,12 @@ impl Plan {
     pub(super) fn new(settings: &BakeSettings, source: &Source) -> Result<Self, BakeError> {
         let side = settings.tile_side;
         if !side.is_power_of_two() || !(16..=1024).contains(&side) {
-            return Err(BakeError::TileSide(side));
+            let what = format!("a tile side of {side} is not a power of two in 16 ..= 1024");
+            return Err(BakeError::Settings(what));
         }
         if matches!(settings.source, SourceName::Ruler(_)) && settings.format == TileFormat::Bc1 {
-            return Err(BakeError::RulerFormat);
+            let what = "the ruler's texels are hashes, which bc1 would destroy; use --format rgba8";
+            return Err(BakeError::Settings(what.into()));
         }
         let source_size = source.size();
         let [width_log2, height_log2] = source_size.map(|side| side.next_power_of_two().ilog2());
@@ -50,9 +52,9 @@ impl Plan {
             settings.border_texels,
             settings.resident_levels,
         )
-        .map_err(|error| BakeError::Pyramid { source_name: source_name.clone(), error })?;
+        .map_err(|error| BakeError::Settings(format!("{source_name}: {error}")))?;
         let layout = FileLayout::new(pyramid, settings.format)
-            .map_err(|error| BakeError::FileLayout { source_name: source_name.clone(), error })?;
+            .map_err(|error| BakeError::Settings(format!("{source_name}: {error}")))?;
         let row_bytes = 4u64 << width_log2;
         // A power of two, so that band ends coincide with tile ends.
         let band_rows = (BAND_BYTES / row_bytes).clamp(1, u64::from(side)) as u32;
