@@ -44,25 +44,11 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// Device lost, out of memory.
     pub fn frame(&mut self, pose: &Pose) -> Result<(), T::Error> {
-        self.frame_between(pose, &[], &[])
+        self.frame_with(pose, &[], &[], |_, _, _, _| Ok(()))
     }
 
-    /// Like [`Run::frame`]; the device starts when all of `waits` are signalled, and signals all of `signals`
-    /// at the end.
-    ///
-    /// # Errors
-    /// As [`Run::frame`].
-    pub fn frame_between(
-        &mut self,
-        pose: &Pose,
-        waits: &[&Semaphore],
-        signals: &[&Semaphore],
-    ) -> Result<(), T::Error> {
-        self.frame_with(pose, waits, signals, |_, _, _, _| Ok(()))
-    }
-
-    /// Like [`Run::frame_between`]; `also` records more passes after those of the technique, such as a
-    /// window's.
+    /// Like [`Run::frame`]; the device starts when all of `waits` are signalled, and signals all of `signals` at the
+    /// end. `also` records more passes after those of the technique, such as a window's.
     ///
     /// # Errors
     /// As [`Run::frame`], and errors of `also`.

@@ -269,8 +269,8 @@ fn frames_wait_for_semaphores_and_signal_them() {
     let [mut first, mut second] = [(); 2].map(|()| landscape.run(&gpu, [64, 36], ONE_SAMPLE));
     for _ in 0..4 {
         let semaphore = gpu.semaphore("first is drawn").unwrap();
-        first.frame_between(&landscape.pose, &[], &[&semaphore]).unwrap();
-        second.frame_between(&landscape.pose, &[&semaphore], &[]).unwrap();
+        first.frame_with(&landscape.pose, &[], &[&semaphore], |_, _, _, _| Ok(())).unwrap();
+        second.frame_with(&landscape.pose, &[&semaphore], &[], |_, _, _, _| Ok(())).unwrap();
         first.drain().unwrap();
         second.drain().unwrap();
     }

@@ -51,13 +51,9 @@ impl TileSource for Ruler {
 
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
         assert!(level >= self.pyramid.first_resident_level(), "level {level} of {:?}", self.pyramid);
-        let [width, height] = self.pyramid.level_size(level).map(|side| side as usize);
-        let mut bytes = vec![0; width * height * 4];
-        for (index, texel) in bytes.chunks_exact_mut(4).enumerate() {
-            let hash = ruler_hash(level, (index % width) as u32, (index / width) as u32);
-            texel.copy_from_slice(&hash.to_le_bytes());
-        }
-        Ok(bytes)
+        let [width, height] = self.pyramid.level_size(level);
+        let row = |y: u32| (0..width).flat_map(move |x| ruler_hash(level, x, y).to_le_bytes());
+        Ok((0..height).flat_map(row).collect())
     }
 }
 
