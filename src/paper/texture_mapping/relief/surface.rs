@@ -46,7 +46,9 @@ impl ReliefSurface {
             ReliefMethod::Trace => {
                 let fan = Fan::new(relief.depth, Holds::Everywhere);
                 let build = DistanceBuild::new(gpu, relief, layers, &fan, true)?;
-                gpu.run_pass("distance map", |cmd| build.run(cmd))?;
+                let mut frame = gpu.frame()?;
+                frame.pass("distance map", |cmd| build.run(cmd))?;
+                frame.submit()?.wait()?;
                 build.into_distances()
             }
         };
