@@ -109,19 +109,26 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// As [`Run::settle`].
     pub fn settle_within_budgets(&mut self, pose: &Pose) -> Result<u64, T::Error> {
-        let first = self.next;
-        let mut last_arrival = Instant::now();
-        loop {
-            self.frame(pose)?;
-            match self.technique.progress() {
-                Progress::Settled => return Ok(self.next - first),
-                Progress::Waiting { pending } if last_arrival.elapsed() > self.stall => {
-                    return Err(Stalled { pending, waited: self.stall }.into());
-                }
-                Progress::Waiting { .. } => {}
-                Progress::Arriving => last_arrival = Instant::now(),
+        let (first, mut last_arrival) = (self.next, Instant::now());
+        while !self.settle_once(pose, &mut last_arrival)? {}
+        Ok(self.next - first)
+    }
+
+    /// One frame of [`Run::settle_within_budgets`]; true if nothing is missing. `last_arrival`: at first the current time.
+    ///
+    /// # Errors
+    /// As [`Run::settle`].
+    pub fn settle_once(&mut self, pose: &Pose, last_arrival: &mut Instant) -> Result<bool, T::Error> {
+        self.frame(pose)?;
+        match self.technique.progress() {
+            Progress::Settled => return Ok(true),
+            Progress::Waiting { pending } if last_arrival.elapsed() > self.stall => {
+                return Err(Stalled { pending, waited: self.stall }.into());
             }
+            Progress::Waiting { .. } => {}
+            Progress::Arriving => *last_arrival = Instant::now(),
         }
+        Ok(false)
     }
 
     /// Resizes the target to `size` pixels. On an error, the old size stays.

@@ -34,7 +34,12 @@ pub enum Motion {
 impl Path {
     /// The camera pose of a frame.
     pub fn pose(&self, frame: u32) -> Pose {
-        let done = f64::from(frame.min(self.frames)) / f64::from(self.frames);
+        self.pose_at(f64::from(frame))
+    }
+
+    /// The camera pose at any position, in frames from the start.
+    pub fn pose_at(&self, frame: f64) -> Pose {
+        let done = frame.min(f64::from(self.frames)) / f64::from(self.frames);
         match &self.motion {
             Motion::Orbit { start, degrees } => orbit(start, done * degrees),
             Motion::Pan { start, heading_deg, distance_m } => pan(start, *heading_deg, done * distance_m),
@@ -44,7 +49,7 @@ impl Path {
             }
             Motion::Teleport { stops } => {
                 // Frame `frames` belongs to the last stop.
-                let stop = u64::from(frame) * stops.len() as u64 / u64::from(self.frames);
+                let stop = frame as u64 * stops.len() as u64 / u64::from(self.frames);
                 stops[(stop as usize).min(stops.len() - 1)].pose()
             }
         }
@@ -224,6 +229,8 @@ mod tests {
             assert!((altitude_m(frame) / altitude_m(frame + 1) - 10.0).abs() < 1e-6);
         }
         assert_eq!(path.pose(99), path.pose(4), "the end is held");
+        let between = geodesy::ecef_to_geodetic(path.pose_at(1.5).eye).altitude_m;
+        assert!((between.powi(2) / (altitude_m(1) * altitude_m(2)) - 1.0).abs() < 1e-6, "{between} m");
     }
 
     #[test]

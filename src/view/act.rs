@@ -5,7 +5,7 @@ use super::film::Film;
 use super::inspector;
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
-use super::shot;
+use super::shot::Shot;
 use anyhow::{Context, anyhow, bail};
 use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
@@ -28,8 +28,8 @@ impl Live {
             Action::Magnify => self.magnifies = !self.magnifies,
             Action::Comparison(comparison) => self.comparison = comparison,
             Action::NextComparison => self.comparison = self.comparison.next(),
-            Action::NextOverlay => self.overlay = Overlay::next(self.overlay, &self.stage),
-            Action::Overlay(overlay) => self.overlay = overlay,
+            Action::NextOverlay => self.colour(Overlay::next(self.overlay, &self.stage)),
+            Action::Overlay(overlay) => self.colour(overlay),
             Action::Freeze => {
                 self.frozen = if self.frozen.is_some() { None } else { Some(self.eye.camera) };
             }
@@ -69,13 +69,33 @@ impl Live {
         Ok(())
     }
 
+    fn colour(&mut self, overlay: Option<Overlay>) {
+        self.overlay = overlay;
+        self.say(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
+    }
+
+    /// Renders a frame of the screenshot in progress. Saves it once no tile is missing.
+    pub(super) fn step_shot(&mut self) -> anyhow::Result<()> {
+        let Some(mut shot) = self.shot.take() else { return Ok(()) };
+        match shot.step()? {
+            None => self.shot = Some(shot),
+            Some(picture) => {
+                self.echo = ECHO;
+                self.print(&picture.display().to_string())?;
+                self.say(format!("{} and its report are saved", picture.display()));
+            }
+        }
+        Ok(())
+    }
+
     /// Actions that write files, print lines, or start a capture.
     fn hand_out(&mut self, action: Action) -> anyhow::Result<()> {
         match action {
+            Action::Screenshot if self.shot.is_some() => {
+                bail!("the last screenshot still waits for its tiles")
+            }
             Action::Screenshot => {
-                let picture = shot::take(&self.stage, &self.eye.camera, &self.folder)?;
-                self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report are saved", picture.display()));
+                self.shot = Some(Shot::new(&self.stage, &self.eye.camera, &self.folder)?);
             }
             Action::CopyCamera => {
                 let text = self.eye.camera.to_toml("NAME");

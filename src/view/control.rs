@@ -151,3 +151,74 @@ fn zoom(input: &InputState, eye: &mut Eye, at: Pos2, pane: &Pane) {
         eye.zoom(factor, pane.pixel(at), pane.size);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Modifiers, RawInput};
+    use ortelius::scene::Scene;
+
+    const SIZE: [u32; 2] = [640, 360];
+    const AT: Pos2 = Pos2::new(400.0, 150.0);
+
+    /// Lays out no panel with these events, then moves the camera.
+    fn steered(context: &Context, eye: &mut Eye, time: f64, events: Vec<Event>) {
+        let pane = Pane { size: SIZE, pixels_per_point: 1.0, divider: None };
+        let raw = RawInput { time: Some(time), events, ..RawInput::default() };
+        drop(context.run_ui(raw, |_| ()));
+        steer(context, eye, &mut None, &pane, 0.01);
+    }
+
+    fn click() -> Vec<Event> {
+        let button = |pressed| Event::PointerButton {
+            pos: AT,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        vec![Event::PointerMoved(AT), button(true), button(false)]
+    }
+
+    fn eye() -> Eye {
+        let scene = Scene::embedded("globe").unwrap();
+        Eye::new(scene.cameras["africa"])
+    }
+
+    /// The ground point under a position.
+    fn under(eye: &Eye, at: Pos2) -> DVec3 {
+        eye.ground_at(DVec2::new(f64::from(at.x), f64::from(at.y)), SIZE).unwrap()
+    }
+
+    #[test]
+    fn a_double_click_flies_to_its_point_and_two_slow_clicks_do_not() {
+        let start = eye();
+        for (pause_s, flies) in [(0.1, true), (2.0, false)] {
+            let (context, mut eye) = (Context::default(), eye());
+            steered(&context, &mut eye, 1.0, click());
+            assert!(!eye.is_under_way());
+            steered(&context, &mut eye, 1.0 + pause_s, click());
+            assert_eq!(eye.is_under_way(), flies);
+            eye.advance(1e3);
+            if !flies {
+                assert_eq!(eye.camera, start.camera);
+                continue;
+            }
+            let middle = under(&eye, Pos2::new(320.0, 180.0));
+            assert!((eye.camera.altitude_m * 4.0 / start.camera.altitude_m - 1.0).abs() < 1e-9);
+            // The camera looks along the ellipsoid's normal, so only rounding is left.
+            assert!(middle.distance(under(&start, AT)) < 1.0, "{middle}");
+        }
+    }
+
+    #[test]
+    fn a_pinch_changes_the_height_and_holds_the_ground_under_the_pointer() {
+        let (context, mut eye) = (Context::default(), eye());
+        let (held, before) = (under(&eye, AT), eye.camera.altitude_m);
+        steered(&context, &mut eye, 1.0, vec![Event::PointerMoved(AT), Event::Zoom(1.25)]);
+        assert!((before / eye.camera.altitude_m - 1.25).abs() < 1e-6, "{}", eye.camera.altitude_m);
+        // As in the test of the zoom itself.
+        assert!(held.distance(under(&eye, AT)) < 0.01 * before);
+        steered(&context, &mut eye, 1.1, vec![Event::Zoom(0.8)]);
+        assert!((eye.camera.altitude_m / before - 1.0).abs() < 1e-6, "back: {}", eye.camera.altitude_m);
+    }
+}

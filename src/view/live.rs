@@ -16,6 +16,7 @@ use super::path::Player;
 use super::probe::{Found, LaidOpen, Probe};
 use super::reload::{self, Reload};
 use super::screen::{Arrangement, Pictures, Screen};
+use super::shot::Shot;
 use super::shown::{Front, Shown};
 use super::stage::{Second, Stage};
 use super::terrain::Terrain;
@@ -48,6 +49,7 @@ const LONGEST_FRAME_S: f64 = 0.1;
 pub struct Live {
     pub(super) stage: Stage,
     pub(super) film: Option<Film>,
+    pub(super) shot: Option<Shot>,
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
     /// Changes to the panels' textures that no frame has uploaded yet.
@@ -129,6 +131,7 @@ impl Live {
             player: Player::new(&stage.scene),
             stage,
             film: None,
+            shot: None,
             screen,
             input,
             textures: TexturesDelta::default(),
@@ -192,7 +195,8 @@ impl Live {
     /// True if the next frame may differ from the last one without any event.
     fn is_busy(&self) -> bool {
         let moves = self.eye.is_under_way() || self.player.is_playing();
-        let moves = moves || self.film.is_some() || self.measure.is_some() || self.records_alone;
+        let moves = moves || self.film.is_some() || self.shot.is_some();
+        let moves = moves || self.measure.is_some() || self.records_alone;
         let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
         moves || self.echo > 0 || !self.stage.settled() || unjudged
     }
@@ -252,7 +256,7 @@ impl Live {
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let mut done = vec![self.take_shaders()];
+        let mut done = vec![self.take_shaders(), self.step_shot()];
         let mut output = None;
         let mut actions = Vec::new();
         if self.is_layout_due() {

@@ -31,6 +31,7 @@ mod settings;
 mod shot;
 mod shown;
 mod stage;
+mod streamed;
 mod terrain;
 
 pub use stage::Variant;

@@ -74,6 +74,56 @@ impl Player {
             Motion::Orbit { start, .. } | Motion::Pan { start, .. } | Motion::Dive { start, .. } => start,
             Motion::Teleport { stops } => stops.first()?,
         };
-        Some(Camera::of_pose(&path.pose(self.frame as u32), like))
+        Some(Camera::of_pose(&path.pose_at(self.frame), like))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn player() -> Player {
+        let player = Player::new(&Scene::embedded("globe").unwrap());
+        assert_eq!(player.place(), Some((0.0, 300.0)));
+        player
+    }
+
+    #[test]
+    fn the_camera_moves_between_frames_too_and_stands_still_while_paused() {
+        let mut player = player();
+        player.advance(1.0);
+        assert_eq!(player.place(), Some((0.0, 300.0)), "not playing yet");
+        player.play();
+        let mut heights = vec![player.camera().unwrap().altitude_m];
+        for _ in 0..8 {
+            // A quarter of a frame.
+            player.advance(0.25 / f64::from(FRAMES_PER_SECOND));
+            heights.push(player.camera().unwrap().altitude_m);
+        }
+        assert!(heights.windows(2).all(|pair| pair[1] < pair[0]), "{heights:?}");
+        player.pause();
+        let stands = player.camera();
+        player.advance(1.0);
+        assert!(player.camera() == stands && !player.is_playing());
+        player.pause();
+        player.advance(1.0);
+        assert!(player.camera() != stands && player.is_playing());
+    }
+
+    #[test]
+    fn a_path_is_scrubbed_to_a_frame_and_rests_there() {
+        let mut player = player();
+        let start = player.camera();
+        player.play();
+        player.seek(150.0);
+        let middle = player.camera();
+        player.advance(1.0);
+        assert!(player.camera() == middle && middle != start && !player.is_playing());
+        player.seek(300.0);
+        player.play();
+        assert_eq!(player.camera(), start, "from the end, it plays from the start");
+        player.advance(1e3);
+        assert!(!player.is_playing());
+        assert_eq!(player.place(), Some((300.0, 300.0)));
     }
 }

@@ -1,8 +1,6 @@
 //! Errors of the Vulkan environment: no loader, no device, a missing feature, out of memory, device lost.
 
 use ash::vk;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
 /// Each message says what was tried, on which object, and what the user can do.
@@ -50,8 +48,7 @@ pub(crate) trait Check<T> {
 
 impl<T> Check<T> for Result<T, vk::Result> {
     fn check(self, call: &'static str, object: &str) -> Result<T, Error> {
-        let result = if injected_loss(call) { Err(vk::Result::ERROR_DEVICE_LOST) } else { self };
-        result.map_err(|result| match result {
+        self.map_err(|result| match result {
             vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
                 Error::OutOfMemory { object: object.to_string(), reason: format!("{call}: {result}") }
             }
@@ -59,22 +56,4 @@ impl<T> Check<T> for Result<T, vk::Result> {
             result => Error::Call { call, object: object.to_string(), result },
         })
     }
-}
-
-/// Injected device loss for tests. `ORTELIUS_LOSE_DEVICE=vkQueueSubmit2:3` makes the third call of that name
-/// report a lost device.
-fn injected_loss(call: &str) -> bool {
-    static WANTED: OnceLock<Option<(String, u64)>> = OnceLock::new();
-    static CALLS: AtomicU64 = AtomicU64::new(0);
-    let wanted = WANTED.get_or_init(|| parse_fault(&std::env::var("ORTELIUS_LOSE_DEVICE").ok()?));
-    match wanted {
-        Some((name, nth)) if name == call => CALLS.fetch_add(1, Ordering::Relaxed) + 1 == *nth,
-        _ => false,
-    }
-}
-
-/// Parses `CALL` or `CALL:N`. N defaults to 1, also if it is not a number.
-fn parse_fault(text: &str) -> Option<(String, u64)> {
-    let (name, nth) = text.split_once(':').unwrap_or((text, "1"));
-    (!name.is_empty()).then(|| (name.to_owned(), nth.parse().unwrap_or(1)))
 }

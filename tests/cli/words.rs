@@ -267,21 +267,6 @@ fn quiet_is_silent_and_text_in_a_file_has_no_colours() {
     assert!(!said.contains('\u{1b}') && !more.contains('\u{1b}'), "{said}{more}");
 }
 
-/// Wherever the device is lost, the program ends with one line and its own exit code, and does not hang.
-#[test]
-fn a_lost_device_is_exit_code_4_wherever_it_is_noticed() {
-    let folder = folder();
-    write(&folder, "scene.toml", &small_scene(SYNTHETIC));
-    for lost in ["vkQueueSubmit2", "vkQueueSubmit2:7", "vkWaitSemaphores:5"] {
-        let mut command = ortelius(&folder, &["render", "scene.toml", "-o", "picture.png"]);
-        let (code, line) = failure(command.env("ORTELIUS_LOSE_DEVICE", lost));
-        assert_eq!(code, 4, "{lost}: {line}");
-        let call = lost.split(':').next().unwrap();
-        holds(&line, &["device lost", call, "--validate"]);
-        assert!(!names(&folder).contains(&"picture.png".to_owned()), "{lost}: no half-made picture");
-    }
-}
-
 #[test]
 fn unreadable_tiles_are_counted_and_strict_exits_with_3() {
     let folder = folder();

@@ -1,8 +1,9 @@
 //! A Vulkan layer that makes one call fail, or hides features of the device. It is not part of the crate: `main.rs` compiles it with rustc,
 //! and the loader loads it. For each kind of fault, only the calls that may return it are counted:
 //!
-//! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), or `lost`. A
-//!   lost device stays lost. N = 0 fails none. KIND:NAME fails the first call of that name.
+//! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), `lost` or
+//!   `surface` (lost). A lost device stays lost, a lost surface until the next is created. N = 0 fails none. KIND:NAME:N
+//!   fails the N-th call of that name, KIND:NAME the first.
 //! - ORTELIUS_FAULT_LOG=FILE: receives the name of the failed call; with N = 0 the names of all calls that may fail.
 //! - ORTELIUS_FAULT_START=FILE: calls are counted only while the file exists.
 //! - ORTELIUS_MASK=NAME,NAME: features of [`MASKS`] that the device does not report.
@@ -15,7 +16,7 @@ use std::fs::File;
 use std::io::Write;
 use std::mem::transmute;
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{OnceLock, RwLock};
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering::SeqCst};
 
 type Words =
@@ -24,6 +25,7 @@ type GetProc = unsafe extern "C" fn(*mut c_void, *const c_char) -> *mut c_void;
 
 const NOT_INITIALISED: i32 = -3;
 const LOST: i32 = -4;
+const SURFACE_LOST: i32 = -1_000_000_000;
 
 struct Fault {
     result: i32,
@@ -37,60 +39,79 @@ fn fault() -> &'static Fault {
     static FAULT: OnceLock<Fault> = OnceLock::new();
     FAULT.get_or_init(|| {
         let text = std::env::var("ORTELIUS_FAULT").expect("ORTELIUS_FAULT");
-        let (kind, number) = text.split_once(':').expect("KIND:N");
+        let (kind, call) = text.split_once(':').expect("KIND:N");
         let result = match kind {
             "host" => -1,
             "device" => -2,
             "lost" => LOST,
+            "surface" => SURFACE_LOST,
             other => panic!("ORTELIUS_FAULT: {other}"),
         };
         let log = std::env::var_os("ORTELIUS_FAULT_LOG")
             .map(|path| File::options().append(true).create(true).open(path).expect("the log"));
-        let (number, name) = match number.parse() {
-            Ok(number) => (number, None),
-            Err(_) => (u64::MAX, Some(number.to_owned())),
+        let (name, number) = match call.parse() {
+            Ok(number) => (None, number),
+            Err(_) => {
+                let (name, number) = call.split_once(':').unwrap_or((call, "1"));
+                (Some(name.to_owned()), number.parse().expect("KIND:NAME:N"))
+            }
         };
         let start = std::env::var_os("ORTELIUS_FAULT_START").map(PathBuf::from);
         Fault { result, number, name, log, start }
     })
 }
 
+/// True if this call may report that the device, or the surface, is lost.
+fn may_report(lost: i32, name: &str) -> bool {
+    let of_window = matches!(name, "vkAcquireNextImageKHR" | "vkQueuePresentKHR");
+    match lost {
+        SURFACE_LOST => of_window || name == "vkGetPhysicalDeviceSurfaceCapabilitiesKHR",
+        _ => {
+            let of_device = matches!(
+                name,
+                "vkCreateDevice"
+                    | "vkQueueSubmit2"
+                    | "vkQueueWaitIdle"
+                    | "vkDeviceWaitIdle"
+                    | "vkWaitSemaphores"
+                    | "vkGetSemaphoreCounterValue"
+                    | "vkGetQueryPoolResults"
+            );
+            of_window || of_device
+        }
+    }
+}
+
 /// The VkResult with which this call must fail.
 fn fails(name: &str) -> Option<i32> {
     static CALLS: AtomicU64 = AtomicU64::new(0);
     static IS_LOST: AtomicBool = AtomicBool::new(false);
-    let may_be_lost = matches!(
-        name,
-        "vkCreateDevice"
-            | "vkQueueSubmit2"
-            | "vkQueueWaitIdle"
-            | "vkDeviceWaitIdle"
-            | "vkWaitSemaphores"
-            | "vkGetSemaphoreCounterValue"
-            | "vkGetQueryPoolResults"
-    );
     let fault = fault();
     if fault.start.as_ref().is_some_and(|start| !start.exists()) {
         return None;
     }
-    if fault.result == LOST {
-        if !may_be_lost {
+    let loses = matches!(fault.result, LOST | SURFACE_LOST);
+    if loses {
+        if fault.result == SURFACE_LOST && name.starts_with("vkCreateX") {
+            IS_LOST.store(false, SeqCst);
+        }
+        if !may_report(fault.result, name) {
             return None;
         }
         if IS_LOST.load(SeqCst) {
-            return Some(LOST);
+            return Some(fault.result);
         }
     }
-    let call = CALLS.fetch_add(1, SeqCst) + 1;
-    static IS_DONE: AtomicBool = AtomicBool::new(false);
-    let is_named = fault.name.as_deref() == Some(name) && !IS_DONE.swap(true, SeqCst);
-    let is_it = is_named || call == fault.number;
+    if fault.name.as_ref().is_some_and(|wanted| wanted != name) {
+        return None;
+    }
+    let is_it = CALLS.fetch_add(1, SeqCst) + 1 == fault.number;
     if let Some(mut log) = fault.log.as_ref()
         && (is_it || fault.number == 0)
     {
         writeln!(log, "{name}").expect("the log");
     }
-    IS_LOST.fetch_or(is_it && fault.result == LOST, SeqCst);
+    IS_LOST.fetch_or(is_it && loses, SeqCst);
     is_it.then_some(fault.result)
 }
 
@@ -124,7 +145,8 @@ macro_rules! wrapped {
 mod wrappers {
     use super::*;
     wrapped!(OF_INSTANCE: vkEnumeratePhysicalDevices vkEnumerateDeviceExtensionProperties
-        vkGetPhysicalDeviceImageFormatProperties vkCreateDebugUtilsMessengerEXT);
+        vkGetPhysicalDeviceImageFormatProperties vkCreateDebugUtilsMessengerEXT vkCreateXcbSurfaceKHR
+        vkCreateXlibSurfaceKHR vkGetPhysicalDeviceSurfaceCapabilitiesKHR);
     wrapped!(OF_DEVICE: vkAllocateMemory vkMapMemory vkBindBufferMemory vkBindImageMemory vkCreateBuffer
         vkCreateBufferView vkCreateImage vkCreateImageView vkCreateSampler vkCreateShaderModule
         vkCreatePipelineLayout vkCreateGraphicsPipelines vkCreateComputePipelines
@@ -132,7 +154,8 @@ mod wrappers {
         vkCreateQueryPool vkGetQueryPoolResults vkCreateSemaphore vkCreateFence vkWaitForFences vkWaitSemaphores
         vkGetSemaphoreCounterValue vkCreateCommandPool vkResetCommandPool vkAllocateCommandBuffers
         vkBeginCommandBuffer vkEndCommandBuffer vkQueueSubmit2 vkQueueWaitIdle vkDeviceWaitIdle
-        vkFlushMappedMemoryRanges vkInvalidateMappedMemoryRanges vkSetDebugUtilsObjectNameEXT);
+        vkFlushMappedMemoryRanges vkInvalidateMappedMemoryRanges vkSetDebugUtilsObjectNameEXT
+        vkAcquireNextImageKHR vkQueuePresentKHR);
 
     /// The wrapper of a function that the next layer has.
     pub fn wrapper(of_device: bool, name: &str, next: *mut c_void) -> Option<*mut c_void> {
@@ -196,8 +219,9 @@ const INSTANCE_LINK: i32 = 47;
 const DEVICE_LINK: i32 = 48;
 
 static INSTANCE: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
-static NEXT_OF_INSTANCE: OnceLock<GetProc> = OnceLock::new();
-static NEXT_OF_DEVICE: OnceLock<GetProc> = OnceLock::new();
+/// The next layer's functions, of the last instance and device: validation may come with the second instance.
+static NEXT_OF_INSTANCE: RwLock<Option<GetProc>> = RwLock::new(None);
+static NEXT_OF_DEVICE: RwLock<Option<GetProc>> = RwLock::new(None);
 
 /// The loader's link of that kind in a create info, advanced for the next layer.
 unsafe fn link(info: *const Link, kind: i32) -> Option<(GetProc, GetProc)> {
@@ -231,7 +255,7 @@ unsafe extern "C" fn create_instance(
         let next: unsafe extern "C" fn(*const Link, *const c_void, *mut *mut c_void) -> i32 = transmute(next);
         let result = next(info, allocator, instance);
         if result == 0 {
-            NEXT_OF_INSTANCE.get_or_init(|| of_instance);
+            *NEXT_OF_INSTANCE.write().expect("lock") = Some(of_instance);
             INSTANCE.store(*instance, SeqCst);
         }
         result
@@ -250,7 +274,7 @@ unsafe extern "C" fn create_device(
     // SAFETY: as Vulkan's loader calls it.
     unsafe {
         let Some((of_instance, of_device)) = link(info, DEVICE_LINK) else { return NOT_INITIALISED };
-        NEXT_OF_DEVICE.get_or_init(|| of_device);
+        *NEXT_OF_DEVICE.write().expect("lock") = Some(of_device);
         let next = of_instance(INSTANCE.load(SeqCst), c"vkCreateDevice".as_ptr());
         let next: unsafe extern "C" fn(*mut c_void, *const Link, *const c_void, *mut *mut c_void) -> i32 =
             transmute(next);
@@ -268,7 +292,7 @@ unsafe extern "C" fn get_instance_proc(instance: *mut c_void, name: *const c_cha
             Ok("vkCreateDevice") => return create_device as *mut c_void,
             _ => {}
         }
-        let Some(next) = NEXT_OF_INSTANCE.get() else { return std::ptr::null_mut() };
+        let Some(next) = *NEXT_OF_INSTANCE.read().expect("lock") else { return std::ptr::null_mut() };
         if CStr::from_ptr(name) == c"vkGetPhysicalDeviceFeatures2" {
             NEXT_FEATURES.store(next(instance, name), SeqCst);
             return get_features as *mut c_void;
@@ -283,7 +307,7 @@ unsafe extern "C" fn get_device_proc(device: *mut c_void, name: *const c_char) -
         if CStr::from_ptr(name) == c"vkGetDeviceProcAddr" {
             return get_device_proc as *mut c_void;
         }
-        let Some(next) = NEXT_OF_DEVICE.get() else { return std::ptr::null_mut() };
+        let Some(next) = *NEXT_OF_DEVICE.read().expect("lock") else { return std::ptr::null_mut() };
         wrap(true, name, next(device, name))
     }
 }

@@ -6,8 +6,11 @@
 //! too, which takes some hours; with ORTELIUS_FAULTS=N, N calls of each scene, evenly spaced.
 
 mod resize;
+#[cfg(all(target_os = "linux", feature = "window"))]
+mod window;
 
 use ortelius::scene::SHIPPED;
+use std::ffi::{OsStr, OsString};
 use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
@@ -44,27 +47,41 @@ struct Ended {
     /// `None` after a signal or a timeout.
     code: Option<i32>,
     stderr: String,
-    /// The remaining files with their bytes. Reports contain times, so only their names count.
+    /// The remaining files with their bytes. Reports contain times, so only their names count; so do films.
     files: Vec<(String, Vec<u8>)>,
     /// The calls that failed. For an undisturbed run: all calls that may fail.
     calls: Vec<String>,
 }
 
+/// Loads the layer into a program, beside the layers that it finds without it.
+fn load_layer(command: &mut Command) {
+    let mut paths = OsString::from(LAYER.path());
+    let others = std::env::var_os("VK_LAYER_PATH");
+    let name = if others.is_some() { "VK_LAYER_PATH" } else { "VK_ADD_LAYER_PATH" };
+    paths.extend(others.iter().flat_map(|others| [OsStr::new(":"), others.as_os_str()]));
+    command.env(name, paths).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
+    // Mesa's layer that orders the devices crashes if a call of its own fails.
+    command.env("NODEVICE_SELECT", "1");
+}
+
 /// Runs the program with one call failing: its number, or the first of that name; 0 for none.
 fn run(arguments: &[&str], kind: &str, call: impl Display) -> Ended {
-    run_without("", arguments, kind, call)
+    run_with(&[], arguments, kind, call)
 }
 
 /// As [`run`], on a device without the features of the list `masked`.
 fn run_without(masked: &str, arguments: &[&str], kind: &str, call: impl Display) -> Ended {
+    run_with(&[("ORTELIUS_MASK", masked)], arguments, kind, call)
+}
+
+/// As [`run`], with more environment variables.
+fn run_with(environment: &[(&str, &str)], arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     let (folder, log) = (tempfile::tempdir().unwrap(), tempfile::NamedTempFile::new().unwrap());
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE");
-    command.env("VK_LAYER_PATH", LAYER.path()).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
-    // Mesa's layer that orders the devices crashes if a call of its own fails.
-    command.env("NODEVICE_SELECT", "1");
+    load_layer(&mut command);
     command.env("ORTELIUS_FAULT", format!("{kind}:{call}")).env("ORTELIUS_FAULT_LOG", log.path());
-    command.env("ORTELIUS_MASK", masked);
+    command.envs(environment.iter().copied());
     let mut stderr = tempfile::tempfile().unwrap();
     let mut child = command.stdout(Stdio::null()).stderr(File::try_clone(&stderr).unwrap()).spawn().unwrap();
     let started = Instant::now();
@@ -74,18 +91,27 @@ fn run_without(masked: &str, arguments: &[&str], kind: &str, call: impl Display)
     // The run has ended, or hangs and is killed: its status is then a signal.
     child.kill().unwrap();
     let status = child.wait().unwrap();
-    let mut ended = Ended { code: status.code(), ..Ended::default() };
+    let mut ended = Ended { code: status.code(), files: files(folder.path()), ..Ended::default() };
     std::io::Seek::rewind(&mut stderr).unwrap();
     stderr.read_to_string(&mut ended.stderr).unwrap();
-    for entry in std::fs::read_dir(&folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let bytes = if name.ends_with(".json") { Vec::new() } else { std::fs::read(&path).unwrap() };
-        ended.files.push((name, bytes));
-    }
-    ended.files.sort();
     ended.calls = std::fs::read_to_string(log.path()).unwrap().lines().map(String::from).collect();
     ended
+}
+
+/// The files of a folder and of the folders in it, without the bytes of reports and films.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let of = |path: PathBuf| {
+        if path.is_dir() {
+            return files(&path);
+        }
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let is_read = !name.ends_with(".json") && !name.ends_with(".mp4");
+        vec![(name, if is_read { std::fs::read(&path).unwrap() } else { Vec::new() })]
+    };
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut found: Vec<_> = entries.flat_map(|entry| of(entry.unwrap().path())).collect();
+    found.sort();
+    found
 }
 
 /// What is wrong with the result of a run in which a call failed; `None` if it is as required.
@@ -226,6 +252,15 @@ fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and
         assert_eq!((other.code, other.files), (Some(0), whole.files.clone()), "{masked}: {}", other.stderr);
         assert!(!other.stderr.contains("WARN"), "{masked}: {}", other.stderr);
     }
+}
+
+#[test]
+fn a_figure_whose_device_is_lost_ends_with_exit_code_4() {
+    let reproduce = ["reproduce", "vt.address", "--partition", "1/3", "-o", "out"];
+    let ended = run(&reproduce, "lost", "vkQueueSubmit2:3");
+    let last = ended.stderr.lines().last().unwrap_or("");
+    assert_eq!(ended.code, Some(4), "{}", ended.stderr);
+    assert!(last.contains("2 of 2 cells failed, the device was lost in vt.address"), "{last}");
 }
 
 /// Memory that was allocated but not bound is freed: the allocator reports no leak.

@@ -1,6 +1,6 @@
 //! A resize in which one call fails leaves a renderer that draws as before.
 
-use super::LAYER;
+use super::load_layer;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use std::path::Path;
@@ -45,8 +45,8 @@ fn run_again(number: usize) -> (bool, usize) {
     let log = folder.path().join("log");
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args(["--exact", "--nocapture", "resize::a_resize_that_fails_changes_nothing"]);
-    command.env("VK_LAYER_PATH", LAYER.path()).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
-    command.env("NODEVICE_SELECT", "1").env(START, folder.path().join("start"));
+    load_layer(&mut command);
+    command.env(START, folder.path().join("start"));
     command.env("ORTELIUS_FAULT", format!("device:{number}")).env("ORTELIUS_FAULT_LOG", &log);
     let ran = command.output().unwrap();
     let words = [ran.stdout, ran.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();

@@ -56,6 +56,27 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
 }
 
 #[test]
+fn l_plays_the_path_and_f9_pauses_it_and_lets_it_go_on() {
+    let display = Display::start();
+    // Hours of path, so that it does not end.
+    let slow = ["-D", "paths.dive.frames=1000000"];
+    let mut window =
+        open(&display, &[&["globe", "--size", "96x54", "--no-panels", "-D", FAST][..], &slow].concat());
+    window.settled_picture();
+    let start = camera_value(&mut window, "altitude_m");
+    window.press(key::L);
+    window.until("the path is played", |window| camera_value(window, "altitude_m") < start);
+    window.press(key::F9);
+    let paused = camera_value(&mut window, "altitude_m");
+    window.settled_picture();
+    assert_eq!(camera_value(&mut window, "altitude_m"), paused);
+    window.press(key::F9);
+    window.until("the path goes on", |window| camera_value(window, "altitude_m") < paused);
+    window.press(key::ESCAPE);
+    window.closed();
+}
+
+#[test]
 fn no_flight_goes_below_the_valleys_ground() {
     let display = Display::start();
     let mut window = open(&display, &["valley", "--size", "160x120", "--no-panels", "-D", FAST]);

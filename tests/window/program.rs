@@ -142,14 +142,17 @@ impl<'a> Program<'a> {
         self.settled_picture()
     }
 
-    /// Waits until stderr has `words` after the text that earlier calls have consumed.
-    pub fn said(&mut self, words: &str) {
+    /// Waits until stderr has `words` after the text that earlier calls have consumed. Returns the rest of the line.
+    pub fn said(&mut self, words: &str) -> String {
         let heard = self.heard;
-        self.heard = wait_for(words, || {
+        let (line, end) = wait_for(words, || {
             let all = self.stderr();
-            let found = all[heard..].find(words)?;
-            Some(heard + found + words.len())
+            let start = heard + all[heard..].find(words)? + words.len();
+            let line = all[start..].lines().next()?;
+            Some((line.to_owned(), start + line.len()))
         });
+        self.heard = end;
+        line
     }
 
     /// Waits for a line on stdout that contains `words`.

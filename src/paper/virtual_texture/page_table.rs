@@ -100,6 +100,20 @@ impl PageTable {
         }
     }
 
+    /// For each level of more than one tile, finest first: the number of cells that show a tile of their own level, and of
+    /// one that is 1, 2, or at least 3 levels coarser.
+    pub fn cells_by_level(&self) -> Vec<[usize; 4]> {
+        let of_level = |level: u32| {
+            let cells = 1 << self.grid_log2(level).iter().sum::<u32>();
+            let mut counts = [0; 4];
+            for word in &self.words[cells..2 * cells] {
+                counts[(level_of(*word) - level).min(3) as usize] += 1;
+            }
+            counts
+        };
+        (0..self.column_bits.max(self.row_bits)).map(of_level).collect()
+    }
+
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -194,6 +208,22 @@ mod tests {
         assert_eq!(changes.iter().map(|range| range.len()).sum::<usize>(), 5);
         assert_eq!(table.words()[table.place(0, 3, 6)], word(0, 5, 0));
         assert_eq!(level_of(table.words()[table.place(0, 2, 6)]), 2);
+    }
+
+    #[test]
+    fn cells_are_counted_by_how_much_coarser_their_tile_is() {
+        let pyramid = Pyramid::new(8, 7, 4, 2, Some(6)).unwrap();
+        // 16 x 8 tiles in level 0. Resident are levels 3 (2 x 1) and 4, which is one tile.
+        let resident = [(3, 0), (3, 1), (4, 0)].map(|(level, column)| TileId { level, row: 0, column });
+        let mut table = PageTable::new(&pyramid, &resident.map(|tile| (tile, 100 + tile.column)));
+        assert_eq!(table.cells_by_level(), [[0, 0, 0, 128], [0, 0, 32, 0], [0, 8, 0, 0], [2, 0, 0, 0]]);
+        // A tile of level 2 with 4 x 4 cells of level 0; one of level 0 within it, which fades in; one of level 1 elsewhere.
+        let of = |level, row, column| TileId { level, row, column };
+        table.apply(&[(of(2, 1, 3), 5), (of(0, 5, 14), 128 << 24 | 6), (of(1, 0, 0), 7)]);
+        let counts = [[1, 4, 15, 108], [1, 4, 27, 0], [1, 7, 0, 0], [2, 0, 0, 0]];
+        assert_eq!(table.cells_by_level(), counts);
+        table.apply(&[(of(2, 1, 3), 0)]);
+        assert_ne!(table.cells_by_level(), counts);
     }
 
     #[test]

@@ -130,6 +130,11 @@ impl TilePool {
         [("SINGLE_LEVEL", self.resident_tail.single_level), ("SINGLE_SLOT", self.resident_tail.single_slot)]
     }
 
+    /// As [`PageTable::cells_by_level`].
+    pub fn cells_by_level(&self) -> Vec<[usize; 4]> {
+        self.page_table.cells_by_level()
+    }
+
     /// Creates staging memory for at most `tiles` tiles per frame.
     ///
     /// # Errors
