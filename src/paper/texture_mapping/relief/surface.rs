@@ -20,7 +20,7 @@ pub struct ReliefSurface {
     map: Buffer,
 }
 
-/// Limit of [`work`]. This much takes about 20 s of one core on a software device.
+/// Limit of [`work`]. This much takes up to 30 s of one core on a software device.
 pub const MOST_WORK: u64 = 1 << 29;
 
 /// Time between two reports of a build's progress.
