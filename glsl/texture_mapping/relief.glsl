@@ -1,4 +1,4 @@
-// A repeating relief, bilinear between texels: relief/mod.rs.
+// The settings of a pass over a repeating relief: relief/mod.rs.
 
 layout(push_constant, scalar) uniform ReliefPush {
     uint side;        // texels, and cells of a map
@@ -11,6 +11,4 @@ layout(push_constant, scalar) uniform ReliefPush {
     uint first_row;   // first row of cells of a dispatch
 } relief;
 
-layout(binding = 0, scalar) readonly buffer Heights { float texels[]; } heights;
-
-#include "texture_mapping/relief_heights.glsl"
+#include "texture_mapping/relief_place.glsl"

@@ -3,6 +3,9 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/relief.glsl"
 
+layout(binding = 0, scalar) readonly buffer Heights { float texels[]; } heights;
+#include "texture_mapping/relief_heights.glsl"
+
 // A thread finds the widest cone on a texel: `cone_map` in maps.rs has the definition.
 layout(local_size_x = 64) in;
 

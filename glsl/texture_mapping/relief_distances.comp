@@ -12,34 +12,36 @@ layout(constant_id = 1) const uint EVERYWHERE = 0;  // 1: distances hold everywh
 const uint SECTORS = 64, REACH = 32;
 const float NONE = 3.4e38;
 
-layout(binding = 1, scalar) readonly buffer Starts { uint words[]; } starts;
-layout(binding = 2, scalar) readonly buffer Cells { ivec2 offsets[]; } cells;
-layout(binding = 3, scalar) readonly buffer Behind { uvec2 sectors[]; } behind;
-layout(binding = 4, scalar) readonly buffer Inverses { float values[]; } inverses;
-layout(binding = 5, scalar) writeonly buffer Distances { float texels[]; } distances;
+// Least and greatest height of each cell; without EVERYWHERE, both are the height at its centre.
+layout(binding = 0, scalar) readonly buffer Bounds { vec2 cells[]; } bounds;
+// Least height of the square of cells that starts at each cell.
+layout(binding = 1, scalar) readonly buffer Lows { float squares[]; } lows;
+layout(binding = 2, scalar) readonly buffer Starts { uint words[]; } starts;
+layout(binding = 3, scalar) readonly buffer Squares { ivec2 offsets[]; } squares;
+// An offset, the first sector behind it, and the number of sectors; the nearest first.
+layout(binding = 4, scalar) readonly buffer Near { ivec4 cells[]; } near;
+layout(binding = 5, scalar) readonly buffer Inverses { float values[]; } inverses;
+layout(binding = 6, scalar) writeonly buffer Distances { float texels[]; } distances;
 
 shared float horizons[SECTORS];
 shared float least[SECTORS];
 
-// Least and greatest height of a cell; without EVERYWHERE, both are the height at its centre.
-vec2 bounds(ivec2 cell) {
-    vec4 of = corners(cell);
-    precise float centre = 0.25 * ((of.x + of.y) + (of.z + of.w));
-    if (EVERYWHERE == 0u) return vec2(centre);
-    return vec2(min(min(of.x, of.y), min(of.z, of.w)), max(max(of.x, of.y), max(of.z, of.w)));
-}
-
-// The squared distance to the surface in the cell at an offset; NONE if no ray through `cell` can hit it.
-float squared_distance(ivec2 cell, ivec2 offset, uvec2 sectors, float low, float high) {
+// The square of the least distance along the plane to a point of the cell at an offset.
+float squared_across(ivec2 offset) {
     float extent = 0.0;
     if (EVERYWHERE == 1u) extent = 1.0;
     vec2 gap = max(vec2(abs(offset)) - extent, 0.0);
     precise float across = gap.x * gap.x + gap.y * gap.y;
-    vec2 surface = bounds(cell + offset);
+    return across;
+}
+
+// The squared distance to the surface in a near cell; NONE if no ray through `cell` can hit it.
+float squared_distance(ivec2 cell, ivec4 other, float across, float low, float high) {
+    vec2 surface = bounds.cells[place(cell + other.xy)];
     float drop = 0.0;
     if (REFINED == 1u && across > 0.0) {
         float slope = NONE;
-        for (uint n = 0; n < sectors.y; n++) slope = min(slope, horizons[(sectors.x + n) % SECTORS]);
+        for (int n = 0; n < other.w; n++) slope = min(slope, horizons[uint(other.z + n) % SECTORS]);
         precise float steep = slope * exact_root(across);
         drop = steep;
     }
@@ -56,16 +58,16 @@ void main() {
     // The least height of the surface at each distance in this thread's sector.
     float lowest[REACH];
     for (uint n = 0; n < REACH; n++) {
-        lowest[n] = NONE;
-        if (REFINED == 0u) continue;
-        uint end = starts.words[own * REACH + n + 1u];
+        float low = NONE;
+        uint end = REFINED == 1u ? starts.words[own * REACH + n + 1u] : 0u;
         for (uint at = starts.words[own * REACH + n]; at < end; at++) {
-            lowest[n] = min(lowest[n], bounds(cell + cells.offsets[at]).x);
+            low = min(low, lows.squares[place(cell + squares.offsets[at])]);
         }
+        lowest[n] = low;
     }
     int square_side = 2 * relief.radius + 1;
     float thickness = relief.depth / float(relief.layers);
-    float own_low = bounds(cell).x;
+    float own_low = bounds.cells[place(cell)].x;
     for (uint layer = 0; layer < relief.layers; layer++) {
         vec2 share = vec2(0.5);
         if (EVERYWHERE == 1u) share = vec2(0.0, 1.0);
@@ -80,8 +82,11 @@ void main() {
         barrier();
         float square = NONE;
         for (int at = int(own); at < square_side * square_side; at += int(SECTORS)) {
-            ivec2 offset = ivec2(at % square_side, at / square_side) - relief.radius;
-            square = min(square, squared_distance(cell, offset, behind.sectors[at], low, high));
+            ivec4 other = near.cells[at];
+            float across = squared_across(other.xy);
+            // All further cells are at least as far.
+            if (across >= square) break;
+            square = min(square, squared_distance(cell, other, across, low, high));
         }
         least[own] = square;
         barrier();

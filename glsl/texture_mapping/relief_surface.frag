@@ -37,6 +37,7 @@ layout(location = 0) out vec4 colour;
 // Steps of the ray, or texels visited.
 float work = 0.0;
 
+#include "texture_mapping/relief_place.glsl"
 #include "texture_mapping/relief_heights.glsl"
 #include "texture_mapping/relief_ray.glsl"
 

@@ -3,6 +3,9 @@
 #include "common/extensions.glsl"
 #include "texture_mapping/relief.glsl"
 
+layout(binding = 0, scalar) readonly buffer Heights { float texels[]; } heights;
+#include "texture_mapping/relief_heights.glsl"
+
 // One ray per thread.
 layout(local_size_x = 8, local_size_y = 8) in;
 

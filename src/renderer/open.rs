@@ -8,7 +8,7 @@ use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured, config};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
-use crate::paper::texture_mapping::relief::surface::{MOST_PAIRS, ReliefSurface, pairs};
+use crate::paper::texture_mapping::relief::surface::{MOST_WORK, ReliefSurface, work};
 use crate::paper::texture_mapping::relief::{Kind, Relief};
 use crate::paper::virtual_texture::config::{Filter, check_opened, filter, open_texture, owner};
 use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
@@ -435,7 +435,7 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     };
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
-    if keys.method == ReliefMethod::Trace && pairs(&relief) > MOST_PAIRS {
+    if keys.method == ReliefMethod::Trace && work(&relief) > MOST_WORK {
         let what = "building the distance map of a relief this deep takes minutes; reduce the relief's \
                     depth, use a smaller picture, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());

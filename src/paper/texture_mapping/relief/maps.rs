@@ -6,6 +6,7 @@
 
 use super::Relief;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 /// Number of sectors of directions; each has one horizon.
@@ -23,17 +24,30 @@ pub enum Holds {
     Everywhere,
 }
 
+impl Holds {
+    /// Along an axis, points of two cells may be nearer to each other than the cells' centres by this much.
+    fn extent(self) -> f32 {
+        f32::from(u8::from(self == Holds::Everywhere))
+    }
+
+    /// Cells a side of the squares of a [`Fan`].
+    fn square(self) -> usize {
+        if self == Holds::Everywhere { 2 } else { 1 }
+    }
+}
+
 /// Offsets and sectors for building distance maps; they are the same for every relief.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fan {
     pub holds: Holds,
-    /// Index into `cells` of the first cell for each sector and each distance 1 ..= REACH, and one past the last.
+    /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH, and one past the last.
     pub starts: Vec<u32>,
-    /// Offsets of the cells that may contain a point at that distance from a point of cell (0, 0).
-    pub cells: Vec<[i32; 2]>,
-    /// For offsets -radius ..= radius in x and y: the first sector *behind* a ray to that cell, and the number of
-    /// sectors.
-    pub behind: Vec<[u32; 2]>,
+    /// Squares of cells, each by the offset of its first cell. They cover the cells that may contain a point at that
+    /// distance from a point of cell (0, 0), and no others.
+    pub squares: Vec<[i32; 2]>,
+    /// The cells with offsets -radius ..= radius in x and y, the nearest first: the offset, the first sector *behind* a
+    /// ray to that cell, and the number of sectors.
+    pub near: Vec<[i32; 4]>,
     pub radius: i32,
 }
 
@@ -41,21 +55,44 @@ impl Fan {
     /// For reliefs of at most this depth, which bounds all distances.
     pub fn new(depth: f32, holds: Holds) -> Fan {
         let radius = depth.ceil() as i32 + 1;
-        let mut fan = Fan { holds, starts: vec![0], cells: Vec::new(), behind: Vec::new(), radius };
+        let mut fan = Fan { holds, starts: vec![0], squares: Vec::new(), near: Vec::new(), radius };
         for sector in 0..SECTORS {
             for distance in 1..=REACH {
-                fan.cells.extend(match holds {
+                fan.squares.extend(match holds {
                     Holds::AtCentres => vec![cell_towards(sector, distance as f64)],
-                    Holds::Everywhere => cells_on_arc(sector, distance as f64),
+                    Holds::Everywhere => squares_on_arc(sector, distance as f64),
                 });
-                fan.starts.push(fan.cells.len() as u32);
+                fan.starts.push(fan.squares.len() as u32);
             }
         }
         let side = 2 * radius + 1;
-        let offsets = (0..side * side).map(|at| [at % side - radius, at / side - radius]);
-        fan.behind = offsets.map(|[a, b]| sectors_behind(a, b, holds)).collect();
+        let mut offsets: Vec<[i32; 2]> =
+            (0..side * side).map(|at| [at % side - radius, at / side - radius]).collect();
+        offsets.sort_by_key(|&offset| across(offset, holds.extent()) as i32);
+        let near = offsets.into_iter().map(|[a, b]| {
+            let [first, count] = sectors_behind(a, b, holds);
+            [a, b, first as i32, count as i32]
+        });
+        fan.near = near.collect();
         fan
     }
+
+    /// For each cell, row by row, the least height in the square of cells that starts there.
+    pub fn lows(&self, bounds: &[[f32; 2]], side: usize) -> Vec<f32> {
+        let square = self.holds.square();
+        let low = |at: usize| {
+            let cells = (0..square * square).map(|n| [at % side + n % square, at / side + n / square]);
+            let lows = cells.map(|[x, y]| bounds[y % side * side + x % side][0]);
+            lows.fold(f32::INFINITY, f32::min)
+        };
+        (0..side * side).map(low).collect()
+    }
+}
+
+/// The square of the least distance along the plane between points of cells (0, 0) and (a, b).
+fn across([a, b]: [i32; 2], extent: f32) -> f32 {
+    let gap = |at: i32| (at.abs() as f32 - extent).max(0.0);
+    gap(a) * gap(a) + gap(b) * gap(b)
 }
 
 /// The cell whose centre is nearest to the point at this distance from the centre of cell (0, 0), in the sector's
@@ -65,25 +102,30 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
     [distance * angle.cos(), distance * angle.sin()].map(|c| c.round() as i32)
 }
 
-/// Cells that contain a point at `distance` from a point of cell (0, 0) in a direction of the sector.
-fn cells_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
-    let samples = 64;
-    let points: Vec<[f64; 2]> = (0..=samples)
-        .map(|n| {
-            let angle = (sector as f64 + f64::from(n) / f64::from(samples)) * TAU / SECTORS as f64;
-            [distance * angle.cos(), distance * angle.sin()]
-        })
-        .collect();
-    // A cell counts if the unit square around a point of the arc meets it. The tolerance is one unit, plus the distance
-    // between sampled points.
-    let margin = 1.0 + distance * TAU / SECTORS as f64 / f64::from(samples);
-    let reach = distance as i32 + 2;
-    let near = |&[a, b]: &[i32; 2]| {
-        let [a, b] = [f64::from(a), f64::from(b)];
-        points.iter().any(|[x, y]| (x - a).abs() <= margin && (y - b).abs() <= margin)
-    };
-    let square = (-reach..=reach).flat_map(|b| (-reach..=reach).map(move |a| [a, b]));
-    square.filter(near).collect()
+/// Points of a sector's arc.
+const SAMPLES: usize = 64;
+
+/// Points at `distance` from the origin, evenly over the sector, and the reach of a cell along an axis: a cell counts if
+/// the unit square around a point of the arc meets it. The reach is one unit, plus the distance between the points.
+fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
+    let turn = TAU / SECTORS as f64;
+    let points = (0..=SAMPLES).map(move |n| {
+        let angle = (sector as f64 + n as f64 / SAMPLES as f64) * turn;
+        [distance * angle.cos(), distance * angle.sin()]
+    });
+    (points, 1.0 + distance * turn / SAMPLES as f64)
+}
+
+/// Squares of 2 x 2 cells. Together they are the cells that contain a point at `distance` from a point of cell (0, 0) in
+/// a direction of the sector.
+fn squares_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
+    let (points, reach) = arc(sector, distance);
+    let squares = points.flat_map(|point| {
+        // Along an axis, two or three cells are within reach.
+        let [a, b] = point.map(|c| (c - reach).ceil() as i32..(c + reach).floor() as i32);
+        b.flat_map(move |b| a.clone().map(move |a| [a, b]))
+    });
+    squares.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): first and count.
@@ -134,36 +176,37 @@ pub struct DistanceMap {
 struct Cell<'a> {
     relief: &'a Relief,
     bounds: &'a [[f32; 2]],
+    lows: &'a [f32],
     at: [i32; 2],
     /// Least and greatest height of the points of the cell for which the distance must hold.
     low: f32,
     high: f32,
-    /// Along an axis, points of two cells may be nearer to each other than the cells' centres by this much.
+    /// [`Holds::extent`].
     extent: f32,
 }
 
 impl Cell<'_> {
-    fn bounds(&self, [a, b]: [i32; 2]) -> [f32; 2] {
+    /// The index of a cell at an offset.
+    fn place(&self, [a, b]: [i32; 2]) -> usize {
         let wrap = |at: i32| at.rem_euclid(self.relief.side as i32) as usize;
-        self.bounds[wrap(self.at[1] + b) * self.relief.side + wrap(self.at[0] + a)]
+        wrap(self.at[1] + b) * self.relief.side + wrap(self.at[0] + a)
     }
 
     /// The least tangent of the horizon over all directions of a sector and all points of the cell.
     fn horizon(&self, fan: &Fan, sector: usize) -> f32 {
         (0..REACH).fold(0.0, |steepest: f32, n| {
             let range = fan.starts[sector * REACH + n] as usize..fan.starts[sector * REACH + n + 1] as usize;
-            let lowest = fan.cells[range].iter().fold(f32::INFINITY, |low, &at| low.min(self.bounds(at)[0]));
-            steepest.max((lowest - self.high) * inverse(n + 1))
+            let lowest = fan.squares[range].iter().map(|&at| self.lows[self.place(at)]);
+            steepest.max((lowest.fold(f32::INFINITY, f32::min) - self.high) * inverse(n + 1))
         })
     }
 
-    /// The square of the least distance from this cell to a surface point in the cell at [a, b]. Only points count
+    /// The square of the least distance from this cell to a surface point in the cell at `offset`. Only points count
     /// whose line from this cell descends with a tangent of at least `slope`; without such a point the result is
     /// infinite.
-    fn squared_distance(&self, [a, b]: [i32; 2], slope: f32) -> f32 {
-        let gap = |at: i32| (at.abs() as f32 - self.extent).max(0.0);
-        let across = gap(a) * gap(a) + gap(b) * gap(b);
-        let [lowest, highest] = self.bounds([a, b]);
+    fn squared_distance(&self, offset: [i32; 2], slope: f32) -> f32 {
+        let across = across(offset, self.extent);
+        let [lowest, highest] = self.bounds[self.place(offset)];
         let drop = slope * exact_root(across);
         if self.high - drop < lowest {
             return f32::INFINITY;
@@ -197,28 +240,28 @@ pub fn exact_root(square: f32) -> f32 {
 
 /// Donnelly's map, or the refined one if `refined`.
 pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) -> DistanceMap {
-    let bounds = bounds(relief, fan.holds);
-    let side = relief.side;
+    let (side, bounds) = (relief.side, bounds(relief, fan.holds));
+    let lows = fan.lows(&bounds, side);
     let thickness = relief.depth / layers as f32;
     // As a share of a layer's thickness.
-    let (extent, [lowest, highest]) = match fan.holds {
-        Holds::AtCentres => (0.0, [0.5, 0.5]),
-        Holds::Everywhere => (1.0, [0.0, 1.0]),
+    let [lowest, highest] = match fan.holds {
+        Holds::AtCentres => [0.5, 0.5],
+        Holds::Everywhere => [0.0, 1.0],
     };
+    let extent = fan.holds.extent();
     let distance = |index: usize| {
         let [i, j, layer] = [index % side, index / side % side, index / (side * side)];
         let [low, high] = [lowest, highest].map(|share| (layer as f32 + share) * thickness);
-        let cell = Cell { relief, bounds: &bounds, at: [i as i32, j as i32], low, high, extent };
-        if cell.high <= cell.bounds([0, 0])[0] {
+        let at = [i as i32, j as i32];
+        let cell = Cell { relief, bounds: &bounds, lows: &lows, at, low, high, extent };
+        if cell.high <= bounds[j * side + i][0] {
             return 0.0;
         }
         let horizon = |sector| if refined { cell.horizon(fan, sector) } else { 0.0 };
         let horizons: Vec<f32> = (0..SECTORS).map(horizon).collect();
-        let (radius, square_side) = (fan.radius, 2 * fan.radius + 1);
-        let squares = fan.behind.iter().enumerate().map(|(at, &[first, count])| {
-            let offset = [at as i32 % square_side - radius, at as i32 / square_side - radius];
+        let squares = fan.near.iter().map(|&[a, b, first, count]| {
             let behind = (first..first + count).map(|sector| horizons[sector as usize % SECTORS]);
-            cell.squared_distance(offset, behind.fold(f32::INFINITY, f32::min))
+            cell.squared_distance([a, b], behind.fold(f32::INFINITY, f32::min))
         });
         exact_root(squares.fold(f32::INFINITY, f32::min))
     };
@@ -302,4 +345,38 @@ fn leaves(relief: &Relief, own: [i64; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
         relief.texel(own[0] + i, own[1] + j) < *z
     };
     points.into_iter().find(outside).unwrap_or([x, y, 0.0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn squares_cover_the_cells_within_reach_of_an_arc_and_no_others() {
+        for (sector, distance) in (0..SECTORS).flat_map(|sector| [1, 2, 7, REACH].map(|n| (sector, n))) {
+            let (points, reach) = arc(sector, distance as f64);
+            let points: Vec<[f64; 2]> = points.collect();
+            let near = |&[a, b]: &[i32; 2]| {
+                let within = |c: f64, at: i32| (c - f64::from(at)).abs() <= reach;
+                points.iter().any(|&[x, y]| within(x, a) && within(y, b))
+            };
+            let side = distance as i32 + 2;
+            let all = (-side..=side).flat_map(|b| (-side..=side).map(move |a| [a, b]));
+            let squares = squares_on_arc(sector, distance as f64);
+            let covered = squares.iter().flat_map(|[a, b]| [0, 1, 2, 3].map(|n| [a + n % 2, b + n / 2]));
+            assert_eq!(covered.collect::<BTreeSet<_>>(), all.filter(near).collect(), "{sector} {distance}");
+        }
+    }
+
+    #[test]
+    fn near_cells_are_sorted_by_distance_and_each_is_listed_once() {
+        for holds in [Holds::AtCentres, Holds::Everywhere] {
+            let fan = Fan::new(3.5, holds);
+            let distances: Vec<f32> =
+                fan.near.iter().map(|&[a, b, ..]| across([a, b], holds.extent())).collect();
+            assert!(distances.is_sorted());
+            let cells: BTreeSet<[i32; 2]> = fan.near.iter().map(|&[a, b, ..]| [a, b]).collect();
+            assert_eq!((cells.len(), fan.near.len()), (121, 121));
+        }
+    }
 }

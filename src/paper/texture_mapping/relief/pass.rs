@@ -10,6 +10,7 @@ use crate::vk::shader::texture_mapping::{
 };
 use crate::vk::shader::{Parallax, ReliefPush};
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Resource, Result};
+use std::ops::Range;
 
 fn push(relief: &Relief) -> ReliefPush {
     ReliefPush {
@@ -32,16 +33,13 @@ pub fn heights(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
 }
 
 /// Rows of cells per dispatch: keeps a dispatch below about a second.
-const ROWS: u32 = 8;
+pub const ROWS: u32 = 8;
 
 /// The construction of a distance map.
 pub struct DistanceBuild {
     pipeline: ComputePipeline,
-    heights: Buffer,
-    starts: Buffer,
-    cells: Buffer,
-    behind: Buffer,
-    inverses: Buffer,
+    /// Inputs with their bindings.
+    inputs: [(u32, Buffer); 6],
     distances: Buffer,
     push: ReliefPush,
 }
@@ -54,14 +52,19 @@ impl DistanceBuild {
             [("REFINED", u32::from(refined)), ("EVERYWHERE", u32::from(fan.holds == Holds::Everywhere))];
         let storage = BufferUse::Storage;
         let inverses: Vec<f32> = (1..=maps::REACH).map(maps::inverse).collect();
+        let bounds = maps::bounds(relief, fan.holds);
+        let lows = fan.lows(&bounds, relief.side);
         let texels = 4 * (relief.side * relief.side * layers) as u64;
         Ok(DistanceBuild {
             pipeline: gpu.compute_pipeline("distance map", &relief_distances_comp::SHADER, &constants)?,
-            heights: heights(gpu, relief)?,
-            starts: gpu.buffer_with("fan starts", &fan.starts, storage)?,
-            cells: gpu.buffer_with("fan cells", &fan.cells, storage)?,
-            behind: gpu.buffer_with("sectors behind", &fan.behind, storage)?,
-            inverses: gpu.buffer_with("inverse distances", &inverses, storage)?,
+            inputs: [
+                (relief_distances_comp::BOUNDS, gpu.buffer_with("bounds of cells", &bounds, storage)?),
+                (relief_distances_comp::LOWS, gpu.buffer_with("lows of squares", &lows, storage)?),
+                (relief_distances_comp::STARTS, gpu.buffer_with("fan starts", &fan.starts, storage)?),
+                (relief_distances_comp::SQUARES, gpu.buffer_with("fan squares", &fan.squares, storage)?),
+                (relief_distances_comp::NEAR, gpu.buffer_with("near cells", &fan.near, storage)?),
+                (relief_distances_comp::INVERSES, gpu.buffer_with("inverse distances", &inverses, storage)?),
+            ],
             distances: gpu.buffer("distances", texels, storage)?,
             push: ReliefPush { layers: layers as u32, radius: fan.radius, ..push(relief) },
         })
@@ -72,16 +75,18 @@ impl DistanceBuild {
     /// # Errors
     /// Out of memory.
     pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
-        let buffers = [
-            (relief_distances_comp::HEIGHTS, &self.heights),
-            (relief_distances_comp::STARTS, &self.starts),
-            (relief_distances_comp::CELLS, &self.cells),
-            (relief_distances_comp::BEHIND, &self.behind),
-            (relief_distances_comp::INVERSES, &self.inverses),
-            (relief_distances_comp::DISTANCES, &self.distances),
-        ];
-        let resources = buffers.map(|(binding, buffer)| (binding, Resource::Buffer(buffer)));
-        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, self.push.side)])
+        self.run_rows(cmd, 0..self.push.side)
+    }
+
+    /// Records the construction of these rows.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run_rows(&self, cmd: &mut Cmd<'_>, rows: Range<u32>) -> Result<()> {
+        let inputs = self.inputs.iter().map(|(binding, buffer)| (*binding, Resource::Buffer(buffer)));
+        let distances = (relief_distances_comp::DISTANCES, Resource::Buffer(&self.distances));
+        let resources: Vec<_> = inputs.chain([distances]).collect();
+        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, self.push.side, rows)])
     }
 
     /// One f32 word per cell, layer by layer from below.
@@ -97,9 +102,9 @@ impl DistanceBuild {
     }
 }
 
-/// Splits all rows of a map into dispatches of [`ROWS`] rows.
-fn slices(push: ReliefPush, groups: u32) -> Vec<(ReliefPush, [u32; 3])> {
-    let firsts = (0..push.side).step_by(ROWS as usize);
+/// Splits rows of a map into dispatches of [`ROWS`] rows.
+fn slices(push: ReliefPush, groups: u32, rows: Range<u32>) -> Vec<(ReliefPush, [u32; 3])> {
+    let firsts = rows.step_by(ROWS as usize);
     firsts.map(|first_row| (ReliefPush { first_row, ..push }, [groups, ROWS, 1])).collect()
 }
 
@@ -134,7 +139,7 @@ impl ConeBuild {
             (relief_cones_comp::CONES, Resource::Buffer(&self.cones)),
         ];
         let groups = self.push.side.div_ceil(relief_cones_comp::SHADER.group[0]);
-        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, groups)])
+        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, groups, 0..self.push.side)])
     }
 
     /// # Errors

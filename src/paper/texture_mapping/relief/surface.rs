@@ -5,10 +5,11 @@
 
 use super::Relief;
 use super::maps::{Fan, Holds};
-use super::pass::{DistanceBuild, heights};
+use super::pass::{DistanceBuild, ROWS, heights};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{Buffer, BufferUse, Gpu, Resource, Result};
+use std::time::{Duration, Instant};
 
 /// A relief in video memory.
 pub struct ReliefSurface {
@@ -19,19 +20,42 @@ pub struct ReliefSurface {
     map: Buffer,
 }
 
-/// Limit of the work of building a distance map, counted in pairs of a cell and a cell of its neighbourhood. This much
-/// work takes 8 s on a software device with 2 cores.
-pub const MOST_PAIRS: u64 = 1 << 27;
+/// Limit of [`work`]. This much takes up to 30 s of one core on a software device.
+pub const MOST_WORK: u64 = 1 << 29;
+
+/// Time between two reports of a build's progress.
+const REPORT: Duration = Duration::from_secs(1);
 
 /// Layers of a relief's distance map; a layer is about as thick as a texel is wide.
 fn layers(relief: &Relief) -> usize {
     (relief.depth.ceil() as usize).clamp(1, 64)
 }
 
-/// The work of building a distance map, in the unit of [`MOST_PAIRS`].
-pub fn pairs(relief: &Relief) -> u64 {
-    let square = 2 * (relief.depth.ceil() as u64 + 1) + 1;
-    (relief.side * relief.side * layers(relief)) as u64 * square * square
+/// The work of building a distance map: for each texel, the squares of its horizon, and the cells of the neighbourhood in
+/// each layer.
+pub fn work(relief: &Relief) -> u64 {
+    let side = 2 * (relief.depth.ceil() as u64 + 1) + 1;
+    (relief.side * relief.side) as u64 * (HORIZON_SQUARES + layers(relief) as u64 * side * side)
+}
+
+/// Squares of a [`Fan`].
+const HORIZON_SQUARES: u64 = 7296;
+
+/// Builds the refined map. A build of more than a second reports its progress.
+fn distance_map(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
+    let fan = Fan::new(relief.depth, Holds::Everywhere);
+    let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, true)?;
+    let (side, mut reported) = (relief.side as u32, Instant::now());
+    for first in (0..side).step_by(ROWS as usize) {
+        let mut frame = gpu.frame()?;
+        frame.pass("distance map", |cmd| build.run_rows(cmd, first..first + ROWS))?;
+        frame.submit()?.wait()?;
+        if reported.elapsed() >= REPORT {
+            tracing::info!("distance map: {} of {side} rows", first + ROWS);
+            reported = Instant::now();
+        }
+    }
+    Ok(build.into_distances())
 }
 
 impl ReliefSurface {
@@ -40,21 +64,13 @@ impl ReliefSurface {
     /// # Errors
     /// Out of memory, device lost.
     pub fn new(gpu: &Gpu, relief: &Relief, method: ReliefMethod, size_m: f64) -> Result<ReliefSurface> {
-        let layers = layers(relief);
         let map = match method {
             ReliefMethod::ProjectedWidth => gpu.buffer("no distances", 4, BufferUse::Storage)?,
-            ReliefMethod::Trace => {
-                let fan = Fan::new(relief.depth, Holds::Everywhere);
-                let build = DistanceBuild::new(gpu, relief, layers, &fan, true)?;
-                let mut frame = gpu.frame()?;
-                frame.pass("distance map", |cmd| build.run(cmd))?;
-                frame.submit()?.wait()?;
-                build.into_distances()
-            }
+            ReliefMethod::Trace => distance_map(gpu, relief)?,
         };
         let header = [
             relief.side as u32,
-            layers as u32,
+            layers(relief) as u32,
             relief.depth.to_bits(),
             1f32.to_bits(),
             (size_m as f32).to_bits(),
@@ -84,5 +100,17 @@ impl ReliefSurface {
     /// Bytes in video memory.
     pub fn bytes(&self) -> u64 {
         [&self.header, &self.heights, &self.map].into_iter().map(Buffer::bytes).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_work_counts_the_squares_and_cells_of_a_fan() {
+        let relief = Relief { side: 16, depth: 2.5, heights: vec![0; 256] };
+        let fan = Fan::new(relief.depth, Holds::Everywhere);
+        assert_eq!(work(&relief), 256 * (fan.squares.len() + layers(&relief) * fan.near.len()) as u64);
     }
 }
