@@ -65,6 +65,14 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "a filtered relief's pixels against f64",
+        function: ("tests/texture_mapping/parallax.rs", "outliers"),
+        rejects: &[(
+            "tests/texture_mapping/parallax.rs",
+            "every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method",
+        )],
+    },
+    Comparer {
         judges: "a relief of a scene against the mean of exact rays",
         function: ("tests/renderer/relief.rs", "nmse"),
         rejects: &[(

@@ -1,6 +1,7 @@
-//! Filtered relief compared with the mean of exact intersections.
+//! Filtered relief compared with its f64 form, and with the mean of exact intersections.
 
 use ortelius::paper::texture_mapping::relief::parallax::{Method, View, truth};
+use ortelius::paper::texture_mapping::relief::parallax_reference::{Pixel, pixels};
 use ortelius::paper::texture_mapping::relief::pass::Filtered;
 use ortelius::paper::texture_mapping::relief::{Kind, Relief};
 use ortelius::vk::{GpuOptions, Watched};
@@ -11,12 +12,53 @@ fn view(elevation_degrees: f64) -> View {
     View { elevation_degrees, columns: SIDE as u32 / 4, pixel: 4.0 }
 }
 
-fn filtered(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<f64> {
+/// Each pixel's colour, and the number of texels visited.
+fn read(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<[f32; 2]> {
     let own = Filtered::new(gpu, relief, colours, view, method).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame.pass("filter", |cmd| own.run(cmd)).unwrap();
     frame.submit().unwrap().wait().unwrap();
-    own.read(gpu).unwrap().iter().map(|pixel| f64::from(pixel[0])).collect()
+    own.read(gpu).unwrap()
+}
+
+fn filtered(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<f64> {
+    read(gpu, relief, colours, view, method).iter().map(|pixel| f64::from(pixel[0])).collect()
+}
+
+/// The number of pixels with another colour or number of texels than f64 allows.
+fn outliers(found: &[[f32; 2]], right: &[Pixel]) -> usize {
+    assert_eq!(found.len(), right.len());
+    let within = |&(found, right): &(&[f32; 2], &Pixel)| {
+        let [colour, texels] = *found;
+        let [low, high] = right.range;
+        let [fewest, most] = right.texels.map(|n| n as f32);
+        (low..=high).contains(&f64::from(colour)) && (fewest..=most).contains(&texels)
+    };
+    found.iter().zip(right).filter(|pair| !within(pair)).count()
+}
+
+#[test]
+fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
+    let gpu = Watched::open(&GpuOptions::default());
+    for (kind, elevation) in Kind::ALL.into_iter().flat_map(|kind| [15.0, 30.0, 60.0].map(|at| (kind, at))) {
+        let (relief, view) = (kind.relief(SIDE), view(elevation));
+        let colours = relief.colours();
+        let right = Method::ALL.map(|method| pixels(&relief, &colours, &view, method));
+        for (n, method) in Method::ALL.into_iter().enumerate() {
+            let found = read(&gpu, &relief, &colours, &view, method);
+            let others = right.each_ref().map(|right| outliers(&found, right));
+            let wide = right[n].iter().filter(|pixel| pixel.range[1] - pixel.range[0] > 2e-3).count();
+            let of = format!("{} at {elevation} by {}", kind.name(), method.name());
+            println!("{of}: {others:?} of {} pixels differ, {wide} ranges are wide", found.len());
+            assert_eq!(others[n], 0, "{of}");
+            // On flat tops, many ends lie exactly at a texel.
+            if matches!(kind, Kind::Rock | Kind::Bricks) && elevation == 30.0 {
+                assert!(wide * 3 <= found.len(), "{of}: {wide} wide ranges");
+                let least = (0..others.len()).filter(|&other| other != n).map(|other| others[other]).min();
+                assert!(least >= Some(found.len() / 8), "{of}: {others:?} differ from other methods");
+            }
+        }
+    }
 }
 
 /// NMSE: the sum of squared errors, divided by the sum of squares of the truth. NaN if a pixel is NaN.

@@ -16,10 +16,11 @@
 //! Also built: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
 //! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F.
 //! Policarpo, M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).
-//! [`reference`](mod@reference) has the exact intersection.
+//! [`reference`](mod@reference) has the exact intersection, [`parallax_reference`] the filtering in f64.
 
 pub mod maps;
 pub mod parallax;
+pub mod parallax_reference;
 pub mod pass;
 pub mod reference;
 pub mod shipped;
