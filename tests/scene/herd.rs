@@ -213,7 +213,7 @@ fn instances_are_placed_on_the_full_terrain_at_every_level() {
     assert!(heights[59] - heights[0] > 1.0, "the terrain is not flat: {heights:?}");
     let wide = mesh("wide", "source = \"solid:4\"\nsize_m = 1.0\neast_m = 60.0\nground = \"terrain\"");
     let error = self::models(&scene_of(&[terrain, wide])).unwrap_err().to_string();
-    assert!(error.contains("surface.wide.geometry.ground: instance 0 at"), "{error}");
+    assert!(error.contains("surface.wide.geometry.ground: instance 0, at"), "{error}");
     assert!(error.contains("is not above terrain"), "{error}");
 }
 
