@@ -3,6 +3,8 @@
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
 use ortelius::frame::Technique;
+use ortelius::paper::virtual_texture::MaskLayout;
+use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
@@ -278,11 +280,25 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
     let path: Vec<&str> = key.split('.').collect();
     let default = declared.key.default.as_ref().and_then(|default| default.as_str());
     let now = scene.word(&path).or(default);
-    let others = values
-        .iter()
-        .filter(|(value, _)| Some(*value) != now)
-        .map(|(value, _)| Variant { name: (*value).to_owned(), changes: vec![format!("{key}={value}")] });
+    let variant = |value: &str| {
+        let mut changes = vec![format!("{key}={value}")];
+        changes.extend(companions(scene, value).map(str::to_owned));
+        Variant { name: value.to_owned(), changes }
+    };
+    let others = values.iter().filter(|(value, _)| Some(*value) != now).map(|(value, _)| variant(value));
     std::iter::once(own).chain(others).collect()
+}
+
+/// The changes without which a value of `variant.dedup` does not fit the scene's other settings.
+fn companions(scene: &Scene, dedup: &str) -> impl Iterator<Item = &'static str> {
+    let dedup = Dedup::ALL.iter().find(|value| value.name() == dedup);
+    let compact = scene.word(&["variant", "compact"]).unwrap_or(Compaction::TransformFeedback.name());
+    // The geometry shader of stage 3 reads texels alone.
+    let computes = dedup.is_some_and(|dedup| dedup.layout() != MaskLayout::Texels)
+        && compact == Compaction::TransformFeedback.name();
+    let own_level = dedup == Some(&Dedup::Bitset);
+    let changes = [(computes, "variant.compact=append"), (own_level, "variant.address=own-level")];
+    changes.into_iter().filter_map(|(needed, change)| needed.then_some(change))
 }
 
 #[cfg(test)]
@@ -420,7 +436,7 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        assert!(globe.len() > 5 && globe.contains(&"fused".to_owned()), "{globe:?}");
+        assert_eq!(globe.len(), Dedup::ALL.len(), "{globe:?}");
         let herd = names("herd");
         assert!(herd.len() >= 2, "{herd:?}");
     }

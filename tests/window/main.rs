@@ -6,6 +6,7 @@
 mod bookmarks;
 mod compare;
 mod display;
+mod every;
 mod overlays;
 mod panels;
 mod present;
@@ -52,7 +53,7 @@ fn rendered_again(folder: &Path, report: &str, output: &str) {
 }
 
 #[test]
-fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
+fn the_earth_is_flown_over_and_closed_and_leaves_nothing_behind() {
     let display = Display::start();
     let mut window = open(&display, &["earth", "--size", "320x180", "--no-panels"]);
     let first = window.settled_picture();
@@ -76,31 +77,7 @@ fn the_earth_is_flown_over_resized_and_closed_and_leaves_nothing_behind() {
     window.until("the outline of the frozen camera's view", |window| yellow(&window.picture()) > 50);
     window.press(key::F);
     window.until("the outline disappears", |window| yellow(&window.picture()) == 0);
-
-    for n in 0..20u16 {
-        window.resize([[200, 150], [333, 77], [64, 64], [1, 1], [320, 180]][usize::from(n % 5)]);
-    }
-    assert!(window.settled_picture().is_varied(), "after 20 resizes");
     window.press(key::ESCAPE);
-    window.closed_in_silence();
-}
-
-#[test]
-fn the_valley_switches_variants_and_closes_with_its_button() {
-    let display = Display::start();
-    let mut window = open(&display, &["valley", "--size", "240x135", "-D", FAST]);
-    let first = window.settled_picture();
-    window.press(key::F2);
-    let bare = window.until_other("F2 closes the panels", &first);
-    for _ in 0..2 {
-        window.press(key::SPACE);
-        window.said("variant: ");
-    }
-    // Every variant shows the same picture.
-    let above_the_message = |seen: &Seen| seen.0.rgba[..4 * 240 * 90].to_vec();
-    window
-        .until("the same picture", |window| above_the_message(&window.picture()) == above_the_message(&bare));
-    window.close_button();
     window.closed_in_silence();
 }
 
