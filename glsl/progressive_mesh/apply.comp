@@ -6,7 +6,7 @@
 // one corner, the last split's vertex has the largest index (atomicMax). Going down, the first split is undone last,
 // and the vertex that it replaced has the smallest index (atomicMin). Maximum and minimum do not depend on the order,
 // so no split waits for another. A permutation takes two steps: all faces are read before any slot is written. The
-// construction of a level reads no index of the slice.
+// construction of a level does not depend on the slice's present indices.
 
 layout(local_size_x = 64) in;
 

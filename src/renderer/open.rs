@@ -435,8 +435,8 @@ fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
     if keys.method == ReliefMethod::Trace && work(&relief) > MOST_WORK {
-        let what = "building the distance map of a relief this deep takes minutes; reduce the relief's \
-                    depth, use a smaller picture, or method = \"projected-width\"";
+        let what = "building the distance map of so many texels, or of a relief this deep, takes minutes; use a \
+                    picture of at most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
     }
     Ok(Some((keys, relief, plane.width_m)))

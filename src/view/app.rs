@@ -115,6 +115,9 @@ impl App {
     }
 
     fn close(&mut self, events: &ActiveEventLoop) {
+        if self.live.as_ref().is_some_and(|live| live.shot.is_some()) {
+            tracing::warn!("the screenshot is not saved: its tiles were still loading");
+        }
         self.live = None;
         events.exit();
     }

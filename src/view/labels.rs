@@ -1,4 +1,4 @@
-//! Labels of the overlay of levels: level, row and column of each tile that is visible at a point of a coarse grid. The
+//! Labels of the overlay of levels: level, row and column of the tiles that are visible at the points of a coarse grid. The
 //! tiles are read back two frames later, when the frame that copied them has ended: nothing waits.
 
 use ortelius::frame::{PerFrame, View};
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// Pixels between two points of the grid.
 const STEP: u32 = 48;
 
-/// Pixels that a label takes, with a gap.
+/// Width and height of a label with a gap, in points.
 const LABEL: [f32; 2] = [72.0, 16.0];
 
 /// A texel of the overlay's image: four words.
@@ -82,8 +82,7 @@ impl Labels {
     }
 }
 
-/// One label for each tile, in the middle of its points. A label that would cover that of a tile with more points is
-/// left out.
+/// One label for each tile, in the middle of its points; tiles of many points first.
 fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
     let mut sums: BTreeMap<Tile, ([u32; 2], u32)> = BTreeMap::new();
     for (at, tile) in points {
@@ -93,16 +92,25 @@ fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
     }
     let mut sums: Vec<_> = sums.into_iter().collect();
     sums.sort_by_key(|(_, (_, count))| Reverse(*count));
-    let mut found: Vec<Label> = Vec::new();
-    for (tile, (sum, count)) in sums {
-        let at = sum.map(|sum| sum as f32 / count as f32);
+    let label = |(tile, (sum, count)): (Tile, ([u32; 2], u32))| Label {
+        at: sum.map(|sum| sum as f32 / count as f32),
+        tile,
+    };
+    sums.into_iter().map(label).collect()
+}
+
+/// The labels without those that would cover an earlier one.
+pub fn apart(labels: &[Label], pixels_per_point: f32) -> Vec<Label> {
+    let size = LABEL.map(|points| points * pixels_per_point);
+    let mut shown: Vec<Label> = Vec::new();
+    for label in labels {
         let covers =
-            |other: &Label| [0, 1].iter().all(|&axis| (at[axis] - other.at[axis]).abs() < LABEL[axis]);
-        if !found.iter().any(covers) {
-            found.push(Label { at, tile });
+            |other: &Label| [0, 1].iter().all(|&axis| (label.at[axis] - other.at[axis]).abs() < size[axis]);
+        if !shown.iter().any(covers) {
+            shown.push(*label);
         }
     }
-    found
+    shown
 }
 
 #[cfg(test)]
@@ -122,10 +130,10 @@ mod tests {
             [([24, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([120, 24], [2, 0, 0]), ([24, 72], [1, 1, 0])];
         let found = labels(points.into_iter());
         let expected = [([96.0, 24.0], [2, 0, 0]), ([24.0, 24.0], [1, 0, 0]), ([24.0, 72.0], [1, 1, 0])];
-        assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
-
-        let nearer =
-            labels([([48, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([96, 24], [2, 0, 0])].into_iter());
-        assert_eq!(nearer, [Label { at: [84.0, 24.0], tile: [2, 0, 0] }]);
+        let expected = expected.map(|(at, tile)| Label { at, tile });
+        assert_eq!(found, expected);
+        // They are exactly as far apart as a label is wide, but not with two pixels per point.
+        assert_eq!(apart(&found, 1.0), expected);
+        assert_eq!(apart(&found, 2.0), [expected[0], expected[2]]);
     }
 }

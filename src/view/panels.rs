@@ -143,7 +143,7 @@ impl Panels {
 /// Level, row and column of each visible tile, white on black.
 fn labels(ui: &Ui, shown: &Shown<'_>) {
     let points = ui.ctx().pixels_per_point();
-    for label in shown.labels {
+    for label in super::labels::apart(shown.labels, points) {
         let [level, row, column] = label.tile;
         let (text, font) = (format!("{level}: {row} {column}"), egui::FontId::monospace(10.0));
         let at = Pos2::from(label.at) / points;

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
-use ortelius::frame::Technique;
+use ortelius::frame::{Records, Technique};
 use ortelius::paper::virtual_texture::MaskLayout;
 use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
 use ortelius::picture::Target;
@@ -190,12 +190,14 @@ impl Stage {
         Ok(())
     }
 
-    /// A new renderer for another scene, on the same device and of the same size.
+    /// A new renderer for another scene, on the same device and of the same size. It keeps all records, for a report.
     ///
     /// # Errors
     /// As [`Renderer::open`].
     pub fn another(&self, scene: &Scene, deterministic: bool) -> Result<Renderer, RenderError> {
-        Renderer::on(&self.gpu, scene, &options(self.renderer.size(), deterministic))
+        let mut renderer = Renderer::on(&self.gpu, scene, &options(self.renderer.size(), deterministic))?;
+        renderer.keep(Records::all());
+        Ok(renderer)
     }
 
     pub fn deterministic(&self) -> bool {
@@ -304,7 +306,6 @@ fn companions(scene: &Scene, dedup: &str) -> impl Iterator<Item = &'static str> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     #[test]

@@ -56,8 +56,9 @@ struct Ended {
 /// Loads the layer into a program, beside the layers that it finds without it.
 fn load_layer(command: &mut Command) {
     let mut paths = OsString::from(LAYER.path());
-    let others = std::env::var_os("VK_LAYER_PATH");
-    let name = if others.is_some() { "VK_LAYER_PATH" } else { "VK_ADD_LAYER_PATH" };
+    let replaces = std::env::var_os("VK_LAYER_PATH").is_some();
+    let name = if replaces { "VK_LAYER_PATH" } else { "VK_ADD_LAYER_PATH" };
+    let others = std::env::var_os(name);
     paths.extend(others.iter().flat_map(|others| [OsStr::new(":"), others.as_os_str()]));
     command.env(name, paths).env("VK_INSTANCE_LAYERS", "VK_LAYER_ORTELIUS_fault");
     // Mesa's layer that orders the devices crashes if a call of its own fails.

@@ -83,7 +83,11 @@ impl Mesh {
 }
 
 /// Converts a mesh to its GPU form: splits positions, gives each triangle its origin (the cell of its smallest s and
-/// t), and shares a vertex among triangles with equal (vertex, origin).
+/// t), and shares a vertex among triangles with equal (vertex, origin). Values are not checked: coordinates outside
+/// 0 ..= 1 and values that are not finite are converted as they are.
+///
+/// # Panics
+/// A triangle names a vertex without a position or coordinate.
 pub fn gpu_mesh(source: &SourceMesh) -> Mesh {
     let mut mesh = Mesh {
         vertices: Vec::new(),
@@ -109,7 +113,7 @@ pub fn gpu_mesh(source: &SourceMesh) -> Mesh {
     mesh
 }
 
-/// Corner of the cell that contains a coordinate in 0 ..= 1, in units of 2^-32; 1 itself is in the last cell. The cast
+/// Corner of the cell that contains a coordinate, in units of 2^-32; 1 and beyond are in the last cell. The cast
 /// saturates, and NaN becomes 0.
 fn origin_of(coordinate: f64) -> u32 {
     let cells = 1u32 << ORIGIN_CELLS_LOG2;
@@ -125,7 +129,7 @@ fn gpu_vertex(source: &SourceMesh, vertex: u32, origin: [u32; 2]) -> MeshVertex 
         position_high,
         position_low: std::array::from_fn(|i| (position[i] - f64::from(position_high[i])) as f32),
         origin,
-        // The difference is exact in f64: both are multiples of the coordinate's ulp and at most 1.
+        // For coordinates in 0 ..= 1 the difference is exact in f64: both are multiples of the coordinate's ulp.
         offset: std::array::from_fn(|i| (coordinate[i] - f64::from(origin[i]) / 4_294_967_296.0) as f32),
     }
 }

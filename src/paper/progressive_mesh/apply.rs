@@ -51,14 +51,15 @@ impl Apply {
     /// Out of memory, or a program larger than shaders can address in a buffer.
     pub fn new(gpu: &Gpu, program: &Program, index: IndexType) -> Result<Apply> {
         let (corners, moves) = (program.corners(), program.moves());
-        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len());
+        let direct = program.direct();
+        let tables = direct.numbers.len() + direct.faces.as_flattened().len() + direct.predecessors.len();
+        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len() + tables);
         for ((&word, &up), &down) in corners.words.iter().zip(&corners.up).zip(&corners.down) {
             words.extend([word, up, down]);
         }
         let moves_at = words.len();
         let filled = moves.runs.iter().flat_map(|&[first, end]| first..end);
         words.extend(filled.zip(&moves.from).flat_map(|(to, &from)| [to, from]));
-        let direct = program.direct();
         let [numbers_at, faces_at, predecessors_at] =
             [&*direct.numbers, direct.faces.as_flattened(), &*direct.predecessors].map(|table| {
                 let first = words.len();

@@ -15,7 +15,8 @@ const RUNS: usize = 30;
 /// Software drivers compile shaders on first use.
 const WARM_UP: usize = 3;
 
-/// The times of both frames, interleaved so that drift affects both alike. Both take one trilinear sample per pixel.
+/// The times of both frames, interleaved so that drift affects both alike. The plain one
+/// takes one trilinear sample per pixel; the settled one has the scene's filter, for which `--compare-plain` takes the same.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainComparison {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture, per run.

@@ -20,8 +20,8 @@ pub struct ReliefSurface {
     map: Buffer,
 }
 
-/// Limit of [`work`]. This much takes up to 30 s of one core on a software device.
-pub const MOST_WORK: u64 = 1 << 29;
+/// Limit of [`work`]. This much takes one or two minutes of one core on a software device.
+pub const MOST_WORK: u64 = 1 << 31;
 
 /// Time between two reports of a build's progress.
 const REPORT: Duration = Duration::from_secs(1);
@@ -35,7 +35,8 @@ fn layers(relief: &Relief) -> usize {
 /// each layer.
 pub fn work(relief: &Relief) -> u64 {
     let side = 2 * (relief.depth.ceil() as u64 + 1) + 1;
-    (relief.side * relief.side) as u64 * (HORIZON_SQUARES + layers(relief) as u64 * side * side)
+    let cells = side.saturating_mul(side).saturating_mul(layers(relief) as u64);
+    cells.saturating_add(HORIZON_SQUARES).saturating_mul((relief.side * relief.side) as u64)
 }
 
 /// Squares of a [`Fan`].

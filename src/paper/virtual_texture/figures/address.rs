@@ -21,8 +21,8 @@ pub const KEYING: Figure = Figure {
     variants,
     paper: &["level-0"],
     ours: &["own-level"],
-    // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
     full_only: &[],
+    // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 720.0, 1080.0],

@@ -49,7 +49,7 @@ impl Tiff {
         let wrong = |error| fault(path, error);
         let file_bytes = file.metadata().map_err(|error| read_fault(path, error))?.len();
         // The decoder reserves the memory for a tag's values before it reads them. In the file, each value has at
-        // least one byte.
+        // least one byte. The first directory's tables are read with the decoder's own limit, also 256 MiB.
         limits.decoding_buffer_size =
             (file_bytes as usize).saturating_mul(size_of::<Value>()).min(MOST_TABLE_BYTES);
         limits.ifd_value_size = MOST_TABLE_BYTES;
@@ -257,9 +257,10 @@ pub(super) fn fault(path: &Path, error: TiffError) -> SourceError {
             SourceError::Unsupported { path: path.to_path_buf(), reason: error.to_string() }
         }
         TiffError::LimitsExceeded => {
-            let reason =
-                "a tag's values are larger than the file or 256 MiB, or a strip or tile is larger than 1 GiB";
-            damaged(path, reason.into())
+            let reason = "a tag has more values than the file has bytes, or more than 8 million (write larger tiles or \
+                          strips), or a strip or tile has more than 1 GiB"
+                .into();
+            SourceError::Unsupported { path: path.to_path_buf(), reason }
         }
         other => damaged(path, other.to_string()),
     }
