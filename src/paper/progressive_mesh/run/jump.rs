@@ -1,4 +1,4 @@
-//! The cheapest way to a level: step by step, or its construction from the tables of [`Direct`].
+//! The cheapest way to a level: step by step, or its construction from the tables of [`Direct`] (ours).
 
 use super::direct::Direct;
 use super::program::{Operation, Program, gather};

@@ -10,8 +10,8 @@
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
 //! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so a
-//! face is copied from the shared buffer of level 0 when it becomes live. A jump whose steps would write more than
-//! a copy of the level's faces constructs the level instead ([`Program::change`]).
+//! face is copied from the shared buffer of level 0 when it becomes live. A jump whose steps would write more
+//! than a construction of the level constructs it instead ([`Program::change`], ours).
 
 mod births;
 mod direct;

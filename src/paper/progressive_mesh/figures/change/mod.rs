@@ -25,11 +25,13 @@ pub const CHANGE: Figure = Figure {
     about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, \
             by 1 % and by 10 % of all splits, and by all of them at once. With our methods the host executes \
             the splits (and the tswaps, if the order has them). If a construction of the level from the \
-            faces of the full mesh writes less, it does that instead. It uploads the written blocks of 128 indices \
+            faces of the full mesh writes less, it does that instead. It \
+            uploads the written blocks of 128 indices \
             (classical; tail; in place), or it copies them into the buffers from which the device draws \
             (mapped). There is one such buffer for each frame in flight, so each block is copied twice. In a \
-            third method the device executes the splits, or constructs the level, by the same rule. The baselines draw the same levels. The faces in \
-            random order or reordered by meshoptimizer are uploaded as a whole. The compacted order is made \
+            third method the device executes the splits, or constructs the level, by the same rule. The \
+            baselines draw the same levels. The faces in random order or reordered by meshoptimizer are \
+            uploaded as a whole. The compacted order is made \
             by a pass of shaders. With skip lists (each has 0.707 of the faces of the next finer list) a \
             change writes corners, including those of degenerate faces, or copies another list as a whole. The \
             discrete meshes are all in the buffer already. A copy of all live faces is shown for comparison. \
