@@ -2,7 +2,7 @@
 
 /// A fixed-size number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum NumberType {
     I8,
     U8,
     I16,
@@ -19,7 +19,7 @@ pub(super) enum Endian {
     Big,
 }
 
-impl Kind {
+impl NumberType {
     /// Size in bytes.
     pub(super) fn size(self) -> usize {
         match self {

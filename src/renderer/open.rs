@@ -5,11 +5,11 @@ use super::{Carrier, RenderError, Renderer, Surfaces, sections};
 use crate::frame::{PerFrame, Run, Shape, Target};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
-use crate::paper::progressive_mesh::{self, Model, ProgressiveMeshes, Textured, config};
+use crate::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes, Textured, config};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use crate::paper::texture_mapping::relief::surface::{MOST_WORK, ReliefSurface, work};
-use crate::paper::texture_mapping::relief::{Kind, Relief};
+use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
 use crate::paper::virtual_texture::config::{Filter, check_opened, filter, open_texture, owner};
 use crate::paper::virtual_texture::{self, Filtering, VirtualTexture};
 use crate::picture;
@@ -46,9 +46,9 @@ impl Default for Options<'_> {
 /// The host data of a scene, before a device is opened.
 struct Loaded<'a> {
     scene: &'a Scene,
-    models: Vec<Model>,
-    meshes: progressive_mesh::Settings,
-    texture: Option<(virtual_texture::Settings, Arc<dyn TileSource>)>,
+    models: Vec<LoadedMesh>,
+    meshes: progressive_mesh::ProgressiveMeshSettings,
+    texture: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
     /// The surface whose table contains the virtual texture.
     owner: Option<&'a Surface>,
 }
@@ -120,7 +120,7 @@ impl Renderer {
         if shown.is_some_and(|(now, next)| !now.streaming.same_loader(&next.streaming)) {
             return Ok(Kept::Nothing);
         }
-        let draws = |settings: &virtual_texture::Settings| settings.config.draws_depth_alone();
+        let draws = |settings: &virtual_texture::VirtualTextureSettings| settings.config.draws_depth_alone();
         let same_shapes = shown.is_none_or(|(now, next)| draws(now) == draws(next));
         if same_shapes && fixed(now, owner).is_some_and(|now| Some(now) == fixed(next, owner)) {
             self.change_in_place(next, options, settings.map(|(settings, _)| settings))?;
@@ -135,7 +135,7 @@ impl Renderer {
         &mut self,
         next: &Scene,
         options: &Options<'_>,
-        settings: Option<virtual_texture::Settings>,
+        settings: Option<virtual_texture::VirtualTextureSettings>,
     ) -> Result<(), RenderError> {
         let owner = owner(next)?;
         next.surfaces.values().try_for_each(|surface| check(next, surface, owner))?;
@@ -201,8 +201,11 @@ fn fixed(scene: &Scene, owner: Option<&Surface>) -> Option<toml::Table> {
 }
 
 /// Settings of progressive meshes.
-fn mesh_settings(scene: &Scene, options: &Options<'_>) -> Result<progressive_mesh::Settings, RenderError> {
-    let mut settings = progressive_mesh::Settings::of_scene(scene, options.target)?;
+fn mesh_settings(
+    scene: &Scene,
+    options: &Options<'_>,
+) -> Result<progressive_mesh::ProgressiveMeshSettings, RenderError> {
+    let mut settings = progressive_mesh::ProgressiveMeshSettings::of_scene(scene, options.target)?;
     settings.size = options.size.unwrap_or(settings.size);
     if options.deterministic {
         settings.budget = untimed(settings.budget, RenderError::MeasuredBudget)?;
@@ -213,11 +216,11 @@ fn mesh_settings(scene: &Scene, options: &Options<'_>) -> Result<progressive_mes
 /// The settings for a device that may have no timestamps.
 fn clocked(
     gpu: &Gpu,
-    settings: progressive_mesh::Settings,
-) -> Result<progressive_mesh::Settings, RenderError> {
+    settings: progressive_mesh::ProgressiveMeshSettings,
+) -> Result<progressive_mesh::ProgressiveMeshSettings, RenderError> {
     match gpu.keeps_time() {
         true => Ok(settings),
-        false => Ok(progressive_mesh::Settings {
+        false => Ok(progressive_mesh::ProgressiveMeshSettings {
             budget: untimed(settings.budget, RenderError::NoClock)?,
             ..settings
         }),
@@ -245,7 +248,7 @@ impl<'a> Loaded<'a> {
     fn with(
         scene: &'a Scene,
         options: &Options<'_>,
-        texture: Option<(virtual_texture::Settings, Arc<dyn TileSource>)>,
+        texture: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
     ) -> Result<Loaded<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
@@ -350,7 +353,7 @@ impl<'a> Loaded<'a> {
 
 fn fall_back(
     scene: &Scene,
-    settings: &mut virtual_texture::Settings,
+    settings: &mut virtual_texture::VirtualTextureSettings,
     has: impl Fn(Feature) -> bool,
 ) -> Option<String> {
     settings.config.fall_back(|key| scene.has(&["variant", key]), has)
@@ -447,8 +450,8 @@ fn texture(
     scene: &Scene,
     options: &Options<'_>,
     source: Arc<dyn TileSource>,
-) -> Result<(virtual_texture::Settings, Arc<dyn TileSource>), RenderError> {
-    let mut settings = virtual_texture::Settings::of_scene(scene, options.target)?;
+) -> Result<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>), RenderError> {
+    let mut settings = virtual_texture::VirtualTextureSettings::of_scene(scene, options.target)?;
     check_opened(scene, &settings.config, &source.pyramid())?;
     settings.size = options.size.unwrap_or(settings.size);
     settings.streaming.deterministic = options.deterministic;
@@ -466,8 +469,8 @@ pub(super) fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainText
         (PlainSource::ZonePlate, _) => Ok(pattern(Pattern::ZonePlate, [1024; 2])),
         (PlainSource::BrickWall, _) => Ok(colours(BRICK_WALL.picture())),
         (PlainSource::Cliff, _) => Ok(colours(CLIFF.picture())),
-        (PlainSource::Bricks, _) => Ok(colours(generated(Kind::Bricks))),
-        (PlainSource::Rock, _) => Ok(colours(generated(Kind::Rock))),
+        (PlainSource::Bricks, _) => Ok(colours(generated(ReliefKind::Bricks))),
+        (PlainSource::Rock, _) => Ok(colours(generated(ReliefKind::Rock))),
     };
     let place = || scene.place(&["surface", of, "texture", "path"]);
     texture.map_err(|error| RenderError::Plain { place: place(), error })
@@ -485,7 +488,7 @@ fn pattern(pattern: Pattern, [width, height]: [u32; 2]) -> PlainTexture {
 }
 
 /// Texels along a side of a generated relief, and its colours.
-fn generated(kind: Kind) -> (usize, Vec<[u8; 3]>) {
+fn generated(kind: ReliefKind) -> (usize, Vec<[u8; 3]>) {
     (side_of(kind), kind.picture(side_of(kind)))
 }
 

@@ -10,8 +10,8 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, Resource, Result, Sampler, SamplerInfo,
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
+    Resource, Result, Sampler, SamplerFilter, SamplerInfo,
 };
 use std::sync::Arc;
 
@@ -103,7 +103,7 @@ impl PlainSurfaces {
             surfaces,
             pipelines,
             sampler: gpu
-                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
+                .sampler("plain sampler", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: true })?,
         })
     }
 

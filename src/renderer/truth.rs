@@ -11,9 +11,9 @@ use crate::model::mesh::SourceMesh;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::run::level_for_error;
-use crate::paper::progressive_mesh::{self, Model};
+use crate::paper::progressive_mesh::{self, LoadedMesh};
 use crate::paper::virtual_texture::config::owner;
-use crate::paper::virtual_texture::reference::picture::{Filter, Texels, sides_of};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides_of};
 use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
 use crate::reference::{ReferenceView, Sample};
 use crate::scene::{Scene, Surface};
@@ -29,7 +29,7 @@ const MESH_PIXELS: f64 = 0.25;
 const MOST_TRIANGLES: usize = 1_500_000;
 
 /// A scene seen from one pose.
-pub struct Truth<'a> {
+pub struct SceneTruth<'a> {
     layers: Vec<Layer<'a>>,
     sun: DVec3,
     light: LightColours,
@@ -72,7 +72,7 @@ pub fn check(scene: &Scene, tiles: Option<TileFormat>) -> Result<(), &'static st
     }
 }
 
-impl<'a> Truth<'a> {
+impl<'a> SceneTruth<'a> {
     /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl<'a> Truth<'a> {
         tiles: Option<&'a dyn TileSource>,
         pose: &Pose,
         size: [u32; 2],
-    ) -> Result<Truth<'a>, String> {
+    ) -> Result<SceneTruth<'a>, String> {
         check(scene, tiles.map(TileSource::format))?;
         let owner = owner(scene).map_err(|error| error.to_string())?;
         let models = progressive_mesh::load(scene).map_err(|error| error.to_string())?;
@@ -112,7 +112,7 @@ impl<'a> Truth<'a> {
             })
         };
         let layers = scene.surfaces.values().map(layer).collect::<Result<Vec<_>, String>>()?;
-        Ok(Truth { layers, sun: scene.sun(), light: scene.light_colours() })
+        Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours() })
     }
 
     /// The linear colour of a pixel; `None` where the background is visible.
@@ -120,7 +120,7 @@ impl<'a> Truth<'a> {
         let samples = self.layers.iter().filter_map(|layer| Some((layer, layer.view.sample(x, y)?)));
         let (layer, sample) = samples.min_by(|(_, a), (_, b)| a.w_m.total_cmp(&b.w_m))?;
         let colour = match &layer.paint {
-            Paint::Virtual(texels) => texels.pixel(&sample, Filter::Area),
+            Paint::Virtual(texels) => texels.pixel(&sample, ReferenceFilter::Area),
             Paint::Plain(plain) => plain.pixel(&sample),
             Paint::Grey(albedo) => [*albedo, *albedo, *albedo, 1.0],
         };
@@ -175,7 +175,7 @@ impl Plain {
 }
 
 /// The visible instances of a model in world space, and a normal for each vertex.
-fn instances(model: &Model, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
+fn instances(model: &LoadedMesh, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
     let vertices = &model.mesh.vertices;
     let positions: Vec<DVec3> = vertices.positions.iter().map(|at| DVec3::from(at.map(f64::from))).collect();
     let full = || live_faces(&model.mesh, model.mesh.last_level());

@@ -3,7 +3,7 @@
 
 use super::document::Fault;
 use super::part::Part;
-use super::value::{Kind, Setting};
+use super::value::{Setting, ValueKind};
 use super::{Scene, SceneError};
 use serde_json::Value as Json;
 use std::path::Path;
@@ -13,7 +13,7 @@ use std::path::Path;
 pub struct Key {
     pub name: &'static str,
     pub about: String,
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// In TOML. `None`: see `required`.
     pub default: Option<toml::Value>,
     /// True if a key without default must be stated. Otherwise it is optional, and its documentation says what its

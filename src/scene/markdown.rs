@@ -2,7 +2,7 @@
 
 use super::declare::{Key, Language, Table, one_line};
 use super::language::{KeyAt, dotted, tables};
-use super::value::Kind;
+use super::value::ValueKind;
 use std::fmt::Write as _;
 
 const HEAD: &str = "# Scene files
@@ -81,7 +81,7 @@ fn by_path(languages: &[&Language]) -> Vec<&'static Table> {
 /// values.
 fn type_words(key: &Key) -> String {
     match &key.kind {
-        Kind::Choice(_) => "one of".into(),
+        ValueKind::Choice(_) => "one of".into(),
         kind => kind.words(),
     }
 }
@@ -113,7 +113,7 @@ fn range(key: &Key) -> String {
 }
 
 fn meaning(key: &Key) -> String {
-    let Kind::Choice(values) = &key.kind else { return key.about.clone() };
+    let ValueKind::Choice(values) = &key.kind else { return key.about.clone() };
     let values: Vec<String> =
         values.iter().map(|(name, about)| format!("`{name:?}`: {}", one_line(about))).collect();
     format!("{}<br>{}", key.about, values.join("<br>"))
@@ -130,7 +130,7 @@ pub fn lines(at: &KeyAt) -> String {
     let facts = [type_words(&at.key), default, range(&at.key)];
     let facts: Vec<String> = facts.into_iter().filter(|fact| !fact.is_empty()).collect();
     let mut text = format!("{}{kind}\n    {}\n    {}", at.dotted, facts.join(", "), at.key.about);
-    if let Kind::Choice(values) = &at.key.kind {
+    if let ValueKind::Choice(values) = &at.key.kind {
         for (name, about) in values {
             let _ = write!(text, "\n      {name:?}: {}", one_line(about));
         }

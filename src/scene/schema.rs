@@ -2,7 +2,7 @@
 
 use super::declare::{Key, Language, Table};
 use super::language::tables;
-use super::value::Kind;
+use super::value::ValueKind;
 use serde_json::{Map, Value as Json, json};
 
 /// The schema, in the dialect of 2020-12.
@@ -51,7 +51,7 @@ fn object(tables: &[&Table], path: &[&str], keys: &[Key]) -> Json {
     }
     for key in keys {
         let own = match (&key.kind, properties.remove(key.name)) {
-            (Kind::TableOrText, Some(table)) => json!({ "anyOf": [{ "type": "string" }, table] }),
+            (ValueKind::TableOrText, Some(table)) => json!({ "anyOf": [{ "type": "string" }, table] }),
             (_, Some(table)) => table,
             (_, None) => of_key(key),
         };
@@ -84,22 +84,22 @@ fn of_key(key: &Key) -> Json {
         schema
     };
     let schema = match &key.kind {
-        Kind::Whole => ranged("integer"),
-        Kind::Number => ranged("number"),
-        Kind::Numbers(count) => {
+        ValueKind::Whole => ranged("integer"),
+        ValueKind::Number => ranged("number"),
+        ValueKind::Numbers(count) => {
             json!({ "type": "array", "items": ranged("number"), "minItems": count, "maxItems": count })
         }
-        Kind::Truth => json!({ "type": "boolean" }),
-        Kind::Text => json!({ "type": "string" }),
-        Kind::Names => json!({ "type": "array", "items": { "type": "string" } }),
-        Kind::Choice(values) => {
+        ValueKind::Truth => json!({ "type": "boolean" }),
+        ValueKind::Text => json!({ "type": "string" }),
+        ValueKind::Names => json!({ "type": "array", "items": { "type": "string" } }),
+        ValueKind::Choice(values) => {
             json!({ "enum": values.iter().map(|(name, _)| *name).collect::<Vec<_>>() })
         }
-        Kind::Table => json!({ "type": "object" }),
-        Kind::TableOrText => json!({ "type": ["object", "string"] }),
+        ValueKind::Table => json!({ "type": "object" }),
+        ValueKind::TableOrText => json!({ "type": ["object", "string"] }),
     };
     let optional = key.default.is_none() && !key.required;
-    match optional && !matches!(key.kind, Kind::Text | Kind::Table | Kind::TableOrText) {
+    match optional && !matches!(key.kind, ValueKind::Text | ValueKind::Table | ValueKind::TableOrText) {
         true => json!({ "anyOf": [schema, { "const": "auto" }] }),
         false => schema,
     }

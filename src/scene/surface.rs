@@ -8,7 +8,7 @@ use super::document::Fault;
 use super::error::list;
 use super::eyes::names;
 use super::part::Part;
-use super::value::{Kind, Setting, not, plain_settings};
+use super::value::{Setting, ValueKind, not, plain_settings};
 use crate::model::mesh::{self, SourceMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ pub enum FilterKeys {
 }
 
 plain_settings! {
-    TextureKeys, Kind::TableOrText, "a table, nor the name of a surface",
+    TextureKeys, ValueKind::TableOrText, "a table, nor the name of a surface",
         |value, _| match value {
             Value::Table(table) => Some(TextureKeys::Own(table.clone())),
             Value::String(name) => Some(TextureKeys::Of(name.clone())),
@@ -64,7 +64,7 @@ plain_settings! {
             TextureKeys::Own(table) => Value::Table(table.clone()),
             TextureKeys::Of(name) => Value::String(name.clone()),
         };
-    FilterKeys, Kind::TableOrText, "a table, nor \"auto\"",
+    FilterKeys, ValueKind::TableOrText, "a table, nor \"auto\"",
         |value, _| match value {
             Value::Table(table) => Some(FilterKeys::Own(table.clone())),
             Value::String(word) if word == AUTO => Some(FilterKeys::Auto(AUTO)),

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 /// The type of a key's value, for documents.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub enum ValueKind {
     Whole,
     Number,
     /// This many numbers, as in `[1.0, 2.0]`.
@@ -22,18 +22,18 @@ pub enum Kind {
     TableOrText,
 }
 
-impl Kind {
+impl ValueKind {
     pub fn words(&self) -> String {
         match self {
-            Kind::Whole => "whole number".into(),
-            Kind::Number => "number".into(),
-            Kind::Numbers(count) => format!("{count} numbers"),
-            Kind::Truth => "true or false".into(),
-            Kind::Text => "text".into(),
-            Kind::Names => "list of names".into(),
-            Kind::Choice(values) => quoted(values.iter().map(|(name, _)| *name)),
-            Kind::Table => "table".into(),
-            Kind::TableOrText => "table or text".into(),
+            ValueKind::Whole => "whole number".into(),
+            ValueKind::Number => "number".into(),
+            ValueKind::Numbers(count) => format!("{count} numbers"),
+            ValueKind::Truth => "true or false".into(),
+            ValueKind::Text => "text".into(),
+            ValueKind::Names => "list of names".into(),
+            ValueKind::Choice(values) => quoted(values.iter().map(|(name, _)| *name)),
+            ValueKind::Table => "table".into(),
+            ValueKind::TableOrText => "table or text".into(),
         }
     }
 }
@@ -48,7 +48,7 @@ pub trait Setting: Sized {
     /// The type of the range's bounds; arbitrary if there are no numbers.
     type Number: Copy + PartialOrd + Display + Serialize;
 
-    fn kind() -> Kind;
+    fn kind() -> ValueKind;
 
     /// Parses a value; relative paths are resolved against `folder`.
     ///
@@ -71,8 +71,8 @@ pub(super) fn not<T>(value: &Value, what: &str) -> Result<T, String> {
 
 impl Setting for u32 {
     type Number = u32;
-    fn kind() -> Kind {
-        Kind::Whole
+    fn kind() -> ValueKind {
+        ValueKind::Whole
     }
     fn read(value: &Value, _: &Path) -> Result<u32, String> {
         let whole = value.as_integer().and_then(|whole| u32::try_from(whole).ok());
@@ -88,8 +88,8 @@ impl Setting for u32 {
 
 impl Setting for f64 {
     type Number = f64;
-    fn kind() -> Kind {
-        Kind::Number
+    fn kind() -> ValueKind {
+        ValueKind::Number
     }
     fn read(value: &Value, _: &Path) -> Result<f64, String> {
         match value {
@@ -109,8 +109,8 @@ impl Setting for f64 {
 
 impl<const N: usize> Setting for [f64; N] {
     type Number = f64;
-    fn kind() -> Kind {
-        Kind::Numbers(N)
+    fn kind() -> ValueKind {
+        ValueKind::Numbers(N)
     }
     fn read(value: &Value, folder: &Path) -> Result<[f64; N], String> {
         let wrong = || format!("{value} is not a list of {N} numbers");
@@ -132,7 +132,7 @@ macro_rules! plain_settings {
     ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
         impl Setting for $type {
             type Number = f64;
-            fn kind() -> Kind {
+            fn kind() -> ValueKind {
                 $kind
             }
             fn read(value: &Value, folder: &Path) -> Result<$type, String> {
@@ -150,25 +150,25 @@ macro_rules! plain_settings {
 pub(super) use plain_settings;
 
 plain_settings! {
-    bool, Kind::Truth, "true or false", |value, _| value.as_bool(), |truth| Value::Boolean(*truth);
-    String, Kind::Text, "a text", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
-    PathBuf, Kind::Text, "a path", |value, folder| value.as_str().map(|path| folder.join(path)),
+    bool, ValueKind::Truth, "true or false", |value, _| value.as_bool(), |truth| Value::Boolean(*truth);
+    String, ValueKind::Text, "a text", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
+    PathBuf, ValueKind::Text, "a path", |value, folder| value.as_str().map(|path| folder.join(path)),
         |path| Value::String(path.display().to_string());
-    Vec<String>, Kind::Names, "a list of names", |value, _| {
+    Vec<String>, ValueKind::Names, "a list of names", |value, _| {
         value.as_array()?.iter().map(|name| name.as_str().map(str::to_owned)).collect()
     }, |names| Value::Array(names.iter().map(|name| Value::String(name.clone())).collect());
-    Table, Kind::Table, "a table", |value, _| value.as_table().cloned(), |table| Value::Table(table.clone());
+    Table, ValueKind::Table, "a table", |value, _| value.as_table().cloned(), |table| Value::Table(table.clone());
 }
 
 /// An optional key. `"auto"` is the same as omitting it, except for keys that accept any text.
 impl<T: Setting> Setting for Option<T> {
     type Number = T::Number;
-    fn kind() -> Kind {
+    fn kind() -> ValueKind {
         T::kind()
     }
     fn read(value: &Value, folder: &Path) -> Result<Option<T>, String> {
         match value.as_str() {
-            Some("auto") if !matches!(T::kind(), Kind::Text | Kind::TableOrText) => Ok(None),
+            Some("auto") if !matches!(T::kind(), ValueKind::Text | ValueKind::TableOrText) => Ok(None),
             _ => T::read(value, folder).map(Some),
         }
     }
@@ -189,8 +189,8 @@ pub trait Choice: Copy + 'static {
 
 impl<T: Choice> Setting for T {
     type Number = f64;
-    fn kind() -> Kind {
-        Kind::Choice(T::ALL.iter().map(|value| (value.name(), value.about())).collect())
+    fn kind() -> ValueKind {
+        ValueKind::Choice(T::ALL.iter().map(|value| (value.name(), value.about())).collect())
     }
     fn read(value: &Value, _: &Path) -> Result<T, String> {
         let found = T::ALL.iter().find(|choice| value.as_str() == Some(choice.name()));

@@ -8,7 +8,7 @@ use ortelius::frame::{PerFrame, View};
 use ortelius::math::camera::Pose;
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::picture::{Picture, flip, map, srgb};
-use ortelius::renderer::truth::{self, Truth};
+use ortelius::renderer::truth::{self, SceneTruth};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
@@ -246,7 +246,7 @@ impl Work {
     /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass.
     fn errors(&self, reference: &Reference, pose: &Pose, shown: &Srgb8Picture) {
         let [width, height] = self.size;
-        let truth = match Truth::new(&reference.scene, reference.tiles.as_deref(), pose, self.size) {
+        let truth = match SceneTruth::new(&reference.scene, reference.tiles.as_deref(), pose, self.size) {
             Ok(truth) => truth,
             Err(why) => return self.end(Some(why)),
         };
@@ -308,7 +308,7 @@ mod tests {
         let (pose, size) = (scene.pose(0).unwrap(), [37, 21]);
         let stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true).unwrap();
         let reference = Reference::of(&stage);
-        let truth = Truth::new(scene, reference.tiles.as_deref(), &pose, size).unwrap();
+        let truth = SceneTruth::new(scene, reference.tiles.as_deref(), &pose, size).unwrap();
         let background = [0.0, 0.0, 0.0, 1.0];
         let pixel = |n: u32| truth.pixel(n % 37, n / 37).unwrap_or(background).map(|channel| channel as f32);
         let picture = Picture::new(37, 21, (0..37 * 21).map(pixel).collect());
@@ -344,7 +344,7 @@ mod tests {
         let rgba = stage.renderer.picture_bytes().unwrap();
         let shown = Srgb8Picture { width: size[0], height: size[1], rgba };
         let (reference, other) = (Reference::of(&stage), scene.with(other).unwrap());
-        let truth = Truth::new(&other, reference.tiles.as_deref(), &pose, size).unwrap();
+        let truth = SceneTruth::new(&other, reference.tiles.as_deref(), &pose, size).unwrap();
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
         let mut errors: Vec<f32> =
             pixels.filter_map(|[x, y]| Some(error(truth.pixel(x, y)?, &shown, [x, y]))).collect();

@@ -10,8 +10,8 @@ use egui::{ClippedPrimitive, ImageData, Pos2, TextureId, TexturesDelta};
 use ortelius::vk::shader::Panels;
 use ortelius::vk::shader::view::{panels_frag, panels_vert};
 use ortelius::vk::{
-    Blend, Buffer, BufferUse, Clear, ClippedSlice, Cmd, ColorTarget, Filter, Format, Geometry, Gpu,
-    GraphicsInfo, GraphicsPipeline, Image, ImageInfo, IndexType, Resource, Result, Sampler, SamplerInfo,
+    Blend, Buffer, BufferUse, Clear, ClippedSlice, Cmd, ColorTarget, Format, Geometry, Gpu, GraphicsInfo,
+    GraphicsPipeline, Image, ImageInfo, IndexType, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
     TexelCopy,
 };
 use std::collections::HashMap;
@@ -59,7 +59,7 @@ impl Painter {
         Ok(Painter {
             gpu: gpu.clone(),
             pipelines: pipelines(gpu, format)?,
-            samplers: [sampler(Filter::Linear)?, sampler(Filter::Nearest)?],
+            samplers: [sampler(SamplerFilter::Linear)?, sampler(SamplerFilter::Nearest)?],
             textures: HashMap::new(),
             painting: None,
         })

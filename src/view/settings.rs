@@ -3,7 +3,7 @@
 use super::action::Action;
 use egui::{ComboBox, DragValue, Response, TextEdit, Ui};
 use ortelius::renderer::sections::LANGUAGES;
-use ortelius::scene::{self, Key, KeyAt, Kind, Scene};
+use ortelius::scene::{self, Key, KeyAt, Scene, ValueKind};
 use std::collections::HashMap;
 
 /// The declared keys, and the unfinished input of each field.
@@ -69,7 +69,7 @@ fn entries<'a>(at: &'a KeyAt, scene: &'a Scene) -> Vec<Entry<'a>> {
         let is_table =
             table[0] != "surface" || table.len() == 2 || scene.value(table).is_none_or(toml::Value::is_table);
         let of_kind = at.kind.is_none() || at.kind == scene.word(&[table, &["kind"]].concat());
-        let is_leaf = !matches!(at.key.kind, Kind::Table | Kind::TableOrText);
+        let is_leaf = !matches!(at.key.kind, ValueKind::Table | ValueKind::TableOrText);
         (is_table && of_kind && is_leaf).then(|| Entry { dotted: dotted.clone(), key: &at.key, value })
     };
     match at.dotted.contains(".NAME.") {
@@ -82,7 +82,9 @@ impl Entry<'_> {
     fn about(&self) -> String {
         let unit = if self.key.unit.is_empty() { String::new() } else { format!(" [{}]", self.key.unit) };
         let values = match &self.key.kind {
-            Kind::Choice(values) => values.iter().map(|(name, about)| format!("\n{name}: {about}")).collect(),
+            ValueKind::Choice(values) => {
+                values.iter().map(|(name, about)| format!("\n{name}: {about}")).collect()
+            }
             _ => String::new(),
         };
         format!("{}{unit}{values}", self.key.about)
@@ -98,7 +100,7 @@ impl Entry<'_> {
     ) -> Response {
         let mut set = |value: String| changed.push(Action::Set(self.dotted.clone(), value));
         match &self.key.kind {
-            Kind::Choice(values) => {
+            ValueKind::Choice(values) => {
                 let now = self.value.and_then(|value| value.as_str()).unwrap_or("auto");
                 let shown = ComboBox::from_id_salt(&self.dotted).selected_text(now).show_ui(ui, |ui| {
                     for (name, about) in values {
@@ -109,7 +111,7 @@ impl Entry<'_> {
                 });
                 shown.response
             }
-            Kind::Truth => {
+            ValueKind::Truth => {
                 let mut now = self.value.and_then(|value| value.as_bool()).unwrap_or(false);
                 let response = ui.checkbox(&mut now, "");
                 if response.changed() {
@@ -117,7 +119,7 @@ impl Entry<'_> {
                 }
                 response
             }
-            Kind::Whole | Kind::Number if self.number().is_some() => {
+            ValueKind::Whole | ValueKind::Number if self.number().is_some() => {
                 let typed = numbers.entry(self.dotted.clone()).or_insert(f64::NAN);
                 let response = self.number_widget(ui, typed);
                 if response.drag_stopped() || response.lost_focus() {
@@ -150,7 +152,7 @@ impl Entry<'_> {
 
     fn number_text(&self, number: f64) -> String {
         match self.key.kind {
-            Kind::Whole => format!("{}", number.round()),
+            ValueKind::Whole => format!("{}", number.round()),
             _ => format!("{number:?}"),
         }
     }
@@ -161,7 +163,7 @@ impl Entry<'_> {
         }
         let bound = |n: usize| self.key.least_and_most.as_ref().and_then(|bounds| bounds[n].as_f64());
         let (least, most) = (bound(0).unwrap_or(f64::MIN), bound(1).unwrap_or(f64::MAX));
-        let whole = matches!(self.key.kind, Kind::Whole);
+        let whole = matches!(self.key.kind, ValueKind::Whole);
         let speed = if whole { 1.0f64 } else { 0.01 }.max(typed.abs() * 0.005);
         let widget =
             DragValue::new(typed).range(least..=most).speed(speed).suffix(format!(" {}", self.key.unit));

@@ -8,7 +8,7 @@ use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
 use ortelius::picture::Target;
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
-use ortelius::scene::{self, Kind, Scene};
+use ortelius::scene::{self, Scene, ValueKind};
 use ortelius::vk::Gpu;
 
 /// A named set of overrides.
@@ -278,7 +278,7 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
         (format!("surface.NAME.{key}"), format!("surface.{name}.{key}"))
     };
     let declared = keys.iter().find(|at| at.dotted == declared).expect("the setting is declared");
-    let Kind::Choice(values) = &declared.key.kind else { return vec![own] };
+    let ValueKind::Choice(values) = &declared.key.kind else { return vec![own] };
     let path: Vec<&str> = key.split('.').collect();
     let default = declared.key.default.as_ref().and_then(|default| default.as_str());
     let now = scene.word(&path).or(default);

@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 use ortelius::paper::progressive_mesh::cache::live_faces;
 use ortelius::paper::progressive_mesh::place::{Bounds, Placement};
-use ortelius::paper::progressive_mesh::{self, Model};
+use ortelius::paper::progressive_mesh::{self, LoadedMesh};
 use ortelius::scene::camera::{Camera, Ground, GroundPoint};
 use ortelius::scene::{Geometry, Scene};
 use std::sync::Arc;
@@ -64,7 +64,7 @@ impl Terrain {
 }
 
 impl Heights {
-    fn of(model: &Model) -> Heights {
+    fn of(model: &LoadedMesh) -> Heights {
         let positions = &model.mesh.vertices.positions;
         let place = Placement::new(&model.surface, &Bounds::of(positions), &model.stands[0]);
         let world: Vec<DVec3> =

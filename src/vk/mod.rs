@@ -45,7 +45,7 @@ pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{
     Clear, ClippedSlice, ColorTarget, DepthTarget, Geometry, IndexRange, Render, TransformFeedback,
 };
-pub use sampler::{Filter, Sampler, SamplerInfo};
+pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;
 pub use swapchain::{Acquired, PresentMode, Swapchain, WindowSurface};
 pub use watched::Watched;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// How a sampler filters between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
+pub enum SamplerFilter {
     Nearest,
     /// Bilinear within a level, linear between levels.
     Linear,
@@ -15,7 +15,7 @@ pub enum Filter {
 
 #[derive(Clone, Copy, Debug)]
 pub struct SamplerInfo {
-    pub filter: Filter,
+    pub filter: SamplerFilter,
     /// True: s repeats. False: s clamps. t always clamps.
     pub wraps_in_s: bool,
 }
@@ -41,19 +41,19 @@ impl Gpu {
     pub fn tiling_sampler(&self, name: &str, most_anisotropy: u32) -> Result<Sampler> {
         let allowed = most_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
         assert!(allowed, "{name}: the device was opened without samplerAnisotropy");
-        self.create_sampler(name, Filter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
+        self.create_sampler(name, SamplerFilter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
     }
 
     fn create_sampler(
         &self,
         name: &str,
-        filter: Filter,
+        filter: SamplerFilter,
         [in_s, in_t]: [vk::SamplerAddressMode; 2],
         most_anisotropy: u32,
     ) -> Result<Sampler> {
         let (texels, levels) = match filter {
-            Filter::Nearest => (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST),
-            Filter::Linear => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
+            SamplerFilter::Nearest => (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST),
+            SamplerFilter::Linear => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
         };
         let most = self.device.physical.limits.max_sampler_anisotropy;
         let create = vk::SamplerCreateInfo::default()

@@ -4,11 +4,11 @@
 use ortelius::frame::{self, Progress, Run, STALL, Slot, Stalled, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
-use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes, load};
+use ortelius::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes, load};
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{
-    self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, ONE_SAMPLE, Settings, TileAddress,
-    VirtualTexture, VirtualTextureError, all_needs,
+    self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, ONE_SAMPLE, TileAddress,
+    VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs,
 };
 use ortelius::picture::Target;
 use ortelius::scene::Scene;
@@ -56,14 +56,14 @@ fn allocated(gpu: &Gpu) -> Vec<String> {
 struct Landscape {
     source: Arc<dyn TileSource>,
     mesh: Mesh,
-    settings: Settings,
+    settings: VirtualTextureSettings,
     pose: Pose,
 }
 
 impl Landscape {
     fn new() -> Landscape {
         let scene = Scene::embedded("ruler").unwrap();
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8).unwrap();
+        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
         settings.streaming.deterministic = true;
         settings.streaming.gpu_tiles = 96;
         settings.streaming.load_tiles_per_frame = 64;
@@ -77,7 +77,7 @@ impl Landscape {
     }
 
     fn run(&self, gpu: &Gpu, size: [u32; 2], config: Config) -> Run<VirtualTexture> {
-        let settings = Settings { size, config, ..self.settings.clone() };
+        let settings = VirtualTextureSettings { size, config, ..self.settings.clone() };
         VirtualTexture::run(gpu.clone(), self.source.clone(), &self.mesh, settings).unwrap()
     }
 }
@@ -150,11 +150,16 @@ fn twenty_resizes_give_the_pictures_of_new_processes_without_leaks() {
 fn meshes_are_resized_too() {
     let gpu = device();
     let scene = Scene::embedded("bunny").unwrap();
-    let models: Vec<Model> = load(&scene).unwrap();
+    let models: Vec<LoadedMesh> = load(&scene).unwrap();
     let pose = scene.camera("near").unwrap().pose();
     let run = |size| {
-        let own = progressive_mesh::Settings::of_scene(&scene, Target::Srgb8).unwrap();
-        ProgressiveMeshes::run(gpu.clone(), &models, progressive_mesh::Settings { size, ..own }).unwrap()
+        let own = progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        ProgressiveMeshes::run(
+            gpu.clone(),
+            &models,
+            progressive_mesh::ProgressiveMeshSettings { size, ..own },
+        )
+        .unwrap()
     };
     let draw = |[n, _]: Case| {
         let mut new = run(SIZES[n as usize]);
@@ -202,7 +207,7 @@ fn switch(
     config: Config,
     target: &frame::Target,
 ) -> Result<(), virtual_texture::VirtualTextureError> {
-    let settings = Settings { config, ..technique.settings.clone() };
+    let settings = VirtualTextureSettings { config, ..technique.settings.clone() };
     technique.reconfigure(gpu, settings, (target, None))
 }
 

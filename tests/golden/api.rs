@@ -7,7 +7,7 @@ use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::config::surface;
 use ortelius::paper::progressive_mesh::stand::stands;
-use ortelius::paper::progressive_mesh::{self, Model, ProgressiveMeshes};
+use ortelius::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes};
 use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
 use ortelius::picture::Target;
@@ -40,7 +40,7 @@ pub fn driver(gpu: &Gpu) -> String {
 pub struct Shared {
     textured: HashMap<&'static str, (Arc<dyn TileSource>, Mesh)>,
     /// Only the last mesh, because the cases of an order are consecutive. Both scenes show the same model.
-    mesh: Option<(String, Model)>,
+    mesh: Option<(String, LoadedMesh)>,
 }
 
 /// The case's scene with one sample per pixel and its changes, each with the section of its key.
@@ -70,7 +70,7 @@ fn pose(scene: &Scene, view: &View) -> Pose {
 /// deterministic.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
-    let mut settings = virtual_texture::Settings::of_scene(&scene, Target::Srgb8).unwrap();
+    let mut settings = virtual_texture::VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
     settings.size = SIZE;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
@@ -138,9 +138,9 @@ fn of_tiles(tiles: &[TileId]) -> Hash {
 pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
     let model = model(shared, case, &scene);
-    let settings = progressive_mesh::Settings {
+    let settings = progressive_mesh::ProgressiveMeshSettings {
         size: SIZE,
-        ..progressive_mesh::Settings::of_scene(&scene, Target::Srgb8).unwrap()
+        ..progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap()
     };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &[model], settings).unwrap();
     let mut entries = Vec::new();
@@ -163,7 +163,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
 }
 
 /// The case's surface. It reuses the last case's mesh if the order is the same.
-fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
+fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> LoadedMesh {
     let order = case.changes[0].clone();
     let name = scene.surfaces.keys().next().unwrap();
     let surface = surface(scene, name).unwrap();
@@ -174,5 +174,5 @@ fn model(shared: &mut Shared, case: &Case, scene: &Scene) -> Model {
     let (_, known) = shared.mesh.as_ref().unwrap();
     assert_eq!(known.surface.source, surface.source, "both scenes show one model");
     let stands = stands(scene, &surface);
-    Model { name: name.clone(), surface, stands, ..known.clone() }
+    LoadedMesh { name: name.clone(), surface, stands, ..known.clone() }
 }

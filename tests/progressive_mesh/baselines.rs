@@ -5,7 +5,7 @@ use crate::pictures::{device, open, options};
 use ortelius::frame::Run;
 use ortelius::frame::Technique;
 use ortelius::paper::progressive_mesh::choices::FaceOrder;
-use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
+use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use ortelius::picture::Target;
 use ortelius::renderer::Renderer;
 use ortelius::scene::Scene;
@@ -55,9 +55,13 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
         let opened = |order| {
             let scene = bunny(source, order, &[]);
             let models = load(&scene).unwrap();
-            let own = Settings::of_scene(&scene, Target::Linear32).unwrap();
-            let session =
-                ProgressiveMeshes::run(gpu.clone(), &models, Settings { size: [320, 180], ..own }).unwrap();
+            let own = ProgressiveMeshSettings::of_scene(&scene, Target::Linear32).unwrap();
+            let session = ProgressiveMeshes::run(
+                gpu.clone(),
+                &models,
+                ProgressiveMeshSettings { size: [320, 180], ..own },
+            )
+            .unwrap();
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
         };
         let (mut classical, positions, pose) = opened(FaceOrder::Classical);

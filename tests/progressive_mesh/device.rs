@@ -2,7 +2,7 @@
 //! message fails the test.
 
 use super::made::{Random, arrange, collapse, torus};
-use ortelius::paper::progressive_mesh::apply::{Apply, Change};
+use ortelius::paper::progressive_mesh::apply::{Change, DeviceProgram};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
 use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
@@ -55,7 +55,7 @@ fn the_device_applies_levels_of_many_instances_like_the_host() {
 fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> usize {
     // An odd number, so that a word of two indices belongs to two instances.
     let slots = program.faces().len() | 1;
-    let apply = Apply::new(gpu, program, index).unwrap();
+    let apply = DeviceProgram::new(gpu, program, index).unwrap();
     let mut faces = program.faces().to_vec();
     faces.resize(slots, [7; 3]);
     let mut instances = vec![(0u32, faces); 7];

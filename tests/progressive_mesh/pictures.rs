@@ -9,7 +9,7 @@ use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::place::Placement;
 use ortelius::paper::progressive_mesh::surface::vertices;
 use ortelius::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
-use ortelius::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
+use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use ortelius::picture::error::compare;
 use ortelius::picture::{Picture, Target};
 use ortelius::reference::{ReferenceView, Sample};
@@ -41,7 +41,10 @@ fn scene(name: &str, changes: &[&str]) -> Scene {
 }
 
 pub fn open(gpu: &Gpu, scene: &Scene) -> Run<ProgressiveMeshes> {
-    let settings = Settings { size: SIZE, ..Settings::of_scene(scene, Target::Linear32).unwrap() };
+    let settings = ProgressiveMeshSettings {
+        size: SIZE,
+        ..ProgressiveMeshSettings::of_scene(scene, Target::Linear32).unwrap()
+    };
     ProgressiveMeshes::run(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
 }
 
@@ -120,7 +123,7 @@ fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3,
     let picture = picture(session);
     let (view, normals) = truth(session, pose, seen);
     let samples = view.samples();
-    let Settings { sun, background, .. } = session.technique.settings;
+    let ProgressiveMeshSettings { sun, background, .. } = session.technique.settings;
     let [r, g, b] = background;
     let background = [r, g, b, 1.0];
     let shown = samples.iter().map(|s| s.as_ref().map_or(background, |s| shade(s, &normals, sun))).collect();
@@ -265,7 +268,10 @@ fn indices_of_16_and_of_32_bits_draw_the_same_picture() {
         let narrow = load(&scene).unwrap();
         let mut wide = narrow.clone();
         wide[0].mesh = widened(&narrow[0].mesh);
-        let settings = Settings { size: SIZE, ..Settings::of_scene(&scene, Target::Linear32).unwrap() };
+        let settings = ProgressiveMeshSettings {
+            size: SIZE,
+            ..ProgressiveMeshSettings::of_scene(&scene, Target::Linear32).unwrap()
+        };
         let mut sessions =
             [narrow, wide].map(|models| ProgressiveMeshes::run(gpu.clone(), &models, settings).unwrap());
         for frame in [0, 60, 20] {
@@ -320,7 +326,10 @@ fn levels_that_the_device_applies_are_the_hosts() {
 fn the_device_counts_every_index_and_no_more_vertices_than_those() {
     let gpu = device();
     let scene = scene("herd", &["surface.herd.geometry.instances=20"]);
-    let settings = Settings { size: SIZE, ..Settings::of_scene(&scene, Target::Srgb8).unwrap() };
+    let settings = ProgressiveMeshSettings {
+        size: SIZE,
+        ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap()
+    };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
     gpu.count_work(true);
     session.frame(&scene.camera("start").unwrap().pose()).unwrap();

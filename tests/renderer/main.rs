@@ -9,7 +9,7 @@ mod sphere;
 use glam::{DVec2, DVec3};
 use ortelius::frame::Technique;
 use ortelius::model::mesh::SourceMesh;
-use ortelius::paper::progressive_mesh::{self, Model};
+use ortelius::paper::progressive_mesh::{self, LoadedMesh};
 use ortelius::paper::virtual_texture::config::one_sample_scene;
 use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
@@ -49,7 +49,7 @@ fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMe
         all.triangles.push([first, first + 1, first + 2]);
         offsets.push(offset);
     };
-    let models: Vec<Model> = progressive_mesh::load(scene).unwrap();
+    let models: Vec<LoadedMesh> = progressive_mesh::load(scene).unwrap();
     let meshes = renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces);
     for (model, surface) in models.iter().zip(meshes).filter(|(model, _)| model.name != without) {
         assert_eq!(model.name, surface.name);

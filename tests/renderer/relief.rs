@@ -6,7 +6,7 @@ use ortelius::Renderer;
 use ortelius::paper::texture_mapping::config::side_of;
 use ortelius::paper::texture_mapping::relief::reference::first_hit;
 use ortelius::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
-use ortelius::paper::texture_mapping::relief::{Kind, Ray, Relief};
+use ortelius::paper::texture_mapping::relief::{Ray, Relief, ReliefKind};
 use ortelius::picture::Target;
 use ortelius::reference::ReferenceView;
 use ortelius::reference::filter::srgb8_to_linear;
@@ -80,15 +80,16 @@ fn nmse(scene: &Scene, truth: &Truth) -> f64 {
 
 #[test]
 fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
-    let generated = |kind: Kind| (kind.relief(side_of(kind)), (side_of(kind), kind.picture(side_of(kind))));
+    let generated =
+        |kind: ReliefKind| (kind.relief(side_of(kind)), (side_of(kind), kind.picture(side_of(kind))));
     let [wall, cliff] = [BRICK_WALL, CLIFF].map(|shipped| (shipped.relief(), shipped.picture()));
     // The joints of the brick wall are two texels wide and ten times as bright as its bricks; a pixel of the cliff takes
     // one ray.
     for (name, map, (relief, colours), depth_m, most) in [
         ("relief-brick", "brick-wall", wall, 0.06, 3e-2),
         ("relief-rock", "cliff", cliff, 0.12, 3e-2),
-        ("relief-brick", "bricks", generated(Kind::Bricks), 0.06, 5e-3),
-        ("relief-rock", "rock", generated(Kind::Rock), 0.25, 5e-3),
+        ("relief-brick", "bricks", generated(ReliefKind::Bricks), 0.06, 5e-3),
+        ("relief-rock", "rock", generated(ReliefKind::Rock), 0.25, 5e-3),
     ] {
         let of = |depth_m: f64| {
             let relief = format!("surface.SURFACE.relief.depth_m={depth_m}");
@@ -134,7 +135,7 @@ fn a_relief_from_a_file_is_that_relief() {
         let picture = image::GrayImage::from_fn(width, height, |x, y| image::Luma([byte(x, y)]));
         picture.save(folder.path().join(name)).unwrap();
     };
-    let relief = Kind::Bricks.relief(256);
+    let relief = ReliefKind::Bricks.relief(256);
     write("bricks.png", [256; 2], &|x, y| relief.heights[(y * 256 + x) as usize]);
     write("wide.png", [256, 128], &|_, _| 0);
     let of = |name: &str| {

@@ -9,7 +9,7 @@ use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Upload
 use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::reference::pattern::Pattern;
-use ortelius::vk::{Feature, Filter, Format, Gpu, GpuOptions, ImageInfo, SamplerInfo, Watched};
+use ortelius::vk::{Feature, Format, Gpu, GpuOptions, ImageInfo, SamplerFilter, SamplerInfo, Watched};
 
 const WIDTH: u32 = 16_384;
 const PICTURE: [u32; 2] = [WIDTH, 9216];
@@ -31,7 +31,8 @@ fn run(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> Coor
     let texels: Vec<u8> =
         (0..64 * 64).flat_map(|n: u32| [n % 64 * 4, n / 64 * 4, 0, 255].map(|c| c as u8)).collect();
     gpu.fill_levels(&image, &[texels]).unwrap();
-    let sampler = gpu.sampler("linear", SamplerInfo { filter: Filter::Linear, wraps_in_s: false }).unwrap();
+    let sampler =
+        gpu.sampler("linear", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false }).unwrap();
     let pass = CoordinatesPass::new(gpu, form, output, plane, band, 64).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame.pass("coordinates", |cmd| pass.run(cmd, &image, &sampler)).unwrap();

@@ -4,7 +4,7 @@ use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
 use ortelius::paper::texture_mapping::plane::Tilt;
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::Texels;
-use ortelius::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
 use ortelius::reference::pattern::Pattern;
 
@@ -84,7 +84,7 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
     let checker = Texels::new(256, Pattern::Checker(2).texels(256));
     let nmse = |entries: u32, bits: u32, linear: bool| {
         let formula = Ellipse::BEST.kernel(Kernel::FORMULA_4).edge(Edge::None);
-        let mapped = formula.map(WeightMap { shape: Shape::Radial, entries, bits, linear });
+        let mapped = formula.map(WeightMap { shape: MapShape::Radial, entries, bits, linear });
         let (mut error, mut square) = (0.0, 0.0);
         for tilt in [0.0, 60.0, 75.0] {
             let plane = Tilt::of(tilt).plane(32);

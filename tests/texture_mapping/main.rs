@@ -14,7 +14,7 @@ use ortelius::paper::texture_mapping::method::{Ellipse, Method};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use ortelius::paper::texture_mapping::plane::Plane;
 use ortelius::paper::texture_mapping::texels::Texels;
-use ortelius::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
 use ortelius::vk::{Feature, GpuOptions, Watched};
 
@@ -39,11 +39,11 @@ fn methods() -> Vec<Method> {
         best.axes(Axes::Round),
         best.axes(Axes::Columns).edge(Edge::None),
         best.most_ratio(4.0).minor_texels(2.0),
-        map(Shape::Square, 64, 8),
-        map(Shape::Quadrant, 32, 16),
-        map(Shape::Radial, 64, 16),
-        best.map(WeightMap { shape: Shape::Radial, entries: 64, bits: 16, linear: true }),
-        map(Shape::SquaredRadius, 128, 8).edge(Edge::None),
+        map(MapShape::Square, 64, 8),
+        map(MapShape::Quadrant, 32, 16),
+        map(MapShape::Radial, 64, 16),
+        best.map(WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true }),
+        map(MapShape::SquaredRadius, 128, 8).edge(Edge::None),
     ];
     ellipses.extend(Edge::ALL.map(|edge| best.edge(edge).kernel(Kernel::FORMULA_4)));
     ellipses.extend([Kernel::DIAMETER_1, Kernel::UNIFORM].map(|kernel| best.kernel(kernel).edge(Edge::None)));

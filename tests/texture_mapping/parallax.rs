@@ -1,9 +1,9 @@
 //! Filtered relief compared with its f64 form, and with the mean of exact intersections.
 
-use ortelius::paper::texture_mapping::relief::parallax::{Method, View, truth};
+use ortelius::paper::texture_mapping::relief::parallax::{ParallaxFilter, View, truth};
 use ortelius::paper::texture_mapping::relief::parallax_reference::{Pixel, pixels};
 use ortelius::paper::texture_mapping::relief::pass::Filtered;
-use ortelius::paper::texture_mapping::relief::{Kind, Relief};
+use ortelius::paper::texture_mapping::relief::{Relief, ReliefKind};
 use ortelius::vk::{GpuOptions, Watched};
 
 const SIDE: usize = 32;
@@ -13,7 +13,13 @@ fn view(elevation_degrees: f64) -> View {
 }
 
 /// Each pixel's colour, and the number of texels visited.
-fn read(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<[f32; 2]> {
+fn read(
+    gpu: &Watched,
+    relief: &Relief,
+    colours: &[f32],
+    view: &View,
+    method: ParallaxFilter,
+) -> Vec<[f32; 2]> {
     let own = Filtered::new(gpu, relief, colours, view, method).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame.pass("filter", |cmd| own.run(cmd)).unwrap();
@@ -21,7 +27,13 @@ fn read(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Me
     own.read(gpu).unwrap()
 }
 
-fn filtered(gpu: &Watched, relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<f64> {
+fn filtered(
+    gpu: &Watched,
+    relief: &Relief,
+    colours: &[f32],
+    view: &View,
+    method: ParallaxFilter,
+) -> Vec<f64> {
     read(gpu, relief, colours, view, method).iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
@@ -40,11 +52,13 @@ fn outliers(found: &[[f32; 2]], right: &[Pixel]) -> usize {
 #[test]
 fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
     let gpu = Watched::open(&GpuOptions::default());
-    for (kind, elevation) in Kind::ALL.into_iter().flat_map(|kind| [15.0, 30.0, 60.0].map(|at| (kind, at))) {
+    for (kind, elevation) in
+        ReliefKind::ALL.into_iter().flat_map(|kind| [15.0, 30.0, 60.0].map(|at| (kind, at)))
+    {
         let (relief, view) = (kind.relief(SIDE), view(elevation));
         let colours = relief.colours();
-        let right = Method::ALL.map(|method| pixels(&relief, &colours, &view, method));
-        for (n, method) in Method::ALL.into_iter().enumerate() {
+        let right = ParallaxFilter::ALL.map(|method| pixels(&relief, &colours, &view, method));
+        for (n, method) in ParallaxFilter::ALL.into_iter().enumerate() {
             let found = read(&gpu, &relief, &colours, &view, method);
             let others = right.each_ref().map(|right| outliers(&found, right));
             let wide = right[n].iter().filter(|pixel| pixel.range[1] - pixel.range[0] > 2e-3).count();
@@ -52,7 +66,7 @@ fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
             println!("{of}: {others:?} of {} pixels differ, {wide} ranges are wide", found.len());
             assert_eq!(others[n], 0, "{of}");
             // On flat tops, many ends lie exactly at a texel.
-            if matches!(kind, Kind::Rock | Kind::Bricks) && elevation == 30.0 {
+            if matches!(kind, ReliefKind::Rock | ReliefKind::Bricks) && elevation == 30.0 {
                 assert!(wide * 3 <= found.len(), "{of}: {wide} wide ranges");
                 let least = (0..others.len()).filter(|&other| other != n).map(|other| others[other]).min();
                 assert!(least >= Some(found.len() / 8), "{of}: {others:?} differ from other methods");
@@ -72,10 +86,10 @@ fn error(found: &[f64], right: &[f64]) -> f64 {
 fn one_colour_stays_what_it_is_by_every_method_on_every_relief() {
     let gpu = Watched::open(&GpuOptions::default());
     for (kind, elevation) in
-        Kind::ALL.into_iter().flat_map(|kind| [10.0, 45.0, 89.0].map(|angle| (kind, angle)))
+        ReliefKind::ALL.into_iter().flat_map(|kind| [10.0, 45.0, 89.0].map(|angle| (kind, angle)))
     {
         let relief = kind.relief(SIDE);
-        for method in Method::ALL {
+        for method in ParallaxFilter::ALL {
             let pixels = filtered(&gpu, &relief, &[0.5; SIDE * SIDE], &view(elevation), method);
             // Sums of at most a few hundred products, each with a rounding error of 2^-24.
             let far = pixels.iter().find(|pixel| pixel.is_nan() || (*pixel - 0.5).abs() > 1e-5);
@@ -87,12 +101,13 @@ fn one_colour_stays_what_it_is_by_every_method_on_every_relief() {
 #[test]
 fn projected_widths_are_near_the_truth_and_other_methods_are_not() {
     let gpu = Watched::open(&GpuOptions::default());
-    for kind in [Kind::Bricks, Kind::Rock] {
+    for kind in [ReliefKind::Bricks, ReliefKind::Rock] {
         let (relief, view) = (kind.relief(SIDE), view(30.0));
         let colours = relief.colours();
         let right = truth(&relief, &colours, &view, 24);
-        let [point, visible, projected] = [Method::Point, Method::Visible, Method::Projected]
-            .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right));
+        let [point, visible, projected] =
+            [ParallaxFilter::Point, ParallaxFilter::Visible, ParallaxFilter::Projected]
+                .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right));
         // The remaining error comes from two lines per texel and one sample per segment.
         assert!(projected < 5e-3, "{}: {projected}", kind.name());
         assert!(visible > 2.0 * projected && point > 10.0 * projected, "{}: {visible} {point}", kind.name());
@@ -105,10 +120,10 @@ fn on_a_plane_nothing_is_hidden() {
     let plane = Relief { side: SIDE, depth: 8.0, heights: vec![255; SIDE * SIDE] };
     let (colours, view) = (plane.colours(), view(30.0));
     let [whole, visible] =
-        [Method::Whole, Method::Visible].map(|m| filtered(&gpu, &plane, &colours, &view, m));
+        [ParallaxFilter::Whole, ParallaxFilter::Visible].map(|m| filtered(&gpu, &plane, &colours, &view, m));
     assert_eq!(whole, visible);
     // Projected widths are then a box filter.
     let right = truth(&plane, &colours, &view, 64);
-    let projected = error(&filtered(&gpu, &plane, &colours, &view, Method::Projected), &right);
+    let projected = error(&filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected), &right);
     assert!(projected < 1e-6, "{projected}");
 }

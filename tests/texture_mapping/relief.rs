@@ -4,7 +4,7 @@
 use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
 use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use ortelius::paper::texture_mapping::relief::trace::{self, LEAST_STEP, Traced, Tracer};
-use ortelius::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
+use ortelius::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use ortelius::vk::{Cmd, Gpu, GpuOptions, Watched};
 
 const SIDE: usize = 32;
@@ -54,7 +54,7 @@ fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
 
 #[test]
 fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
-    for kind in Kind::ALL {
+    for kind in ReliefKind::ALL {
         let relief = kind.relief(SIDE);
         let maps = both(&relief, Holds::Everywhere);
         let formats: Vec<_> =
@@ -68,7 +68,7 @@ fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
 /// cells' centres.
 #[test]
 fn steps_of_longer_distances_pass_the_surface() {
-    let relief = Kind::Spikes.relief(SIDE);
+    let relief = ReliefKind::Spikes.relief(SIDE);
     let [donnelly, _] = both(&relief, Holds::Everywhere);
     let longer = donnelly.distances.iter().map(|distance| 3.0 * distance).collect();
     let [_, at_centres] = both(&relief, Holds::AtCentres);
@@ -81,7 +81,7 @@ fn steps_of_longer_distances_pass_the_surface() {
 fn a_refined_distance_is_nowhere_shorter_and_refined_maps_take_no_more_steps() {
     for holds in [Holds::AtCentres, Holds::Everywhere] {
         let mut longer = 0;
-        for kind in Kind::ALL {
+        for kind in ReliefKind::ALL {
             let relief = kind.relief(SIDE);
             let [donnelly, refined] = both(&relief, holds);
             for (donnelly, refined) in donnelly.distances.iter().zip(&refined.distances) {
@@ -109,7 +109,7 @@ fn a_refined_distance_is_nowhere_shorter_and_refined_maps_take_no_more_steps() {
 fn maps_of_the_gpu_equal_those_of_the_cpu_to_the_bit() {
     let gpu = Watched::open(&GpuOptions::default());
     for (kind, holds) in
-        Kind::ALL.into_iter().flat_map(|kind| [(kind, Holds::AtCentres), (kind, Holds::Everywhere)])
+        ReliefKind::ALL.into_iter().flat_map(|kind| [(kind, Holds::AtCentres), (kind, Holds::Everywhere)])
     {
         let relief = kind.relief(SIDE);
         let fan = Fan::new(relief.depth, holds);
@@ -128,7 +128,7 @@ fn maps_of_the_gpu_equal_those_of_the_cpu_to_the_bit() {
 #[test]
 fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
     let gpu = Watched::open(&GpuOptions::default());
-    let relief = Kind::Rock.relief(SIDE);
+    let relief = ReliefKind::Rock.relief(SIDE);
     let [free, relaxed] = [false, true].map(|relaxed| {
         let build = ConeBuild::new(&gpu, &relief, relaxed).unwrap();
         run(&gpu, |cmd| build.run(cmd));
@@ -174,7 +174,7 @@ fn missed(relief: &Relief, found: &[(Ray, Traced)]) -> f64 {
 #[test]
 fn tracing_by_distances_on_the_gpu_equals_its_twin_in_every_step() {
     let gpu = Watched::open(&GpuOptions::default());
-    for (kind, elevation) in Kind::ALL.into_iter().zip([80.0, 45.0, 30.0, 15.0]) {
+    for (kind, elevation) in ReliefKind::ALL.into_iter().zip([80.0, 45.0, 30.0, 15.0]) {
         let relief = kind.relief(SIDE);
         let [_, refined] = both(&relief, Holds::Everywhere);
         for bits in [8, 16, 32] {
@@ -195,7 +195,7 @@ fn tracing_by_distances_on_the_gpu_equals_its_twin_in_every_step() {
 #[test]
 fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
     let gpu = Watched::open(&GpuOptions::default());
-    let relief = Kind::Rock.relief(SIDE);
+    let relief = ReliefKind::Rock.relief(SIDE);
     let [free, relaxed] = [false, true].map(|relaxed| maps::cone_map(&relief, relaxed));
     for tracer in [Tracer::Linear, Tracer::Cones(&free), Tracer::RelaxedCones(&relaxed)] {
         let missed = missed(&relief, &traced(&gpu, &relief, &tracer, 60.0));
@@ -206,7 +206,7 @@ fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
 #[test]
 fn linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_a_division() {
     let gpu = Watched::open(&GpuOptions::default());
-    for kind in [Kind::Rock, Kind::Bricks] {
+    for kind in [ReliefKind::Rock, ReliefKind::Bricks] {
         let relief = kind.relief(SIDE);
         let [free, relaxed] = [false, true].map(|relaxed| maps::cone_map(&relief, relaxed));
         let tracers = [Tracer::Linear, Tracer::Cones(&free), Tracer::RelaxedCones(&relaxed)];

@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::reach::neighbours;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, sides};
 use ortelius::paper::virtual_texture::reference::{tiles_of_texels, visible_tiles};
 use ortelius::paper::virtual_texture::{
-    Compaction, Config, Dedup, Filtering, Listing, RequestFormat, Settings, TileAddress,
+    Compaction, Config, Dedup, Filtering, Listing, RequestFormat, TileAddress, VirtualTextureSettings,
 };
 use ortelius::picture::Target;
 use ortelius::reference::Sample;
@@ -38,13 +38,18 @@ fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
     Ellipse::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
 
-fn filter(settings: &mut Settings, max_anisotropy: u32) {
+fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
     settings.target = Target::Linear32;
     settings.streaming.gpu_tiles = 192;
     settings.config.filter = Filter { kind: Filtering::Ellipse, max_anisotropy, ..Filter::DEFAULT };
 }
 
-fn settled(scene: &str, camera: &str, border: u32, change: impl FnOnce(&mut Settings)) -> Renderer {
+fn settled(
+    scene: &str,
+    camera: &str,
+    border: u32,
+    change: impl FnOnce(&mut VirtualTextureSettings),
+) -> Renderer {
     let scene = bordered(scene, border);
     let mut renderer = open(&device(), &scene, [160, 90], change);
     renderer.settle(&pose(&scene, camera)).unwrap();

@@ -5,7 +5,7 @@ use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
-use ortelius::paper::virtual_texture::Settings;
+use ortelius::paper::virtual_texture::VirtualTextureSettings;
 use ortelius::paper::virtual_texture::figures::stage1::snapping;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
@@ -152,7 +152,7 @@ fn beyond(
     camera: &str,
     border: u32,
     bound: f64,
-    change: impl FnOnce(&mut Settings),
+    change: impl FnOnce(&mut VirtualTextureSettings),
     possible: impl Fn(&Texels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
 ) -> usize {
     let gpu = device();
@@ -240,7 +240,7 @@ fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
 /// Compares the picture of the nearer level with f64 bilinear samples, `off` levels from the nearer one. Halfway
 /// between two levels, within the derivatives' tolerance, both count as the nearer one.
 fn nearer_level_beyond(off: f64) -> usize {
-    let bilinear = |settings: &mut Settings| settings.config.filter.kind = Filtering::Bilinear;
+    let bilinear = |settings: &mut VirtualTextureSettings| settings.config.filter.kind = Filtering::Bilinear;
     beyond("oblique", 4, 5.0 / 256.0, bilinear, |texels, sample, pyramid| {
         let ([longest, _], reach) = lengths(sample, pyramid);
         let level =

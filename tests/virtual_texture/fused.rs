@@ -12,13 +12,13 @@ use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::list_passes::Stage3;
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, TileAddress, reference};
-use ortelius::paper::virtual_texture::{Settings, VirtualTexture};
+use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-fn fuse(settings: &mut Settings, dedup: Dedup) {
+fn fuse(settings: &mut VirtualTextureSettings, dedup: Dedup) {
     settings.config.dedup = dedup;
     settings.config.address = TileAddress::OwnLevel;
     settings.config.compact = Compaction::Append;
@@ -178,7 +178,8 @@ fn hidden_tiles_are_marked_only_without_a_depth_pass() {
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
-        let mut settings = Settings::of_scene(&scene, ortelius::picture::Target::Srgb8).unwrap();
+        let mut settings =
+            VirtualTextureSettings::of_scene(&scene, ortelius::picture::Target::Srgb8).unwrap();
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);
@@ -200,7 +201,7 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
     for (name, camera) in [("earth", "oblique"), ("globe", "africa"), ("ruler", "antimeridian")] {
         let scene = scene(name);
         let pose = pose(&scene, camera);
-        let picture = |change: &dyn Fn(&mut Settings)| {
+        let picture = |change: &dyn Fn(&mut VirtualTextureSettings)| {
             let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
                 settings.streaming.gpu_tiles = 192;
                 change(settings);

@@ -19,7 +19,7 @@ use ortelius::frame::Run;
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, owner, source_mesh};
-use ortelius::paper::virtual_texture::{Settings, VirtualTexture, all_needs};
+use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, all_needs};
 use ortelius::picture::Target;
 use ortelius::scene::{SHIPPED, Scene};
 use ortelius::texture::source::TileSource;
@@ -40,9 +40,9 @@ fn open_with(
     scene: &Scene,
     size: [u32; 2],
     source: Arc<dyn TileSource>,
-    change: impl FnOnce(&mut Settings),
+    change: impl FnOnce(&mut VirtualTextureSettings),
 ) -> Renderer {
-    let mut settings = Settings::of_scene(scene, Target::Srgb8).unwrap();
+    let mut settings = VirtualTextureSettings::of_scene(scene, Target::Srgb8).unwrap();
     settings.size = size;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
@@ -51,7 +51,12 @@ fn open_with(
     VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap()
 }
 
-fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], change: impl FnOnce(&mut Settings)) -> Renderer {
+fn open(
+    gpu: &Gpu,
+    scene: &Scene,
+    size: [u32; 2],
+    change: impl FnOnce(&mut VirtualTextureSettings),
+) -> Renderer {
     open_with(gpu, scene, size, open_texture(scene).unwrap(), change)
 }
 

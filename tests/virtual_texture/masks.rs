@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::tile_mask::{Mask, TileMask};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, MaskLayout, ONE_SAMPLE, RequestFormat};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{
-    Blend, BufferUse, Clear, ColorTarget, Filter, Format, Gpu, GraphicsInfo, Image, Resource, Sampler,
+    Blend, BufferUse, Clear, ColorTarget, Format, Gpu, GraphicsInfo, Image, Resource, Sampler, SamplerFilter,
     SamplerInfo, TexelCopy, View,
 };
 use std::collections::BTreeSet;
@@ -90,7 +90,7 @@ fn marked(
     assert_eq!(dedup.layout(), MaskLayout::Texels);
     let mask = TileMask::image(gpu, pyramid, true).unwrap();
     let pipeline = gpu.compute_pipeline(shader.name, shader, &constants(shader, own_level)).unwrap();
-    let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
+    let texels = SamplerInfo { filter: SamplerFilter::Nearest, wraps_in_s: false };
     let texels: Sampler = gpu.sampler("request image texels", texels).unwrap();
     let groups = [0, 1].map(|axis| SIZE[axis].div_ceil(shader.group[axis] << side_log2));
     let mut frame = gpu.frame().unwrap();

@@ -2,7 +2,7 @@
 
 use super::json::{Accessor, Document};
 use crate::model::error::Fault;
-use crate::model::number::{Endian, Kind};
+use crate::model::number::{Endian, NumberType};
 
 /// Rows of numbers.
 pub(super) struct Numbers<'a> {
@@ -11,7 +11,7 @@ pub(super) struct Numbers<'a> {
     stride: usize,
     pub count: usize,
     pub columns: usize,
-    kind: Kind,
+    kind: NumberType,
     normalized: bool,
 }
 
@@ -24,10 +24,10 @@ impl Numbers<'_> {
     /// Integers of normalized accessors become fractions (glTF 2.0, 3.6.2.2).
     pub(super) fn value(&self, row: usize, column: usize) -> f64 {
         let most = match self.kind {
-            Kind::I8 => 127.0,
-            Kind::U8 => 255.0,
-            Kind::I16 => 32767.0,
-            Kind::U16 => 65535.0,
+            NumberType::I8 => 127.0,
+            NumberType::U8 => 255.0,
+            NumberType::I16 => 32767.0,
+            NumberType::U16 => 65535.0,
             _ => 1.0,
         };
         let raw = self.raw(row, column);
@@ -70,12 +70,12 @@ fn locate<'a>(document: &Document, bin: &'a [u8], accessor: &Accessor) -> Result
         return Err("sparse accessors are not supported; save the file without them".into());
     }
     let kind = match accessor.component_type {
-        5120 => Kind::I8,
-        5121 => Kind::U8,
-        5122 => Kind::I16,
-        5123 => Kind::U16,
-        5125 => Kind::U32,
-        5126 => Kind::F32,
+        5120 => NumberType::I8,
+        5121 => NumberType::U8,
+        5122 => NumberType::I16,
+        5123 => NumberType::U16,
+        5125 => NumberType::U32,
+        5126 => NumberType::F32,
         other => return Err(format!("component type {other} does not exist in glTF")),
     };
     let columns = match accessor.shape.as_str() {

@@ -1,6 +1,6 @@
 //! Faces of a PLY file: polygons, triangle strips, and texture coordinates of face corners.
 
-use super::{Element, Fault, Kind, MOST, Property, Raw, Values, pass};
+use super::{Element, Fault, MOST, NumberType, Property, Raw, Values, pass};
 
 /// Texture coordinates of a triangle's corners.
 pub(super) type Corners = [[f32; 2]; 3];
@@ -59,7 +59,7 @@ pub(super) fn polygons(
     Ok(())
 }
 
-fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Fault> {
+fn polygon(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), Fault> {
     let corners = values.length(length, kind)?;
     if corners < 3 {
         return Err(values.fault(format!("a face of {corners} corners")));
@@ -76,7 +76,7 @@ fn polygon(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Resu
     Ok(())
 }
 
-fn corner(values: &mut Values, kind: Kind) -> Result<u32, Fault> {
+fn corner(values: &mut Values, kind: NumberType) -> Result<u32, Fault> {
     let value = values.next(kind)?;
     index(values, value)
 }
@@ -103,7 +103,7 @@ pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> R
     Ok(())
 }
 
-fn strip(values: &mut Values, length: Kind, kind: Kind, raw: &mut Raw) -> Result<(), Fault> {
+fn strip(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), Fault> {
     let count = values.length(length, kind)?;
     if raw.faces.len() + count > MOST {
         return Err(values.fault(format!("more than {MOST} faces")));

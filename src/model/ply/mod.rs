@@ -6,7 +6,7 @@
 mod faces;
 
 use super::error::Fault;
-use super::number::{Endian, Kind};
+use super::number::{Endian, NumberType};
 use super::obj::{number, shown};
 use super::raw::{MOST, Raw};
 use glam::DVec3;
@@ -62,9 +62,9 @@ struct Element<'a> {
 #[derive(Clone, Copy)]
 struct Property<'a> {
     name: &'a [u8],
-    kind: Kind,
+    kind: NumberType,
     /// The type of a list's length.
-    length: Option<Kind>,
+    length: Option<NumberType>,
 }
 
 impl Element<'_> {
@@ -125,7 +125,8 @@ fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
 fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {
     match *words {
         [b"list", length, kind_, name] => {
-            let length = kind(length).filter(|length| !matches!(length, Kind::F32 | Kind::F64))?;
+            let length =
+                kind(length).filter(|length| !matches!(length, NumberType::F32 | NumberType::F64))?;
             Some(Property { name, kind: kind(kind_)?, length: Some(length) })
         }
         [kind_, name] => Some(Property { name, kind: kind(kind_)?, length: None }),
@@ -133,16 +134,16 @@ fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {
     }
 }
 
-fn kind(word: &[u8]) -> Option<Kind> {
+fn kind(word: &[u8]) -> Option<NumberType> {
     Some(match word {
-        b"char" | b"int8" => Kind::I8,
-        b"uchar" | b"uint8" => Kind::U8,
-        b"short" | b"int16" => Kind::I16,
-        b"ushort" | b"uint16" => Kind::U16,
-        b"int" | b"int32" => Kind::I32,
-        b"uint" | b"uint32" => Kind::U32,
-        b"float" | b"float32" => Kind::F32,
-        b"double" | b"float64" => Kind::F64,
+        b"char" | b"int8" => NumberType::I8,
+        b"uchar" | b"uint8" => NumberType::U8,
+        b"short" | b"int16" => NumberType::I16,
+        b"ushort" | b"uint16" => NumberType::U16,
+        b"int" | b"int32" => NumberType::I32,
+        b"uint" | b"uint32" => NumberType::U32,
+        b"float" | b"float32" => NumberType::F32,
+        b"double" | b"float64" => NumberType::F64,
         _ => return None,
     })
 }
@@ -171,7 +172,7 @@ impl<'a> Values<'a> {
     }
 
     #[inline]
-    fn next(&mut self, kind: Kind) -> Result<f64, Fault> {
+    fn next(&mut self, kind: NumberType) -> Result<f64, Fault> {
         let Some(endian) = self.endian else {
             let word = self.word();
             return number(word).ok_or_else(|| match word {
@@ -201,7 +202,7 @@ impl<'a> Values<'a> {
     }
 
     /// A list's length, checked against the rest of the file.
-    fn length(&mut self, length: Kind, kind: Kind) -> Result<usize, Fault> {
+    fn length(&mut self, length: NumberType, kind: NumberType) -> Result<usize, Fault> {
         let count = self.next(length)?;
         let size = if self.endian.is_some() { kind.size() } else { 2 };
         let room = self.left() / size;

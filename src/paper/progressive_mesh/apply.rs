@@ -1,6 +1,6 @@
 //! Level changes on the GPU, in a device-local index buffer (ours; the paper executes on the CPU).
 //!
-//! [`Apply`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
+//! [`DeviceProgram`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
 //! one dispatch. Some of them build on others, but their order does not matter (see `apply.comp`). A
 //! permutation takes two dispatches, the construction of a level one.
 
@@ -18,7 +18,7 @@ const MOST_GROUPS: u32 = 32_768;
 const KEPT_FACES: usize = 1 << 16;
 
 /// A program on the device, shared by all instances of its mesh.
-pub struct Apply {
+pub struct DeviceProgram {
     pipeline: ComputePipeline,
     program: Buffer,
     kept: Buffer,
@@ -46,10 +46,10 @@ fn groups(items: u32) -> [u32; 3] {
     [items.div_ceil(64).min(MOST_GROUPS), 1, 1]
 }
 
-impl Apply {
+impl DeviceProgram {
     /// # Errors
     /// Out of memory, or a program larger than shaders can address in a buffer.
-    pub fn new(gpu: &Gpu, program: &Program, index: IndexType) -> Result<Apply> {
+    pub fn new(gpu: &Gpu, program: &Program, index: IndexType) -> Result<DeviceProgram> {
         let (corners, moves) = (program.corners(), program.moves());
         let direct = program.direct();
         let tables = direct.numbers.len() + direct.faces.as_flattened().len() + direct.predecessors.len();
@@ -67,7 +67,7 @@ impl Apply {
                 first
             });
         let kept = program.largest_move().max(KEPT_FACES);
-        Ok(Apply {
+        Ok(DeviceProgram {
             pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[index.constant()])?,
             program: gpu.buffer_with("splits and permutations", &words, BufferUse::Storage)?,
             kept: gpu.buffer("kept faces", 12 * kept as u64, BufferUse::Storage)?,
@@ -90,7 +90,7 @@ impl Apply {
     /// Out of memory.
     ///
     /// # Panics
-    /// If a level is not one of `program`, which must be the program of [`Apply::new`].
+    /// If a level is not one of `program`, which must be the program of [`DeviceProgram::new`].
     pub fn run(
         &self,
         cmd: &mut Cmd<'_>,

@@ -44,8 +44,8 @@ pub enum ModelSource {
 
 impl Setting for ModelSource {
     type Number = f64;
-    fn kind() -> crate::scene::Kind {
-        crate::scene::Kind::Text
+    fn kind() -> crate::scene::ValueKind {
+        crate::scene::ValueKind::Text
     }
     fn read(value: &toml::Value, folder: &Path) -> Result<ModelSource, String> {
         let text = String::read(value, folder)?;
@@ -221,7 +221,7 @@ pub fn surface(scene: &Scene, name: &str) -> Result<ProgressiveSurface, SceneErr
 
 /// Settings of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct ProgressiveMeshSettings {
     /// Width and height in pixels.
     pub size: [u32; 2],
     pub target: Target,
@@ -237,13 +237,13 @@ pub struct Settings {
     pub background: [f32; 3],
 }
 
-impl Settings {
+impl ProgressiveMeshSettings {
     /// The settings of a scene.
     ///
     /// # Errors
     /// A governor without a budget.
-    pub fn of_scene(scene: &Scene, target: Target) -> Result<Settings, SceneError> {
-        Ok(Settings {
+    pub fn of_scene(scene: &Scene, target: Target) -> Result<ProgressiveMeshSettings, SceneError> {
+        Ok(ProgressiveMeshSettings {
             size: [scene.view.width, scene.view.height],
             target,
             vertex_work: 0,

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 /// A surface that is ready to be drawn.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct LoadedMesh {
     /// Its name in the scene.
     pub name: String,
     pub surface: ProgressiveSurface,
@@ -56,12 +56,12 @@ pub enum LoadError {
 ///
 /// # Errors
 /// [`LoadError`] names the surface's key, and the file or the model.
-pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
+pub fn load(scene: &Scene) -> Result<Vec<LoadedMesh>, LoadError> {
     let load = |name: &str| {
         let surface = config::surface(scene, name)?;
         let (mesh, cut_from) = mesh(scene, name, &surface)?;
         let stands = stands(scene, &surface);
-        Ok(Model { name: name.to_owned(), mesh, cut_from, stands, surface, textured: None })
+        Ok(LoadedMesh { name: name.to_owned(), mesh, cut_from, stands, surface, textured: None })
     };
     let mut models = config::names(scene).map(load).collect::<Result<Vec<_>, LoadError>>()?;
     let grounds: HashMap<String, Heights> = models
@@ -75,7 +75,7 @@ pub fn load(scene: &Scene) -> Result<Vec<Model>, LoadError> {
     Ok(models)
 }
 
-fn heights(model: &Model) -> Heights {
+fn heights(model: &LoadedMesh) -> Heights {
     let stand = model.stands[0];
     let place = Placement::new(&model.surface, &Bounds::of(&model.mesh.vertices.positions), &stand);
     Heights::new(&model.mesh, &place, &stand)
@@ -84,7 +84,7 @@ fn heights(model: &Model) -> Heights {
 /// Moves each instance onto the surface's ground, if it has one.
 fn put_on_ground(
     scene: &Scene,
-    model: &mut Model,
+    model: &mut LoadedMesh,
     grounds: &HashMap<String, Heights>,
 ) -> Result<(), SceneError> {
     let Some(ground) = &model.surface.ground else { return Ok(()) };

@@ -48,8 +48,8 @@ pub mod stand;
 pub mod surface;
 pub mod technique;
 
-pub use config::Settings;
-pub use load::{LoadError, Model, Textured, load, ordered};
+pub use config::ProgressiveMeshSettings;
+pub use load::{LoadError, LoadedMesh, Textured, load, ordered};
 pub use record::FrameRecord;
 pub use surface::{Change, MeshOnDevice, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

@@ -4,9 +4,9 @@
 //! Vertices are shaded as in a plain renderer: the shaders do not depend on levels. The exception is
 //! geomorphing, where new vertices move to their positions: see [`vertices`](super::surface::vertices).
 
-use super::config::Settings;
+use super::config::ProgressiveMeshSettings;
 use super::governor::{Budget, Governor};
-use super::load::Model;
+use super::load::LoadedMesh;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
 use super::surface::{Change, MeshOnDevice, SurfaceError};
@@ -50,7 +50,7 @@ pub fn surfaces_pipeline(
 
 /// Paper 2's technique: progressive meshes, each with any number of instances.
 pub struct ProgressiveMeshes {
-    pub settings: Settings,
+    pub settings: ProgressiveMeshSettings,
     pub surfaces: Vec<MeshOnDevice>,
     pub onto: Onto,
     plain: Option<GraphicsPipeline>,
@@ -75,8 +75,8 @@ impl ProgressiveMeshes {
     /// A missing device feature, or an invalid mesh.
     pub fn new(
         gpu: &Gpu,
-        models: &[Model],
-        settings: Settings,
+        models: &[LoadedMesh],
+        settings: ProgressiveMeshSettings,
     ) -> std::result::Result<ProgressiveMeshes, SurfaceError> {
         let surfaces = models
             .iter()
@@ -108,8 +108,8 @@ impl ProgressiveMeshes {
     /// As [`ProgressiveMeshes::new`].
     pub fn run(
         gpu: Gpu,
-        models: &[Model],
-        settings: Settings,
+        models: &[LoadedMesh],
+        settings: ProgressiveMeshSettings,
     ) -> std::result::Result<Run<ProgressiveMeshes>, SurfaceError> {
         let technique = ProgressiveMeshes::new(&gpu, models, settings)?;
         let target = Target::new(&gpu, settings.size, settings.target)?;

@@ -1,7 +1,7 @@
 //! What a scene states about a relief.
 
 use super::relief::shipped::{BRICK_WALL, CLIFF};
-use super::relief::{Kind, Relief};
+use super::relief::{Relief, ReliefKind};
 use crate::scene::{Fault, Language, Part, Table, choices, settings};
 use std::path::PathBuf;
 
@@ -65,22 +65,22 @@ pub const LANGUAGE: Language =
 
 /// Texels a side of a generated relief and of its colours. Noise is smooth, so a smaller map is enough, and is built
 /// sooner.
-pub fn side_of(kind: Kind) -> usize {
-    if kind == Kind::Rock { 128 } else { 256 }
+pub fn side_of(kind: ReliefKind) -> usize {
+    if kind == ReliefKind::Rock { 128 } else { 256 }
 }
 
 impl ReliefMap {
     /// The heights; `None` for a file.
     fn relief(self) -> Option<Relief> {
-        let generated = |kind: Kind| Some(kind.relief(side_of(kind)));
+        let generated = |kind: ReliefKind| Some(kind.relief(side_of(kind)));
         match self {
             ReliefMap::File => None,
             ReliefMap::BrickWall => Some(BRICK_WALL.relief()),
             ReliefMap::Cliff => Some(CLIFF.relief()),
-            ReliefMap::Bricks => generated(Kind::Bricks),
-            ReliefMap::Rock => generated(Kind::Rock),
-            ReliefMap::Pillars => generated(Kind::Pillars),
-            ReliefMap::Spikes => generated(Kind::Spikes),
+            ReliefMap::Bricks => generated(ReliefKind::Bricks),
+            ReliefMap::Rock => generated(ReliefKind::Rock),
+            ReliefMap::Pillars => generated(ReliefKind::Pillars),
+            ReliefMap::Spikes => generated(ReliefKind::Spikes),
         }
     }
 }

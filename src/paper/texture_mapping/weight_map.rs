@@ -6,7 +6,7 @@
 
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum MapShape {
     /// x and y: `entries` x `entries` values.
     Square,
     /// |x| and |y|: a quarter of the size at the same resolution.
@@ -20,7 +20,7 @@ pub enum Shape {
 /// A table's shape and precision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WeightMap {
-    pub shape: Shape,
+    pub shape: MapShape,
     /// Entries along each side; a power of two.
     pub entries: u32,
     /// 8 or 16: entries are multiples of 1 / (2^bits - 1).
@@ -37,12 +37,12 @@ impl WeightMap {
         assert!(matches!(self.bits, 8 | 16), "{} bits", self.bits);
         let (side, alpha) = (f64::from(self.entries), f64::from(alpha));
         let middle = |n: u32| (f64::from(n) + 0.5) / side;
-        let rows = if matches!(self.shape, Shape::Square | Shape::Quadrant) { self.entries } else { 1 };
+        let rows = if matches!(self.shape, MapShape::Square | MapShape::Quadrant) { self.entries } else { 1 };
         let square_of = |row: u32, column: u32| match self.shape {
-            Shape::Square => (2.0 * middle(column) - 1.0).powi(2) + (2.0 * middle(row) - 1.0).powi(2),
-            Shape::Quadrant => middle(column).powi(2) + middle(row).powi(2),
-            Shape::Radial => middle(column).powi(2),
-            Shape::SquaredRadius => middle(column),
+            MapShape::Square => (2.0 * middle(column) - 1.0).powi(2) + (2.0 * middle(row) - 1.0).powi(2),
+            MapShape::Quadrant => middle(column).powi(2) + middle(row).powi(2),
+            MapShape::Radial => middle(column).powi(2),
+            MapShape::SquaredRadius => middle(column),
         };
         let most = f64::from((1u32 << self.bits) - 1);
         let entries: Vec<u32> = (0..rows)
@@ -58,8 +58,8 @@ impl WeightMap {
     /// Bytes of the table.
     pub fn bytes(&self) -> u32 {
         let entries = match self.shape {
-            Shape::Square | Shape::Quadrant => self.entries * self.entries,
-            Shape::Radial | Shape::SquaredRadius => self.entries,
+            MapShape::Square | MapShape::Quadrant => self.entries * self.entries,
+            MapShape::Radial | MapShape::SquaredRadius => self.entries,
         };
         entries * self.bits / 8
     }
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn entries_are_packed_from_the_least_significant_bits() {
-        let map = WeightMap { shape: Shape::SquaredRadius, entries: 4, bits: 8, linear: false };
+        let map = WeightMap { shape: MapShape::SquaredRadius, entries: 4, bits: 8, linear: false };
         let entry = |n: u32| ((-2.0 * (f64::from(n) + 0.5) / 4.0).exp() * 255.0).round() as u32;
         assert_eq!(map.words(2.0, 1.0), [entry(0) | entry(1) << 8 | entry(2) << 16 | entry(3) << 24]);
         let map = WeightMap { bits: 16, ..map };
@@ -81,9 +81,10 @@ mod tests {
 
     #[test]
     fn a_square_map_is_symmetric_and_a_quadrant_is_its_corner() {
-        let square = WeightMap { shape: Shape::Square, entries: 8, bits: 16, linear: false }.words(3.0, 1.0);
+        let square =
+            WeightMap { shape: MapShape::Square, entries: 8, bits: 16, linear: false }.words(3.0, 1.0);
         let quadrant =
-            WeightMap { shape: Shape::Quadrant, entries: 4, bits: 16, linear: false }.words(3.0, 1.0);
+            WeightMap { shape: MapShape::Quadrant, entries: 4, bits: 16, linear: false }.words(3.0, 1.0);
         let entry = |words: &[u32], n: usize| words[n / 2] >> (16 * (n % 2)) & 0xffff;
         for row in 0..4 {
             for column in 0..4 {

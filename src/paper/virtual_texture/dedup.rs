@@ -13,8 +13,8 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{
-    Blend, Clear, Cmd, ColorTarget, ComputePipeline, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, Resource, Result, Sampler, SamplerInfo, View,
+    Blend, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
+    Resource, Result, Sampler, SamplerFilter, SamplerInfo, View,
 };
 
 /// Stage 2 of one variant, with its tile masks.
@@ -94,7 +94,7 @@ impl DedupPass {
             true => Some(reach_pipeline(gpu, pyramid, config, stage1.format)?),
             false => None,
         };
-        let texels = SamplerInfo { filter: Filter::Nearest, wraps_in_s: false };
+        let texels = SamplerInfo { filter: SamplerFilter::Nearest, wraps_in_s: false };
         let texels = gpu.sampler("request image texels", texels)?;
         Ok(DedupPass { step, reach, texels })
     }

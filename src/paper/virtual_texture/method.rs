@@ -9,7 +9,7 @@ use crate::math::pyramid::Pyramid;
 use crate::vk::{Depth, Frame, Gpu, Result};
 
 /// A variant's passes and their buffers for each frame in flight.
-pub enum Method {
+pub enum ListAndDraw {
     /// Stage 1, the list passes, and texturing from the request image.
     Staged {
         stage1: Box<Footprint>,
@@ -22,7 +22,7 @@ pub enum Method {
     },
 }
 
-impl Method {
+impl ListAndDraw {
     /// Creates the passes. `lit`: the light, if some shapes are lit.
     ///
     /// # Errors
@@ -34,25 +34,25 @@ impl Method {
         resident: &TilePool,
         target: &Target,
         lit: Option<LightColours>,
-    ) -> Result<Method> {
+    ) -> Result<ListAndDraw> {
         let shown = (target.color.info().format, lit);
         if config.fused() {
             let draw = Box::new(Fused::new(gpu, pyramid, config, resident, shown)?);
             let stage3 = Box::new(Stage3::new(gpu, pyramid, config)?);
-            return Ok(Method::Fused { draw, stage3 });
+            return Ok(ListAndDraw::Fused { draw, stage3 });
         }
         let depth = (target.depth.clone(), Depth::Write);
         let stage1 = Box::new(Footprint::on(gpu, pyramid, config, depth, 0)?);
         let list_passes = ListPasses::new(gpu, pyramid, config, &stage1)?;
         let texturing = Box::new(Texturing::new(gpu, pyramid, config, &stage1, resident, shown)?);
-        Ok(Method::Staged { stage1, list_passes, texturing })
+        Ok(ListAndDraw::Staged { stage1, list_passes, texturing })
     }
 
     /// Stage 1, which draws the request image; `None` for fused variants.
     pub fn stage1(&self) -> Option<&Footprint> {
         match self {
-            Method::Staged { stage1, .. } => Some(stage1),
-            Method::Fused { .. } => None,
+            ListAndDraw::Staged { stage1, .. } => Some(stage1),
+            ListAndDraw::Fused { .. } => None,
         }
     }
 
@@ -69,12 +69,12 @@ impl Method {
     ) -> Result<()> {
         let slot = seen.view.slot();
         match self {
-            Method::Staged { stage1, list_passes, texturing } => {
+            ListAndDraw::Staged { stage1, list_passes, texturing } => {
                 frame.pass("footprint", |cmd| stage1.draw(cmd, seen))?;
                 list_passes.record(frame, &stage1.requests, slot)?;
                 frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, seen, &target.color))
             }
-            Method::Fused { draw, stage3 } => {
+            ListAndDraw::Fused { draw, stage3 } => {
                 let images = (&*target.color, &*target.depth);
                 frame.pass("fused", |cmd| draw.draw(cmd, resident, seen, stage3.list(slot), images))?;
                 stage3.record(frame, slot, draw.mask(slot))
@@ -85,10 +85,10 @@ impl Method {
     /// Labels of the passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
         match self {
-            Method::Staged { list_passes, .. } => {
+            ListAndDraw::Staged { list_passes, .. } => {
                 [vec!["footprint"], list_passes.passes(), vec!["texturing"]].concat()
             }
-            Method::Fused { stage3, .. } => [vec!["fused"], stage3.passes()].concat(),
+            ListAndDraw::Fused { stage3, .. } => [vec!["fused"], stage3.passes()].concat(),
         }
     }
 
@@ -98,18 +98,18 @@ impl Method {
     /// Out of memory, device lost.
     pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
         match self {
-            Method::Staged { list_passes, .. } => list_passes.collect(gpu, slot),
-            Method::Fused { draw, stage3 } => stage3.collect(gpu, slot, draw.mask(slot)),
+            ListAndDraw::Staged { list_passes, .. } => list_passes.collect(gpu, slot),
+            ListAndDraw::Fused { draw, stage3 } => stage3.collect(gpu, slot, draw.mask(slot)),
         }
     }
 
     /// (name, bytes), on the device unless the name says otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {
-            Method::Staged { stage1, list_passes, .. } => {
+            ListAndDraw::Staged { stage1, list_passes, .. } => {
                 [vec![("request image", stage1.requests.bytes())], list_passes.memory()].concat()
             }
-            Method::Fused { draw, stage3 } => stage3.memory(draw.mask_bytes()),
+            ListAndDraw::Fused { draw, stage3 } => stage3.memory(draw.mask_bytes()),
         }
     }
 }

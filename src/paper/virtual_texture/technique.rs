@@ -9,8 +9,10 @@ use super::prefetch::Prefetch;
 use super::record::Lists;
 use super::streaming::{FrameReport, Streaming, StreamingError, Uploader, distinct_tiles};
 use super::tile_pool::{TilePool, TilePoolError, Uploads};
-use super::{Config, FrameRecord, Listing, Settings, Unfit, fade::FadeIn, footprint::Footprint};
-use super::{method::Method, needs};
+use super::{
+    Config, FrameRecord, Listing, Unfit, VirtualTextureSettings, fade::FadeIn, footprint::Footprint,
+};
+use super::{method::ListAndDraw, needs};
 use crate::frame::{
     Draw, Memory, Onto, PerFrame, Progress, Records, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
 };
@@ -46,10 +48,10 @@ pub enum VirtualTextureError {
 /// Paper 1's technique: one texture, on any number of shapes.
 pub struct VirtualTexture {
     pub source: Arc<dyn TileSource>,
-    pub settings: Settings,
+    pub settings: VirtualTextureSettings,
     pub streaming: Streaming,
     pub resident: TilePool,
-    pub method: Method,
+    pub method: ListAndDraw,
     /// The shapes that carry the texture. Shapes of objects may change before each frame.
     pub shapes: Vec<Shape>,
     /// Direction towards the sun, for lit shapes.
@@ -107,7 +109,7 @@ impl VirtualTexture {
         gpu: &Gpu,
         source: Arc<dyn TileSource>,
         shapes: Vec<Shape>,
-        settings: Settings,
+        settings: VirtualTextureSettings,
         (target, lit): (&Target, Option<LightColours>),
     ) -> Result<VirtualTexture, VirtualTextureError> {
         let pyramid = source.pyramid();
@@ -116,7 +118,7 @@ impl VirtualTexture {
         let resident = TilePool::new(gpu, &*source, settings.streaming.gpu_tiles)?;
         let most_uploads = settings.streaming.upload_tiles_per_frame;
         Ok(VirtualTexture {
-            method: Method::new(gpu, &pyramid, &settings.config, &resident, target, lit)?,
+            method: ListAndDraw::new(gpu, &pyramid, &settings.config, &resident, target, lit)?,
             prefetch: prefetch(gpu, &*source, &settings, target)?,
             fade: FadeIn::new(settings.config.fade_in_frames),
             uploads: PerFrame::new(|| resident.uploads(gpu, most_uploads))?,
@@ -148,7 +150,7 @@ impl VirtualTexture {
         gpu: Gpu,
         source: Arc<dyn TileSource>,
         mesh: &Mesh,
-        settings: Settings,
+        settings: VirtualTextureSettings,
     ) -> Result<Run<VirtualTexture>, VirtualTextureError> {
         check(&settings.config, &*source)?;
         let shape = match settings.config.draws_depth_alone() {
@@ -173,7 +175,7 @@ impl VirtualTexture {
     pub fn reconfigure(
         &mut self,
         gpu: &Gpu,
-        settings: Settings,
+        settings: VirtualTextureSettings,
         (target, lit): (&Target, Option<LightColours>),
     ) -> Result<(), VirtualTextureError> {
         check(&settings.config, &*self.source)?;
@@ -182,7 +184,7 @@ impl VirtualTexture {
         let other_pool = now.gpu_tiles != next.gpu_tiles;
         let pool = other_pool.then(|| TilePool::new(gpu, &*self.source, next.gpu_tiles)).transpose()?;
         let resident = pool.as_ref().unwrap_or(&self.resident);
-        let method = Method::new(gpu, &self.source.pyramid(), &settings.config, resident, target, lit)?;
+        let method = ListAndDraw::new(gpu, &self.source.pyramid(), &settings.config, resident, target, lit)?;
         let prefetch = prefetch(gpu, &*self.source, &settings, target)?;
         let most = next.upload_tiles_per_frame;
         let other_uploads = now.upload_tiles_per_frame != most;
@@ -309,7 +311,7 @@ fn samples_seen(config: &Config) -> Option<SamplesSeen> {
 fn prefetch(
     gpu: &Gpu,
     source: &dyn TileSource,
-    settings: &Settings,
+    settings: &VirtualTextureSettings,
     target: &Target,
 ) -> vk::Result<Option<Prefetch>> {
     match settings.streaming.prefetch_frames {
@@ -392,7 +394,7 @@ impl Technique for VirtualTexture {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), VirtualTextureError> {
-        let settings = Settings { size: target.size(), ..self.settings.clone() };
+        let settings = VirtualTextureSettings { size: target.size(), ..self.settings.clone() };
         self.reconfigure(gpu, settings, (target, self.lit))
     }
 

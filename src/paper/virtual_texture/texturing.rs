@@ -12,8 +12,8 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Filter, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, Resource, Result, Sampler, SamplerInfo, View,
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
+    Resource, Result, Sampler, SamplerFilter, SamplerInfo, View,
 };
 
 /// Specialization constants of `filter.glsl`.
@@ -155,7 +155,7 @@ impl Plain {
             pipeline,
             texture,
             sampler: gpu
-                .sampler("plain sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: true })?,
+                .sampler("plain sampler", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: true })?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }

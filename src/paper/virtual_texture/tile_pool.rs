@@ -10,7 +10,8 @@ use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::bake::encode_bc1;
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::{
-    Buffer, BufferUse, Cmd, Filter, Format, Gpu, Image, ImageInfo, Result, Sampler, SamplerInfo, TexelCopy,
+    Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Result, Sampler, SamplerFilter, SamplerInfo,
+    TexelCopy,
 };
 use std::ops::Range;
 use thiserror::Error;
@@ -90,8 +91,10 @@ impl TilePool {
             tiles: gpu.image("tile pool", info)?,
             page_table_words: gpu.buffer_with("page table", page_table.words(), BufferUse::Texels)?,
             page_table,
-            sampler: gpu
-                .sampler("tile pool sampler", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?,
+            sampler: gpu.sampler(
+                "tile pool sampler",
+                SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false },
+            )?,
             resident_tail,
             pyramid,
             format,

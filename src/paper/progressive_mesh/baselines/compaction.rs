@@ -12,7 +12,7 @@ use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resourc
 const KEPT_COUNTS: u32 = 1 << 16;
 
 /// The faces of one mesh in meshoptimizer's order, on the device, shared by all its instances.
-pub struct Compaction {
+pub struct FaceCompaction {
     pipeline: ComputePipeline,
     ranked: Buffer,
     split_vertices: Buffer,
@@ -30,7 +30,7 @@ pub struct Compact {
     pub level: Level,
 }
 
-impl Compaction {
+impl FaceCompaction {
     /// # Errors
     /// Out of memory, or a mesh larger than shaders can address.
     pub fn new(
@@ -38,7 +38,7 @@ impl Compaction {
         mesh: &ProgressiveMesh,
         prepared: &Prepared,
         index: IndexType,
-    ) -> Result<Compaction> {
+    ) -> Result<FaceCompaction> {
         let full = live_faces(mesh, mesh.last_level());
         let mut ranked = vec![[0; 4]; full.len()];
         for (slot, (&rank, [a, b, c])) in prepared.ranks().iter().zip(full).enumerate() {
@@ -48,7 +48,7 @@ impl Compaction {
         let group = compact_comp::SHADER.group[0];
         let counts = u64::from(faces.div_ceil(group).max(KEPT_COUNTS));
         let splits = &mesh.splits.split_vertices;
-        Ok(Compaction {
+        Ok(FaceCompaction {
             pipeline: gpu.compute_pipeline("compact faces", &compact_comp::SHADER, &[index.constant()])?,
             ranked: gpu.buffer_with("faces by rank", ranked.as_flattened(), BufferUse::Storage)?,
             split_vertices: gpu.buffer_with("split vertices", splits, BufferUse::Storage)?,

@@ -5,7 +5,9 @@ use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, T
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
-use crate::paper::progressive_mesh::{FrameRecord, Model, ProgressiveMeshes, Settings, load};
+use crate::paper::progressive_mesh::{
+    FrameRecord, LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes, load,
+};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::scene::path::Path;
@@ -88,7 +90,7 @@ const WALKS: usize = 6;
 /// The scene and path of the walk.
 struct Walk<'a> {
     gpu: Gpu,
-    models: Vec<Model>,
+    models: Vec<LoadedMesh>,
     scene: Scene,
     path: &'a str,
     size: [u32; 2],
@@ -121,10 +123,11 @@ impl Walk<'_> {
     /// The frames of one walk with each of `budgets`. The budgets alternate frame by frame.
     fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<FrameRecord>>> {
         let path: &Path = self.scene.path(self.path)?;
-        let own = Settings::of_scene(&self.scene, Target::Srgb8)?;
+        let own = ProgressiveMeshSettings::of_scene(&self.scene, Target::Srgb8)?;
         let session = |held: &Option<(Budget, Rule)>| {
             let (budget, rule) = held.unzip();
-            let settings = Settings { size: self.size, budget, rule: rule.unwrap_or_default(), ..own };
+            let settings =
+                ProgressiveMeshSettings { size: self.size, budget, rule: rule.unwrap_or_default(), ..own };
             ProgressiveMeshes::run(self.gpu.clone(), &self.models, settings)
         };
         let mut sessions = budgets.iter().map(session).collect::<Result<Vec<_>, _>>()?;

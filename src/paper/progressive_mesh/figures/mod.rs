@@ -21,7 +21,7 @@ mod surfaces;
 
 use crate::figure::{Bench, Figure};
 use crate::frame::Run;
-use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings, load};
+use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use crate::picture::Target;
 use crate::scene::Scene;
 use anyhow::Context;
@@ -54,9 +54,9 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
 fn session(
     bench: &Bench,
     scene: &Scene,
-    change: impl FnOnce(&mut Settings),
+    change: impl FnOnce(&mut ProgressiveMeshSettings),
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
-    let mut settings = Settings::of_scene(scene, Target::Srgb8)?;
+    let mut settings = ProgressiveMeshSettings::of_scene(scene, Target::Srgb8)?;
     settings.size = bench.effort_of([320, 180], [1280, 720]);
     change(&mut settings);
     let gpu = bench.gpu(&[])?;

@@ -5,7 +5,7 @@ use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, T
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings};
+use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
 use crate::picture::Target;
 use crate::picture::srgb::from_linear_f64;
 use crate::stats::Summary;
@@ -132,7 +132,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             .map(|change| format!("surface.bunny.geometry.{change}"));
         let (scene, eye) = scene(&cell.scene, &changes)?;
         let pose = scene.camera(eye)?.pose();
-        let fine = |settings: &mut Settings| {
+        let fine = |settings: &mut ProgressiveMeshSettings| {
             settings.size = settings.size.map(|side| side * SAMPLES);
             settings.target = Target::Linear32;
         };

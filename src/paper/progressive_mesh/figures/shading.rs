@@ -3,7 +3,7 @@
 use super::super::cache::live_faces;
 use super::super::choices::{ErrorMetric, FaceOrder};
 use super::super::config::{self, ProgressiveSurface};
-use super::super::load::{Model, ordered};
+use super::super::load::{LoadedMesh, ordered};
 use super::super::mesh::{Level, ProgressiveMesh, Vertices};
 use super::super::place::{Bounds, Placement};
 use super::super::run::level_for_error;
@@ -17,7 +17,7 @@ use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::math::camera::Pose;
 use crate::model;
-use crate::paper::progressive_mesh::{ProgressiveMeshes, Settings};
+use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::scene::Scene;
@@ -190,7 +190,7 @@ fn picture(bench: &mut Bench, cell: &Cell, what: &str, shot: &Shot, size: [u32; 
 /// A scene's camera and settings, for any mesh in place of the scene's.
 struct Stage {
     gpu: Gpu,
-    settings: Settings,
+    settings: ProgressiveMeshSettings,
     surface: ProgressiveSurface,
     stands: Vec<Stand>,
     pose: Pose,
@@ -214,9 +214,9 @@ impl Stage {
         let size = bench.effort_of([320, 180], [1280, 720]);
         Ok(Stage {
             gpu: bench.gpu(&[])?,
-            settings: Settings {
+            settings: ProgressiveMeshSettings {
                 size: size.map(|side| side * SAMPLES),
-                ..Settings::of_scene(&scene, Target::Linear32)?
+                ..ProgressiveMeshSettings::of_scene(&scene, Target::Linear32)?
             },
             stands: stands(&scene, &surface),
             surface,
@@ -234,7 +234,7 @@ impl Stage {
 
     /// A level with these normals of its vertices.
     fn shot(&self, mesh: &ProgressiveMesh, level: u32, normals: Vec<[f32; 3]>) -> anyhow::Result<Shot> {
-        let model = Model {
+        let model = LoadedMesh {
             name: "bunny".into(),
             surface: self.surface.clone(),
             mesh: still(mesh, level, normals),

@@ -4,12 +4,12 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::hub::{Hub, Kind, Link, RingEdge, WedgePairs};
+use super::hub::{Hub, Link, PositionKind, RingEdge, WedgePairs};
 use super::lost::{Lists, squared_to_segment};
 use super::pace::Pace;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
-use super::shape::Shape;
+use super::shape::CollapseShape;
 use super::start::{Shading, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
 use super::surface::{Corner, Frame, WorkingMesh};
@@ -48,7 +48,7 @@ pub struct Sequence<'a> {
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
     pub(super) points: Vec<Near>,
-    pub(super) shape: Shape,
+    pub(super) shape: CollapseShape,
     /// The hub, and the vanished positions of its border edges.
     pub(super) border_points: Vec<(u32, DVec3)>,
     pub(super) candidates: Vec<(f64, RingEdge)>,
@@ -121,7 +121,7 @@ impl<'a> Sequence<'a> {
             exact: vec![(NOWHERE, 0.0); positions],
             hub,
             points: Vec::new(),
-            shape: Shape::default(),
+            shape: CollapseShape::default(),
             border_points: Vec::new(),
             candidates: Vec::new(),
             off: Vec::new(),
@@ -337,7 +337,7 @@ impl<'a> Sequence<'a> {
             most = most.max(distance);
         }
         self.off = off;
-        if let (Kind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
+        if let (PositionKind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
             most = most.max(self.measure_border(into.end, out.end));
         }
         most

@@ -11,7 +11,7 @@ const LEAST_COSINE: f64 = 0.25;
 
 /// The triangles against which every vanished position is tested. The lists are reused.
 #[derive(Default)]
-pub struct Shape {
+pub struct CollapseShape {
     /// The triangle of each of the hub's corners, the hub first.
     pub old: Vec<Triangle>,
     /// The normals of the old triangles, with length twice the area, and the unit normals of these faces in
@@ -30,7 +30,7 @@ pub struct Shape {
     parents: Vec<u32>,
 }
 
-impl Shape {
+impl CollapseShape {
     /// Reads the triangles around the hub. `normals` are those of the model's faces.
     pub fn look(&mut self, hub: &Hub, surface: &WorkingMesh, normals: &[DVec3]) {
         let point = surface.point(hub.position);

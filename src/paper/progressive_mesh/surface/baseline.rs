@@ -9,7 +9,7 @@
 //!   usual the request is a level of the progressive mesh; the coarsest mesh with at least as many faces is
 //!   drawn.
 
-use crate::paper::progressive_mesh::baselines::compaction::{Compact, Compaction};
+use crate::paper::progressive_mesh::baselines::compaction::{Compact, FaceCompaction};
 use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Program, Slices, TooMany};
@@ -23,7 +23,7 @@ type Faces = Arc<[[u32; 3]]>;
 pub struct Baselines {
     program: Arc<Program>,
     prepared: Prepared,
-    compaction: Option<Box<Compaction>>,
+    compaction: Option<Box<FaceCompaction>>,
     /// Where each mesh of a discrete chain begins in the index buffer, in faces.
     meshes: Vec<u32>,
     members: Vec<Member>,
@@ -99,7 +99,7 @@ impl Baselines {
         let prepared = Prepared::new(mesh, baseline, every_vertex);
         let compaction = match baseline {
             Baseline::Compacted => {
-                Some(Box::new(Compaction::new(gpu, mesh, &prepared, program.index_type())?))
+                Some(Box::new(FaceCompaction::new(gpu, mesh, &prepared, program.index_type())?))
             }
             _ => None,
         };

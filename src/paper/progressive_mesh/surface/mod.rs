@@ -23,7 +23,7 @@ use crate::paper::progressive_mesh::check::Flaw;
 use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::load::Model;
+use crate::paper::progressive_mesh::load::LoadedMesh;
 use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::run::Program;
 use crate::paper::progressive_mesh::stand::Stand;
@@ -56,7 +56,7 @@ pub struct MeshOnDevice {
     /// Settings from the scene; only `error_pixels` may change between frames.
     pub settings: ProgressiveSurface,
     pub program: Arc<Program>,
-    /// As [`Model::cut_from`].
+    /// As [`LoadedMesh::cut_from`].
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
@@ -99,8 +99,8 @@ pub struct Change {
 impl MeshOnDevice {
     /// # Errors
     /// An invalid mesh; out of memory.
-    pub fn new(gpu: &Gpu, model: &Model) -> Result<MeshOnDevice, SurfaceError> {
-        let Model { name, surface, mesh, cut_from, stands, textured } = model;
+    pub fn new(gpu: &Gpu, model: &LoadedMesh) -> Result<MeshOnDevice, SurfaceError> {
+        let LoadedMesh { name, surface, mesh, cut_from, stands, textured } = model;
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
         let program = Arc::new(program);
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));
@@ -421,7 +421,7 @@ impl MeshOnDevice {
 }
 
 /// A model's texture coordinates, or why it cannot carry a texture.
-fn texture_coordinates(model: &Model) -> Result<&[[f32; 2]], &'static str> {
+fn texture_coordinates(model: &LoadedMesh) -> Result<&[[f32; 2]], &'static str> {
     let coordinates = &model.mesh.vertices.attributes.coordinates;
     if model.surface.geomorph {
         return Err(

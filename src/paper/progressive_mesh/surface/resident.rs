@@ -1,6 +1,6 @@
 //! Instances whose levels the device executes: the host knows their levels and slices, but not their faces.
 
-use crate::paper::progressive_mesh::apply::{Apply, Change};
+use crate::paper::progressive_mesh::apply::{Change, DeviceProgram};
 use crate::paper::progressive_mesh::run::{Program, Slices, TooMany};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// Instances of one mesh in an index buffer that only the device writes.
 pub struct Resident {
     program: Arc<Program>,
-    apply: Apply,
+    apply: DeviceProgram,
     /// The index buffer of level 0, with the slots of all levels: the source of faces that become live.
     faces: Buffer,
     levels: Vec<u32>,
@@ -27,7 +27,7 @@ impl Resident {
     /// Out of memory, or a program larger than shaders can address.
     pub fn new(gpu: &Gpu, program: Arc<Program>) -> Result<Resident> {
         Ok(Resident {
-            apply: Apply::new(gpu, &program, program.index_type())?,
+            apply: DeviceProgram::new(gpu, &program, program.index_type())?,
             faces: gpu.buffer_with(
                 "faces of level 0",
                 &program.index_type().packed(program.faces().as_flattened()),

@@ -7,7 +7,7 @@ use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
 use crate::paper::texture_mapping::plane::Plane;
-use crate::vk::{Error, Filter, Format, Gpu, Image, ImageInfo, Sampler, SamplerInfo};
+use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
 use anyhow::Context;
 use std::cell::RefCell;
 use std::time::Instant;
@@ -149,7 +149,7 @@ pub fn noise(gpu: &Gpu, side: u32) -> crate::vk::Result<(Image, Sampler)> {
     let image = gpu.image("noise", ImageInfo::texture([side; 2], Format::Rgba8, 1))?;
     let texel = |n: u32| n.wrapping_mul(0x9e37_79b9).rotate_left(15).wrapping_mul(0x85eb_ca6b).to_le_bytes();
     gpu.fill_levels(&image, &[(0..side * side).flat_map(texel).collect()])?;
-    let sampler = gpu.sampler("linear", SamplerInfo { filter: Filter::Linear, wraps_in_s: false })?;
+    let sampler = gpu.sampler("linear", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false })?;
     Ok((image, sampler))
 }
 

@@ -4,7 +4,7 @@ use super::lab::SOFTWARE_SAMPLER;
 use crate::paper::texture_mapping::baselines::Baseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
-use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::{Edge, Kernel};
 
 /// The paper's filter at the level that the minor axis selects. At level 0, as printed, a distant pixel scans
@@ -12,9 +12,9 @@ use crate::paper::texture_mapping::weights::{Edge, Kernel};
 pub const PAPER_BY_LEVEL: Ellipse =
     Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
 
-pub const RADIAL_64: WeightMap = WeightMap { shape: Shape::Radial, entries: 64, bits: 16, linear: true };
+pub const RADIAL_64: WeightMap = WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true };
 pub const SQUARED_128: WeightMap =
-    WeightMap { shape: Shape::SquaredRadius, entries: 128, bits: 16, linear: false };
+    WeightMap { shape: MapShape::SquaredRadius, entries: 128, bits: 16, linear: false };
 
 /// The names of our settings begin with this.
 pub const OURS: &str = "ellipse";

@@ -4,8 +4,8 @@ use super::contender::pass;
 use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
 use crate::figure::claim::{Places, Test, one};
 use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
-use crate::paper::texture_mapping::relief::Kind;
-use crate::paper::texture_mapping::relief::parallax::{Method, View, truth};
+use crate::paper::texture_mapping::relief::ReliefKind;
+use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, View, truth};
 use crate::paper::texture_mapping::relief::pass::Filtered;
 use anyhow::Context;
 
@@ -21,7 +21,11 @@ pub const PARALLAX: Figure = Figure {
             for hidden texels, but not the search for the footprint's ends.",
     scenes: &["bricks", "pillars", "spikes", "rock"],
     variants: || {
-        Method::ALL.map(|method| method.name().to_string()).into_iter().chain([FLOOR.to_string()]).collect()
+        ParallaxFilter::ALL
+            .map(|method| method.name().to_string())
+            .into_iter()
+            .chain([FLOOR.to_string()])
+            .collect()
     },
     paper: &["visible texels"],
     ours: &["projected width"],
@@ -79,7 +83,7 @@ fn error(found: impl Iterator<Item = f64>, right: &[f64]) -> f64 {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let kind = Kind::ALL.into_iter().find(|kind| kind.name() == cell.scene).context("a relief")?;
+    let kind = ReliefKind::ALL.into_iter().find(|kind| kind.name() == cell.scene).context("a relief")?;
     let (relief, elevation_degrees) = (kind.relief(SIDE), cell.x.context("a sweep")?);
     let (columns, samples) = if bench.effort == Effort::Quick { (256, 24) } else { (1024, 48) };
     let colours = relief.colours();
@@ -88,7 +92,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let right = truth(&relief, &colours, &period, samples);
     let gpu = bench.gpu(&[])?;
     let make = |method| Ok((method, Filtered::new(&gpu, &relief, &colours, &view, method)?));
-    let filters = Method::ALL.into_iter().map(make).collect::<anyhow::Result<Vec<(Method, Filtered)>>>()?;
+    let filters = ParallaxFilter::ALL
+        .into_iter()
+        .map(make)
+        .collect::<anyhow::Result<Vec<(ParallaxFilter, Filtered)>>>()?;
     let contenders: Vec<Contender<'_>> =
         filters.iter().map(|(method, own)| pass(&gpu, method.name(), |cmd| own.run(cmd))).collect();
     let timed = bench.interleave(&gpu, contenders)?;

@@ -7,7 +7,7 @@ use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sw
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
-use crate::paper::texture_mapping::relief::{Kind, Ray, Relief, reference};
+use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use crate::vk::{Cmd, Gpu};
 use anyhow::Context;
 use std::sync::{Arc, Mutex};
@@ -28,7 +28,7 @@ pub const RELIEF: Figure = Figure {
             linear steps. A search ends with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than \
             half a texel (the least step) away from the exact hit.",
     scenes: RELIEFS,
-    variants: || Method::ALL.map(|method| method.name()).to_vec(),
+    variants: || Traversal::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],
     ours: &["refined, guaranteed"],
     full_only: &[],
@@ -148,7 +148,7 @@ impl Build {
 
 /// A tracer of the figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Method {
+enum Traversal {
     Linear,
     Map(Build),
     /// The guaranteed refined map with this many bits per cell.
@@ -157,30 +157,30 @@ enum Method {
 
 const REFINED: Build = Build::Distances(Holds::Everywhere, true);
 
-impl Method {
-    const ALL: [Method; 9] = [
-        Method::Linear,
-        Method::Map(Build::ALL[0]),
-        Method::Map(Build::ALL[1]),
-        Method::Map(Build::ALL[2]),
-        Method::Map(Build::ALL[3]),
-        Method::Quantised(16),
-        Method::Quantised(8),
-        Method::Map(Build::ALL[4]),
-        Method::Map(Build::ALL[5]),
+impl Traversal {
+    const ALL: [Traversal; 9] = [
+        Traversal::Linear,
+        Traversal::Map(Build::ALL[0]),
+        Traversal::Map(Build::ALL[1]),
+        Traversal::Map(Build::ALL[2]),
+        Traversal::Map(Build::ALL[3]),
+        Traversal::Quantised(16),
+        Traversal::Quantised(8),
+        Traversal::Map(Build::ALL[4]),
+        Traversal::Map(Build::ALL[5]),
     ];
 
     fn name(self) -> String {
         match self {
-            Method::Linear => "linear and binary search".into(),
-            Method::Map(build) => build.name(),
-            Method::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
+            Traversal::Linear => "linear and binary search".into(),
+            Traversal::Map(build) => build.name(),
+            Traversal::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
         }
     }
 }
 
 fn relief_of(scene: &str, side: usize) -> anyhow::Result<Relief> {
-    let kind = Kind::ALL.into_iter().find(|kind| kind.name() == scene);
+    let kind = ReliefKind::ALL.into_iter().find(|kind| kind.name() == scene);
     Ok(kind.with_context(|| format!("no relief {scene:?}"))?.relief(side))
 }
 
@@ -240,17 +240,17 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let Maps { distances, cones } = &*maps;
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
     let map_of = |build| &distances[Build::ALL.iter().position(|b| *b == build).expect("one of ALL")];
-    let traces = Method::ALL.map(|method| {
+    let traces = Traversal::ALL.map(|method| {
         let tracer = match method {
-            Method::Linear => Tracer::Linear,
-            Method::Map(Build::Cones { relaxed: false }) => Tracer::Cones(&cones[0]),
-            Method::Map(Build::Cones { relaxed: true }) => Tracer::RelaxedCones(&cones[1]),
-            Method::Map(build) => Tracer::Distances(map_of(build), 32),
-            Method::Quantised(bits) => Tracer::Distances(map_of(REFINED), bits),
+            Traversal::Linear => Tracer::Linear,
+            Traversal::Map(Build::Cones { relaxed: false }) => Tracer::Cones(&cones[0]),
+            Traversal::Map(Build::Cones { relaxed: true }) => Tracer::RelaxedCones(&cones[1]),
+            Traversal::Map(build) => Tracer::Distances(map_of(build), 32),
+            Traversal::Quantised(bits) => Tracer::Distances(map_of(REFINED), bits),
         };
         Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
     });
-    let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Method, Trace)>>>()?;
+    let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Traversal, Trace)>>>()?;
     let contenders: Vec<Contender<'_>> =
         traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
     let timed = bench.interleave(&gpu, contenders)?;
@@ -262,9 +262,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::number(method.name(), STEPS, "steps", mean_steps(&found)));
         rows.push(Row::number(method.name(), MISSED, "", missed(&found, &hits)));
         match method {
-            Method::Map(Build::Distances(_, false)) => donnelly = found,
+            Traversal::Map(Build::Distances(_, false)) => donnelly = found,
             // Each refined map follows Donnelly's with the same distances.
-            Method::Map(Build::Distances(_, true)) => rows.extend(gain(&method.name(), &found, &donnelly)),
+            Traversal::Map(Build::Distances(_, true)) => rows.extend(gain(&method.name(), &found, &donnelly)),
             _ => {}
         }
     }

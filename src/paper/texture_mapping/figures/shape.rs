@@ -7,7 +7,7 @@ use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::plane::Tilt;
-use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::Kernel;
 use crate::picture::Picture;
 use crate::picture::error::compare;
@@ -118,17 +118,17 @@ fn variants() -> Vec<(String, Ellipse)> {
         (ROWS, formula.axes(Axes::Rows)),
         (COLUMNS, formula.axes(Axes::Columns)),
         (DIAMETER_1, formula.axes(Axes::Rows).kernel(Kernel::DIAMETER_1)),
-        (ROWS_MAP, map(Shape::Square, 64, 16).axes(Axes::Rows)),
+        (ROWS_MAP, map(MapShape::Square, 64, 16).axes(Axes::Rows)),
         (FORMULA, formula),
         (RADIAL, formula.map(RADIAL_64)),
-        ("corrected, radial map of 64, nearest", map(Shape::Radial, 64, 16)),
-        ("corrected, radial map of 4", map(Shape::Radial, 4, 16)),
-        ("corrected, radial map of 16", map(Shape::Radial, 16, 16)),
-        ("corrected, radial map of 256", map(Shape::Radial, 256, 16)),
-        ("corrected, radial map of 64, 8 bits", map(Shape::Radial, 64, 8)),
+        ("corrected, radial map of 64, nearest", map(MapShape::Radial, 64, 16)),
+        ("corrected, radial map of 4", map(MapShape::Radial, 4, 16)),
+        ("corrected, radial map of 16", map(MapShape::Radial, 16, 16)),
+        ("corrected, radial map of 256", map(MapShape::Radial, 256, 16)),
+        ("corrected, radial map of 64, 8 bits", map(MapShape::Radial, 64, 8)),
         ("corrected, r^2 map of 128", formula.map(SQUARED_128)),
-        ("corrected, quadrant map of 32", map(Shape::Quadrant, 32, 16)),
-        ("corrected, 2-D map of 64", map(Shape::Square, 64, 16)),
+        ("corrected, quadrant map of 32", map(MapShape::Quadrant, 32, 16)),
+        ("corrected, 2-D map of 64", map(MapShape::Square, 64, 16)),
     ];
     named.into_iter().map(|(name, ellipse)| (name.to_string(), ellipse)).collect()
 }

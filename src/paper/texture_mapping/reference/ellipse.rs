@@ -4,7 +4,7 @@
 use super::Filtered;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
 use crate::paper::texture_mapping::method::{Ellipse, Pixel};
-use crate::paper::texture_mapping::weight_map::{Shape, WeightMap};
+use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::Edge;
 
 /// A symmetric 2 x 2 matrix: 11, 12, 22.
@@ -165,7 +165,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let most = f64::from((1u32 << map.bits) - 1);
     let entry = |square: f64| ((-alpha * reach * reach * square).exp() * most).round() / most;
     if map.linear {
-        let radial = map.shape == Shape::Radial;
+        let radial = map.shape == MapShape::Radial;
         let part = if radial { x.hypot(y) } else { x * x + y * y };
         let at = (part * entries - 0.5).clamp(0.0, entries - 1.0);
         let of = |n: f64| {
@@ -176,13 +176,13 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
         return of(at.floor()) * (1.0 - share) + of(at.floor() + 1.0) * share;
     }
     let square = match map.shape {
-        Shape::Square => {
+        MapShape::Square => {
             let middle = |c: f64| 2.0 * nearest((c + 1.0) / 2.0) - 1.0;
             middle(x).powi(2) + middle(y).powi(2)
         }
-        Shape::Quadrant => nearest(x.abs()).powi(2) + nearest(y.abs()).powi(2),
-        Shape::Radial => nearest(x.hypot(y)).powi(2),
-        Shape::SquaredRadius => nearest(x * x + y * y),
+        MapShape::Quadrant => nearest(x.abs()).powi(2) + nearest(y.abs()).powi(2),
+        MapShape::Radial => nearest(x.hypot(y)).powi(2),
+        MapShape::SquaredRadius => nearest(x * x + y * y),
     };
     entry(square)
 }
@@ -343,9 +343,9 @@ fn step(ellipse: &Ellipse, r: f64, rounding: f64) -> f64 {
     let Some(map) = ellipse.map.filter(|map| !map.linear) else { return 0.0 };
     let entries = f64::from(map.entries) / ellipse.map_reach();
     let steps = match map.shape {
-        Shape::Square | Shape::Quadrant => return 4.0 * f64::from(ellipse.kernel.alpha) * r / entries,
-        Shape::Radial => r * entries,
-        Shape::SquaredRadius => r * r * entries / ellipse.map_reach(),
+        MapShape::Square | MapShape::Quadrant => return 4.0 * f64::from(ellipse.kernel.alpha) * r / entries,
+        MapShape::Radial => r * entries,
+        MapShape::SquaredRadius => r * r * entries / ellipse.map_reach(),
     };
     let near = (steps - steps.round()).abs() < 4.0 * rounding * entries;
     if near { 2.0 * f64::from(ellipse.kernel.alpha) / entries } else { 0.0 }

@@ -42,7 +42,7 @@ pub struct Relief {
 
 /// The reliefs of the figures, all generated. [`shipped`] has reliefs from pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ReliefKind {
     /// Narrow deep joints between flat bricks.
     Bricks,
     /// Narrow pillars on a deep floor.
@@ -53,15 +53,16 @@ pub enum Kind {
     Rock,
 }
 
-impl Kind {
-    pub const ALL: [Kind; 4] = [Kind::Bricks, Kind::Pillars, Kind::Spikes, Kind::Rock];
+impl ReliefKind {
+    pub const ALL: [ReliefKind; 4] =
+        [ReliefKind::Bricks, ReliefKind::Pillars, ReliefKind::Spikes, ReliefKind::Rock];
 
     pub fn name(self) -> &'static str {
         match self {
-            Kind::Bricks => "bricks",
-            Kind::Pillars => "pillars",
-            Kind::Spikes => "spikes",
-            Kind::Rock => "rock",
+            ReliefKind::Bricks => "bricks",
+            ReliefKind::Pillars => "pillars",
+            ReliefKind::Spikes => "spikes",
+            ReliefKind::Rock => "rock",
         }
     }
 
@@ -70,21 +71,21 @@ impl Kind {
         assert!(side.is_power_of_two() && side >= 16, "a relief of {side} texels a side");
         let unit = side / 16;
         let height = |x: usize, y: usize| match self {
-            Kind::Bricks => {
+            ReliefKind::Bricks => {
                 let row = y / (4 * unit);
                 let shifted = (x + row % 2 * 4 * unit) % (8 * unit);
                 let joint = shifted < unit || y % (4 * unit) < unit;
                 if joint { 0 } else { 255 - (lattice(1, x, y, side) / 32) as u8 }
             }
-            Kind::Pillars => {
+            ReliefKind::Pillars => {
                 let inside = |at: usize| at % (4 * unit) < 2 * unit;
                 if inside(x) && inside(y) { 255 } else { 0 }
             }
-            Kind::Spikes => {
+            ReliefKind::Spikes => {
                 let spike = x % (4 * unit) == unit && y % (4 * unit) == 2 * unit;
                 if spike { 255 } else { (x / (4 * unit) * 51) as u8 }
             }
-            Kind::Rock => rock(x, y, side),
+            ReliefKind::Rock => rock(x, y, side),
         };
         let heights = (0..side * side).map(|at| height(at % side, at / side)).collect();
         Relief { side, depth: side as f32 / 4.0, heights }
@@ -113,7 +114,7 @@ fn rock(x: usize, y: usize, side: usize) -> u8 {
     (sum / 1.875) as u8
 }
 
-impl Kind {
+impl ReliefKind {
     /// Matching sRGB colours: fired clay and mortar, or stone that is darker in its hollows.
     pub fn picture(self, side: usize) -> Vec<[u8; 3]> {
         let relief = self.relief(side);
@@ -122,8 +123,8 @@ impl Kind {
             let (x, y, height) = (at % side, at / side, f64::from(relief.heights[at]) / 255.0);
             let grain = f64::from(lattice(21, x, y, side)) / 255.0 - 0.5;
             let (colour, grains) = match self {
-                Kind::Bricks if relief.heights[at] == 0 => ([150.0, 143.0, 132.0], 26.0),
-                Kind::Bricks => {
+                ReliefKind::Bricks if relief.heights[at] == 0 => ([150.0, 143.0, 132.0], 26.0),
+                ReliefKind::Bricks => {
                     let row = y / (4 * unit);
                     let brick = (x + row % 2 * 4 * unit) % side / (8 * unit);
                     let tone = f64::from(lattice(22, brick, row, 16)) / 255.0;

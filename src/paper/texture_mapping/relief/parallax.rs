@@ -5,7 +5,7 @@
 //! for the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
 //! Difference: one sweep along the view direction finds the hidden texels by a running maximum of the screen
 //! position. The paper traces a ray for each texel and stores those already counted, which gives the same set. In the
-//! same sweep, our [`Method::Projected`] weights each texel by its visible width on the screen.
+//! same sweep, our [`ParallaxFilter::Projected`] weights each texel by its visible width on the screen.
 //!
 //! The view is parallel, along +x. The ray that shows a point (x, height) enters the top plane at `s = x - (depth -
 //! height) cot(elevation)`. The point is hidden if a point before it has a larger s. A pixel is a square of the top
@@ -16,7 +16,7 @@ use super::{Ray, Relief};
 
 /// How a pixel is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum ParallaxFilter {
     /// The texel at the hit of the centre's ray.
     Point,
     /// A plain box filter, moved to where the centre's ray meets the relief: Donnelly's unperturbed derivatives.
@@ -29,17 +29,22 @@ pub enum Method {
     Projected,
 }
 
-impl Method {
-    pub const ALL: [Method; 5] =
-        [Method::Point, Method::Unperturbed, Method::Whole, Method::Visible, Method::Projected];
+impl ParallaxFilter {
+    pub const ALL: [ParallaxFilter; 5] = [
+        ParallaxFilter::Point,
+        ParallaxFilter::Unperturbed,
+        ParallaxFilter::Whole,
+        ParallaxFilter::Visible,
+        ParallaxFilter::Projected,
+    ];
 
     pub fn name(self) -> &'static str {
         match self {
-            Method::Point => "one texel",
-            Method::Unperturbed => "unperturbed derivatives",
-            Method::Whole => "whole footprint",
-            Method::Visible => "visible texels",
-            Method::Projected => "projected width",
+            ParallaxFilter::Point => "one texel",
+            ParallaxFilter::Unperturbed => "unperturbed derivatives",
+            ParallaxFilter::Whole => "whole footprint",
+            ParallaxFilter::Visible => "visible texels",
+            ParallaxFilter::Projected => "projected width",
         }
     }
 }

@@ -6,7 +6,7 @@
 //! the slack decides, the texel may count or not, and the range contains all outcomes.
 
 use super::Relief;
-use super::parallax::{Method, View};
+use super::parallax::{ParallaxFilter, View};
 use rayon::prelude::*;
 
 /// A filtered pixel.
@@ -20,7 +20,7 @@ pub struct Pixel {
 }
 
 /// The picture by a method, row by row, with a colour for each texel of the relief.
-pub fn pixels(relief: &Relief, colours: &[f32], view: &View, method: Method) -> Vec<Pixel> {
+pub fn pixels(relief: &Relief, colours: &[f32], view: &View, method: ParallaxFilter) -> Vec<Pixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
@@ -107,7 +107,7 @@ impl Lines<'_> {
         hull(texels.chain([at(from), at(to)]))
     }
 
-    fn footprint(&self, [left, top]: [f64; 2], side: f64, method: Method) -> Possible {
+    fn footprint(&self, [left, top]: [f64; 2], side: f64, method: ParallaxFilter) -> Possible {
         let middle = top + 0.5 * side;
         let centre = self.hits(left + 0.5 * side, middle);
         // Two lines per texel.
@@ -115,13 +115,15 @@ impl Lines<'_> {
         let lines = (0..rows).map(|n| top + (f64::from(n) + 0.5) * side / f64::from(rows));
         let mut sum = Sum::default();
         let ends = match method {
-            Method::Projected => return self.projected([left, left + side], lines),
-            Method::Point => None,
-            Method::Unperturbed => Some([-0.5, 0.5].map(|half| centre.map(|c| c + half * side))),
-            Method::Whole | Method::Visible => Some([left, left + side].map(|s| self.hits(s, middle))),
+            ParallaxFilter::Projected => return self.projected([left, left + side], lines),
+            ParallaxFilter::Point => None,
+            ParallaxFilter::Unperturbed => Some([-0.5, 0.5].map(|half| centre.map(|c| c + half * side))),
+            ParallaxFilter::Whole | ParallaxFilter::Visible => {
+                Some([left, left + side].map(|s| self.hits(s, middle)))
+            }
         };
         if let Some(ends) = ends {
-            lines.for_each(|y| self.add(&mut sum, ends, y, method == Method::Visible));
+            lines.for_each(|y| self.add(&mut sum, ends, y, method == ParallaxFilter::Visible));
         }
         // Without a texel, a pixel shows the colour at the centre ray's hit.
         let instead = Lines::between(centre, |x| self.texel(x, middle)[1]);

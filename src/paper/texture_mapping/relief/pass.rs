@@ -235,7 +235,7 @@ impl Filtered {
         relief: &Relief,
         colours: &[f32],
         view: &parallax::View,
-        method: parallax::Method,
+        method: parallax::ParallaxFilter,
     ) -> Result<Filtered> {
         let side = relief.side as i64;
         assert_eq!(colours.len(), relief.heights.len(), "a colour for each texel");

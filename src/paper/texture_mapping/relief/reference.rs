@@ -65,7 +65,7 @@ fn first_below(above: impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Kind, Ray, Relief};
+    use super::super::{Ray, Relief, ReliefKind};
     use super::*;
 
     #[test]
@@ -79,7 +79,7 @@ mod tests {
     /// above.
     #[test]
     fn small_steps_find_the_same_hit() {
-        for kind in Kind::ALL {
+        for kind in ReliefKind::ALL {
             let relief = kind.relief(32);
             for n in 0..200 {
                 let origin = [(n * 37 % 32) as f32 + 0.3, (n * 11 % 32) as f32 + 0.7];

@@ -302,7 +302,7 @@ pub fn one_sample_scene(name: &str) -> std::result::Result<Scene, SceneError> {
 
 /// Everything that a renderer needs besides the mesh and the texture.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct VirtualTextureSettings {
     /// Pixels.
     pub size: [u32; 2],
     pub config: Config,
@@ -310,12 +310,15 @@ pub struct Settings {
     pub target: Target,
 }
 
-impl Settings {
+impl VirtualTextureSettings {
     /// The settings of a scene.
     ///
     /// # Errors
     /// An invalid section or filter.
-    pub fn of_scene(scene: &Scene, target: Target) -> std::result::Result<Settings, SceneError> {
+    pub fn of_scene(
+        scene: &Scene,
+        target: Target,
+    ) -> std::result::Result<VirtualTextureSettings, SceneError> {
         let mut config: Config = scene.read(&["variant"])?;
         let mut streaming: StreamingConfig = scene.read(&["cache"])?;
         if let Some(surface) = owner(scene)? {
@@ -323,6 +326,6 @@ impl Settings {
         }
         config.fade_in_frames = streaming.fade_in_frames;
         streaming.level_bias = config.level_bias;
-        Ok(Settings { size: [scene.view.width, scene.view.height], config, streaming, target })
+        Ok(VirtualTextureSettings { size: [scene.view.width, scene.view.height], config, streaming, target })
     }
 }

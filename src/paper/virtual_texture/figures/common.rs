@@ -5,7 +5,7 @@ use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
-use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::scene::path::Path;
@@ -56,10 +56,10 @@ impl SceneView {
         self,
         bench: &Bench,
         size: [u32; 2],
-        change: impl FnOnce(&mut Settings),
+        change: impl FnOnce(&mut VirtualTextureSettings),
     ) -> anyhow::Result<Opened> {
         let SceneView { scene, pose, path } = self;
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
+        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
         settings.size = size;
         change(&mut settings);
         let source = open_texture(&scene)?;

@@ -17,7 +17,7 @@ use crate::paper::virtual_texture::texturing::Plain;
 use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
-use crate::paper::virtual_texture::{Settings, VirtualTexture, needs};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
 use crate::picture::Target;
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
@@ -128,14 +128,14 @@ impl SideBySide {
         place: SceneView,
         size: [u32; 2],
         (combinations, floors): (&[Combination], &'static [&'static str]),
-        change: impl Fn(&mut Settings),
+        change: impl Fn(&mut VirtualTextureSettings),
     ) -> anyhow::Result<SideBySide> {
         let SceneView { scene, pose, .. } = place;
         let gpu = device(bench, &all_needs())?;
         let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
-            let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
+            let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
             (settings.size, settings.config) = (size, config);
             // Settling is not timed: upload as many tiles per frame as staging memory allows.
             settings.streaming.deterministic = true;

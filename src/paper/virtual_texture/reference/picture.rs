@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 /// How a pixel's colour is computed from its footprint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
+pub enum ReferenceFilter {
     /// The paper's filter: at most this many trilinear samples along the footprint (NA).
     Samples(u32),
     /// Bilinear in the nearest level.
@@ -104,7 +104,7 @@ impl<'a> Texels<'a> {
     ///
     /// # Errors
     /// The first tile that could not be read.
-    pub fn picture(&self, view: &ReferenceView, filter: Filter) -> Result<Picture, TileError> {
+    pub fn picture(&self, view: &ReferenceView, filter: ReferenceFilter) -> Result<Picture, TileError> {
         let sky = [0.0, 0.0, 0.0, 1.0];
         let colour = |sample: Sample| self.pixel(&sample, filter).map(|channel| channel as f32);
         let pixels = view.samples().into_iter().map(|sample| sample.map_or(sky, colour)).collect();
@@ -122,7 +122,7 @@ impl<'a> Texels<'a> {
     }
 
     /// The linear colour of one pixel.
-    pub fn pixel(&self, sample: &Sample, filter: Filter) -> [f64; 4] {
+    pub fn pixel(&self, sample: &Sample, filter: ReferenceFilter) -> [f64; 4] {
         let (texture, pyramid) = (self.texture(), self.source.pyramid());
         let footprint = footprint(sample);
         let sides = sides(sample, &pyramid);
@@ -132,12 +132,14 @@ impl<'a> Texels<'a> {
         match filter {
             // Not finite: stage 1 stores the finest resident level.
             _ if found.e.is_nan() => texture.trilinear(f64::from(found.q), s, t),
-            Filter::Samples(most) => texture.along(&sides, sample_count(longest, shortest, most), s, t),
-            Filter::NearerLevel => {
+            ReferenceFilter::Samples(most) => {
+                texture.along(&sides, sample_count(longest, shortest, most), s, t)
+            }
+            ReferenceFilter::NearerLevel => {
                 let level = (found.e + 0.5).floor().clamp(0.0, f64::from(texture.coarsest_level()));
                 texture.bilinear(level as u32, s, t)
             }
-            Filter::Area => texture.area(&sides, s, t),
+            ReferenceFilter::Area => texture.area(&sides, s, t),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Program};
 use crate::paper::progressive_mesh::stand::stands;
-use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
+use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
@@ -226,7 +226,7 @@ fn session(
     let mut surface = config::surface(&scene, "bunny")?;
     (surface.order, surface.apply, surface.instances) = (order, apply, 1);
     let stands = stands(&scene, &surface);
-    let model = Model {
+    let model = LoadedMesh {
         name: order.name().into(),
         surface,
         mesh: mesh.clone(),
@@ -235,7 +235,10 @@ fn session(
         textured: None,
     };
     // Nothing is drawn.
-    let settings = Settings { size: [64, 36], ..Settings::of_scene(&scene, Target::Srgb8)? };
+    let settings = ProgressiveMeshSettings {
+        size: [64, 36],
+        ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8)?
+    };
     Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }
 

@@ -13,7 +13,7 @@ use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program, State};
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::paper::progressive_mesh::stand::stands;
-use crate::paper::progressive_mesh::{Model, ProgressiveMeshes, Settings};
+use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
 use crate::picture::Target;
 use crate::scene::Scene;
 use crate::vk::{Gpu, PassTime};
@@ -161,9 +161,16 @@ pub fn session(
     let scene = Scene::embedded("bunny")?;
     let surface = config::surface(&scene, "bunny")?;
     let stands = stands(&scene, &surface);
-    let model =
-        Model { name: "one".into(), surface, mesh: mesh.clone(), cut_from: None, stands, textured: None };
-    let settings = Settings { size, ..Settings::of_scene(&scene, Target::Srgb8)? };
+    let model = LoadedMesh {
+        name: "one".into(),
+        surface,
+        mesh: mesh.clone(),
+        cut_from: None,
+        stands,
+        textured: None,
+    };
+    let settings =
+        ProgressiveMeshSettings { size, ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8)? };
     Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 

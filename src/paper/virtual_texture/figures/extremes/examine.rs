@@ -13,7 +13,9 @@ use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::tile_pool::{TilePool, TilePoolError};
 use crate::paper::virtual_texture::{Config, ONE_SAMPLE, TileAddress, reference};
-use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, read_requests};
+use crate::paper::virtual_texture::{
+    VirtualTexture, VirtualTextureError, VirtualTextureSettings, read_requests,
+};
 use crate::picture::Target;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
@@ -236,7 +238,7 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
 /// Draws the whole frame on a ruler texture until no tile is missing.
 fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
-    let mut settings = Settings::of_scene(&scene, Target::Linear32).expect("shipped");
+    let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Linear32).expect("shipped");
     (settings.size, settings.config) = (sight.size, ONE_SAMPLE);
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));

@@ -6,7 +6,7 @@ use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::B
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
-use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
 use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
@@ -172,10 +172,10 @@ impl Truths {
         let texels = Texels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
-        let samples = [1, 2, 4, 8].map(|most| Ok((most, picture(Filter::Samples(most))?)));
+        let samples = [1, 2, 4, 8].map(|most| Ok((most, picture(ReferenceFilter::Samples(most))?)));
         Ok(Truths {
-            area: picture(Filter::Area)?,
-            nearer_level: picture(Filter::NearerLevel)?,
+            area: picture(ReferenceFilter::Area)?,
+            nearer_level: picture(ReferenceFilter::NearerLevel)?,
             samples: samples.into_iter().collect::<anyhow::Result<_>>()?,
             inside,
         })

@@ -25,7 +25,7 @@ use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh, texture};
 use crate::paper::virtual_texture::{
-    Compaction, Config, Dedup, FrameRecord, PAPER, Settings, TileAddress, VirtualTexture, needs,
+    Compaction, Config, Dedup, FrameRecord, PAPER, TileAddress, VirtualTexture, VirtualTextureSettings, needs,
 };
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
@@ -64,9 +64,9 @@ fn session(
     scene: &Scene,
     source: Arc<dyn TileSource>,
     size: [u32; 2],
-    change: impl FnOnce(&mut Settings),
+    change: impl FnOnce(&mut VirtualTextureSettings),
 ) -> anyhow::Result<Run<VirtualTexture>> {
-    let mut settings = Settings::of_scene(scene, Target::Linear32)?;
+    let mut settings = VirtualTextureSettings::of_scene(scene, Target::Linear32)?;
     settings.size = size;
     settings.config = Config { filter: settings.config.filter, ..LISTS };
     change(&mut settings);

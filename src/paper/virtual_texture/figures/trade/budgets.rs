@@ -6,7 +6,7 @@ use super::{Stage, Sweep};
 use crate::figure::{Bench, Budgeted, Contender};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::texture;
-use crate::paper::virtual_texture::{Settings, VirtualTexture};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
 use crate::picture::Target;
 use std::time::Instant;
 
@@ -62,7 +62,8 @@ fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow
     if anew {
         source.forget();
     }
-    let settings = Settings { size: *size, ..Settings::of_scene(&scene, Target::Srgb8)? };
+    let settings =
+        VirtualTextureSettings { size: *size, ..VirtualTextureSettings::of_scene(&scene, Target::Srgb8)? };
     let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
     let frames = session.settle_within_budgets(pose)?;

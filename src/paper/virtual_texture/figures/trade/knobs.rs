@@ -3,7 +3,7 @@
 use crate::figure::Refused;
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
-    Config, Filter, Settings, Texture, TextureError, TextureSource, owner, texture,
+    Config, Filter, Texture, TextureError, TextureSource, VirtualTextureSettings, owner, texture,
 };
 use crate::picture::Target;
 use crate::scene::{Choice, Scene};
@@ -150,7 +150,7 @@ struct Values {
 }
 
 impl Values {
-    fn of(settings: &Settings, texture: &Texture) -> Values {
+    fn of(settings: &VirtualTextureSettings, texture: &Texture) -> Values {
         let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
         let Filter { kind, max_anisotropy, minor_texels, samples, .. } = filter;
         Values {
@@ -308,7 +308,7 @@ pub(super) fn surface(scene: &Scene) -> Result<String, TextureError> {
 /// A scene without a virtual texture.
 pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureError> {
     let (texture, surface) = (texture(scene)?, surface(scene)?);
-    let own = Values::of(&Settings::of_scene(scene, Target::Srgb8)?, &texture);
+    let own = Values::of(&VirtualTextureSettings::of_scene(scene, Target::Srgb8)?, &texture);
     let generated = texture.source != TextureSource::File;
     let mut all = vec![own];
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
@@ -340,7 +340,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
 /// A scene without a virtual texture.
 pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, TextureError> {
     let (texture, surface) = (texture(scene)?, surface(scene)?);
-    let filter = Settings::of_scene(scene, Target::Srgb8)?.config.filter;
+    let filter = VirtualTextureSettings::of_scene(scene, Target::Srgb8)?.config.filter;
     let own = texture.border;
     let baked = texture.source == TextureSource::File;
     let mut refused = Vec::new();

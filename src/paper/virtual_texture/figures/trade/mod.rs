@@ -14,7 +14,7 @@ use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
-use crate::paper::virtual_texture::{Settings, VirtualTexture, VirtualTextureError, all_needs};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs};
 use crate::picture::Target;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
@@ -25,7 +25,7 @@ use anyhow::Context;
 use std::collections::HashMap;
 use std::sync::Arc;
 use times::{Batch, levelled};
-use truth::Truth;
+use truth::Mosaic;
 
 /// Number of settings that are timed in turn, together with the scene's own. Each has its own tile pool: 260 MB for
 /// 192 tiles.
@@ -74,7 +74,7 @@ struct Stage<'a> {
     sweep: &'a Sweep<'a>,
     gpu: Gpu,
     mesh: Mesh,
-    truth: Truth,
+    truth: Mosaic,
     /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings need
     /// the same tiles.
     sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
@@ -147,7 +147,7 @@ impl Sweep<'_> {
             sweep: self,
             gpu: device(bench, &all_needs())?,
             mesh: mesh::gpu_mesh(&mesh),
-            truth: Truth::new(&*source, &mesh, &self.pose, self.size)?,
+            truth: Mosaic::new(&*source, &mesh, &self.pose, self.size)?,
             sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),
         })
     }
@@ -178,7 +178,7 @@ impl Stage<'_> {
             None => Remembered::new(open_texture(&scene)?),
         };
         self.sources.insert(key, source.clone());
-        let mut settings = Settings::of_scene(&scene, Target::Srgb8)?;
+        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
         settings.size = *size;
         // Settling is not timed: upload as many tiles per frame as staging memory allows.
         settings.streaming.deterministic = true;

@@ -2,7 +2,7 @@
 
 use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
-use crate::paper::virtual_texture::reference::picture::{Filter, Texels};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
 use crate::picture::{Picture, srgb};
 use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::TileSource;
@@ -14,7 +14,7 @@ const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 
 /// The reference at some pixels of a picture, as a mosaic of their windows.
-pub struct Truth {
+pub struct Mosaic {
     pub picture: Picture,
     size: [u32; 2],
     windows: Windows,
@@ -55,7 +55,7 @@ impl Windows {
     }
 }
 
-impl Truth {
+impl Mosaic {
     /// # Errors
     /// A tile that cannot be read.
     pub fn new(
@@ -63,7 +63,7 @@ impl Truth {
         mesh: &SourceMesh,
         pose: &Pose,
         size: [u32; 2],
-    ) -> anyhow::Result<Truth> {
+    ) -> anyhow::Result<Mosaic> {
         let [width, height] = size;
         let view = ReferenceView::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
         let texels = Texels::new(source);
@@ -75,11 +75,11 @@ impl Truth {
             let seen = covered(&view, [x, y]).then(|| view.sample(x, y)).flatten();
             inside.push(seen.is_some());
             rgba.push(seen.map_or(BLACK, |sample: Sample| {
-                texels.pixel(&sample, Filter::Area).map(|channel| channel as f32)
+                texels.pixel(&sample, ReferenceFilter::Area).map(|channel| channel as f32)
             }));
         }
         texels.check()?;
-        Ok(Truth { picture: Picture::new(columns, rows, rgba), size, windows, inside })
+        Ok(Mosaic { picture: Picture::new(columns, rows, rgba), size, windows, inside })
     }
 
     /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the textured surface's outline are black,
