@@ -138,7 +138,7 @@ pub struct Buffer {
     bytes: u64,
     index_type: Option<IndexType>,
     name: String,
-    /// Of a mapped buffer.
+    /// `None` unless the buffer is mapped.
     uses: Option<Arc<Uses>>,
 }
 
@@ -275,7 +275,7 @@ impl Buffer {
         MappedMut { bytes: &mut bytes[..self.bytes as usize], uses }
     }
 
-    /// Opens a view of the host.
+    /// Counts a new view by the host. Panics if a submitted frame may still use the buffer.
     fn host_uses(&self) -> &Uses {
         let uses = self.uses.as_ref().unwrap_or_else(|| panic!("{} is not mapped", self.name));
         uses.views.fetch_add(1, SeqCst);
@@ -284,7 +284,7 @@ impl Buffer {
         uses
     }
 
-    /// Its handle, for a command of the frame that uses the buffers `mapped`.
+    /// The handle, for a command of a frame. A mapped buffer is added to `mapped`, the frame's list of such buffers.
     pub(super) fn for_frame(&self, mapped: &mut Vec<Arc<Uses>>) -> vk::Buffer {
         mapped.extend(self.uses.clone());
         self.handle

@@ -83,7 +83,8 @@ impl Need {
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,
     pub(crate) scalar_block_layout: bool,
-    /// The device lacks parts of Vulkan that we do not use. Its extension must be enabled.
+    /// True if the device implements only a subset of Vulkan. VK_KHR_portability_subset must then be enabled; the
+    /// missing parts are not used.
     pub(crate) portability_subset: bool,
     /// Lanes per subgroup.
     pub(crate) subgroup_size: u32,

@@ -55,7 +55,7 @@ struct Slot {
     times: Times,
 }
 
-/// The slots of the frames that are not being recorded, the longest submitted first.
+/// The slots that no frame is being recorded into, the least recently submitted first.
 pub(crate) struct Ring {
     slots: VecDeque<Slot>,
     device: Arc<Device>,
@@ -219,8 +219,8 @@ impl Slot {
         }
     }
 
-    /// The command buffers of the submission. The first one transitions `new_images`, if there are any: another frame
-    /// may be submitted while this one is recorded, and the first submission finds them in UNDEFINED.
+    /// The command buffers of the submission. The first one transitions `new_images`, if there are any. It is recorded
+    /// only now, because the frame that is submitted first must transition them, and not the one recorded first.
     fn commands(
         &self,
         device: &Device,

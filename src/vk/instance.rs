@@ -11,8 +11,8 @@ use std::sync::{Arc, Once, OnceLock};
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each
-/// [`Instance`] loads and unloads them. Mesa 25.0.7's lavapipe then crashes if threads open and close devices beside
-/// each other (7 of 20 runs of the test of that; none with this instance), and NVIDIA 580.159 fails after about 30
+/// [`Instance`] loads and unloads them. Mesa 25.0.7's lavapipe then crashes if several threads open and close devices
+/// at the same time (in 7 of 20 runs of a test; in none with this instance), and NVIDIA 580.159 fails after about 30
 /// loads in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
@@ -298,13 +298,13 @@ fn create(
     }
 }
 
-/// Switches Mesa's shader cache off if the environment sets the vector width. The cache does not distinguish widths, and
-/// code for another width writes beyond its buffers.
+/// Switches Mesa's shader cache off if the environment sets the vector width. The cache does not distinguish widths,
+/// and code for another width writes beyond its buffers.
 fn keep_vector_widths_apart() {
     static ONCE: Once = Once::new();
     if std::env::var_os("LP_NATIVE_VECTOR_WIDTH").is_some() {
-        // SAFETY: the standard library orders its own accesses. No driver is loaded yet, so no driver's thread reads the
-        // environment; other C code that reads it meanwhile is not ours.
+        // SAFETY: the standard library orders its own accesses. No driver is loaded yet, so no driver's thread reads
+        // the environment; other C code that reads it meanwhile is not ours.
         ONCE.call_once(|| unsafe { std::env::set_var("MESA_SHADER_CACHE_DISABLE", "true") });
     }
 }

@@ -8,8 +8,8 @@ fn require(fits: bool, object: &str, what: impl FnOnce() -> String) -> Result<()
 }
 
 impl Gpu {
-    /// Rejects a device that cannot draw: lavapipe crashes in draws with vectors of 512 bits. It chooses 256 or 128
-    /// itself, and compute shaders run with all widths.
+    /// Rejects a device that cannot draw: lavapipe crashes in draws with vectors of 512 bits. Its default is 256 or 128
+    /// bits, and compute shaders run with all widths.
     ///
     /// # Errors
     /// [`Error::Limit`]

@@ -22,7 +22,7 @@ pub struct ColorTarget<'a> {
 #[derive(Clone, Copy)]
 pub struct DepthTarget<'a> {
     pub image: &'a Image,
-    /// Reversed depth: 0 is infinitely far. `false` keeps the depth of earlier passes.
+    /// `true` clears to 0, which is infinitely far (depth is reversed). `false` keeps the depth of earlier passes.
     pub clear: bool,
 }
 

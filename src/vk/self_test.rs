@@ -121,7 +121,7 @@ mod tests {
         let gpu = Gpu::new(&GpuOptions::default()).unwrap();
         triangle(&gpu).unwrap();
         let mut words = triangle_frag::SHADER.spirv.to_vec();
-        // The row's factor: OpConstant, of 4 words and with code 43.
+        // The shader's row factor, 16: an OpConstant (opcode 43) of 4 words.
         let at = words.windows(4).position(|word| word[0] == 4 << 16 | 43 && word[3] == 16).unwrap();
         words[at + 3] = 17;
         gpu.replace_shaders(Replaced::from([(triangle_frag::SHADER.name.to_string(), words)]));

@@ -152,7 +152,7 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// Size of the images in pixels; 0 x 0 while the window has none.
+    /// Size of the images in pixels; 0 x 0 while there are no images.
     pub fn size(&self) -> [u32; 2] {
         self.images.first().map_or([0; 2], |image| image.info().size)
     }
