@@ -32,7 +32,8 @@ layout(push_constant, scalar) uniform Applying {
     // First index of the instance's slice.
     uint slice;
     uint kept_first;
-    // For a construction: the slots of its keyframe and the live vertices; first words of the faces and predecessors.
+    // For a construction: the number of slots of its keyframe, the number of live vertices, and the first words of the
+    // faces and of the predecessors.
     uint listed;
     uint vertices;
     uint faces_at;

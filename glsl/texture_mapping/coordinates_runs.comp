@@ -4,12 +4,12 @@
 #include "texture_mapping/coordinates.glsl"
 #include "texture_mapping/coordinates_walk.glsl"
 
-// 1: a thread reads its row's constants; 0: it evaluates the part of the nine coefficients that its row shares.
+// 1: a thread reads its row's constants; 0: it computes them from the nine coefficients.
 layout(constant_id = 3) const uint ROW_CONSTANTS = 0;
 
 layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
 
-// Each pixel by one fma per value from the row's part, so no error adds up along the row.
+// Computes each pixel from the row's constants with one fma per value, so no error accumulates along the row.
 void main() {
     Walk own = walk();
     if (own.count == 0u) return;

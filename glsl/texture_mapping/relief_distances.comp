@@ -18,7 +18,7 @@ layout(binding = 0, scalar) readonly buffer Bounds { vec2 cells[]; } bounds;
 layout(binding = 1, scalar) readonly buffer Lows { float squares[]; } lows;
 layout(binding = 2, scalar) readonly buffer Starts { uint words[]; } starts;
 layout(binding = 3, scalar) readonly buffer Squares { ivec2 offsets[]; } squares;
-// An offset, the first sector behind it, and the number of sectors; the nearest first.
+// Near cells, the nearest first: offset, first sector behind the cell, number of sectors.
 layout(binding = 4, scalar) readonly buffer Near { ivec4 cells[]; } near;
 layout(binding = 5, scalar) readonly buffer Inverses { float values[]; } inverses;
 layout(binding = 6, scalar) writeonly buffer Distances { float texels[]; } distances;

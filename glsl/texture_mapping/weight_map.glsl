@@ -1,5 +1,5 @@
 // Step D of paper 3: a table in place of the Gaussian. Needs weights.glsl.
-layout(constant_id = 60) const uint MAP = 0;  // 0: none; else 1 + the index of the variant of `Shape` (weight_map.rs)
+layout(constant_id = 60) const uint MAP = 0;  // 0: none; else 1 + the index of the `MapShape` variant
 layout(constant_id = 61) const uint MAP_ENTRIES = 1;
 layout(constant_id = 62) const uint MAP_BITS = 8;
 layout(constant_id = 63) const uint MAP_LINEAR = 0;  // 1: interpolates the two nearest entries

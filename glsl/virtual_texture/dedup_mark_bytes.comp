@@ -17,9 +17,9 @@ layout(push_constant, scalar) uniform MarkingFrame {
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
-// All invocations that write a byte write the same value. Vulkan has no atomics of bytes, so its memory model calls
-// these stores, and the test before them, races; every known device stores the value. Bytes of earlier frames hold other
-// numbers and need no clearing.
+// All invocations that write a byte write the same value. Vulkan has no byte atomics, so these stores and the load
+// before them are data races in its memory model; every known device stores the value. Bytes of earlier frames hold
+// other numbers and need no clearing.
 void main() {
     uvec3 qij = addressed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x >= FIRST_RESIDENT_LEVEL) return;

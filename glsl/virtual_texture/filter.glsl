@@ -19,7 +19,7 @@ struct Lookup {
 
 // log2 of a positive finite number, with an error of at most 2^-13; the sampler's step between levels is 2^-8. The
 // exponent is exact, so that the integer part of half the result is stage 1's q. On software drivers the built-in log2
-// takes a division and ten operations more.
+// needs a division and ten operations more than this function.
 float log2_13(float x) {
     uint bits = floatBitsToUint(x);
     float t = uintBitsToFloat(bits & 0x7fffffu | 0x3f800000u) - 1.0;
@@ -126,7 +126,8 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
-// Effectiveness of Quasirandom Sequences", 2018), which spreads few taps more evenly than random numbers. The start differs between pixels and between frames.
+// Effectiveness of Quasirandom Sequences", 2018). It spreads few taps more evenly than random numbers. The start
+// differs between pixels and between frames.
 vec4 chances(uvec4 start, uint n) {
     uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
     return vec4(bits >> 8) * power_of_half(24);
@@ -180,7 +181,7 @@ vec4 shown_by(Resident tile, Lookup lookup, uvec4 start) {
     // A coarser substitute (q' > q) shows only its own level.
     float f = tile.level == lookup.q ? lookup.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
-    // One call for all levels, because software drivers run both sides of a branch.
+    // Streamed and resident levels share one call, because software drivers run both sides of a branch.
     if (FILTER == ELLIPSE) return tile_ellipse(lookup, tile);
     return FILTER == STOCHASTIC ? taps(lookup, tile.level, coarser, start) : tile_samples(lookup, tile, coarser);
 }

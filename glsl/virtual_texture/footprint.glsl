@@ -60,9 +60,10 @@ Ellipse ellipse(Footprint f) {
     return ellipse_of(jacobian(f), f.r1.x * f.r2.y - f.r2.x * f.r1.y, float(MAX_ANISOTROPY));
 }
 
-// The largest half side of an ellipse's bounding box, without K and in texels of its level, at which no texel of the
-// ellipse is more than half a tile away from the pixel's texel. `outer` adds the half texel of the edge. V then becomes
-// at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt K, because the minor semi-axis is at least sqrt K.
+// The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
+// texels of the ellipse are at most half a tile away from the pixel's texel. `outer` adds the half texel of the edge. V
+// then becomes at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt K, because the minor semi-axis is at least
+// sqrt K.
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);

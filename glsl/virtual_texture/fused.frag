@@ -30,8 +30,9 @@ layout(location = 2) in vec3 normal;
 #endif
 layout(location = 0) out vec4 colour;  // linear light
 
-// The test may read an old value; then the OR is repeated without harm. A bit that is read as set is set. The OR
-// returns an unset bit to exactly one fragment. Only that fragment appends, so each triple is listed once.
+// The test may read an old value; then the OR is repeated without harm. Bits are only set here, never cleared, so a bit
+// that reads as set is set. The OR returns an unset bit to exactly one fragment. Only that fragment appends, so each
+// triple is listed once.
 void mark(uvec3 qij) {
     if (OWN_LEVEL == 1) qij.yz >>= qij.x;
     uint place = mark_index(qij);

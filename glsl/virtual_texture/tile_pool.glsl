@@ -1,5 +1,5 @@
 // Finds the resident tile that shows a pixel (paper 1, section 4). Needs pyramid.glsl and footprint.glsl.
-layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // this level and each coarser one are a single resident tile
+layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // this level and each coarser one fit in one tile
 layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; those of coarser levels follow
 
 // The page table. The cell of a tile names the tile that is shown for it: fade << 24 | level << 19 | slot.
