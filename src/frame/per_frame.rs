@@ -11,7 +11,7 @@ impl Slot {
     /// For work that never overlaps another frame.
     pub const FIRST: Slot = Slot(0);
 
-    /// Its index, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
+    /// The slot's index, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
     pub fn index(self) -> u32 {
         self.0 as u32
     }

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 pub struct Run<T: Technique> {
     pub gpu: Gpu,
     pub technique: T,
-    /// Records of frames that have ended, the last [`HISTORY`](super::HISTORY) unless [`Run::keep`] is called. [`Run::drain`] adds those in
-    /// flight.
+    /// Records of frames that have ended; [`Run::drain`] adds those in flight. Only the last
+    /// [`HISTORY`](super::HISTORY) are kept, unless [`Run::keep`] was called.
     pub records: Records<T::Record>,
-    /// [`Run::settle`] gives up after this wait without a new arrival: [`STALL`].
+    /// [`Run::settle`] gives up after this wait without a new arrival; by default [`STALL`].
     pub stall: Duration,
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
@@ -114,7 +114,8 @@ impl<T: Technique> Run<T> {
         Ok(self.next - first)
     }
 
-    /// One frame of [`Run::settle_within_budgets`]; true if nothing is missing. `last_arrival`: at first the current time.
+    /// One frame of [`Run::settle_within_budgets`]; true if nothing is missing. `last_arrival` must be the current time
+    /// at the first call.
     ///
     /// # Errors
     /// As [`Run::settle`].

@@ -44,7 +44,8 @@ pub struct DepthAlone {
 pub enum Draw {
     /// Positions are in world metres; draws all indices.
     World { indices: u32 },
-    /// Positions are relative to `centre` (world metres), in `axes` (world metres for each object unit).
+    /// Positions are in object units, relative to `centre` (world metres). The columns of `axes` are the object's axes
+    /// in world metres per object unit.
     Object { centre: DVec3, axes: DMat3, first_index: u32, indices: u32 },
 }
 
