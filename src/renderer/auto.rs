@@ -1,6 +1,6 @@
 //! Chooses the filter of a surface with `filter = "auto"`: the surface's bound selects it from the Pareto front of time
 //! and error, measured on this device. The front is kept in the user's cache folder, one file for a scene, size and
-//! pose. Another device, driver or commit of the program measures it again.
+//! pose. It is measured again on another device, with another driver, or by another commit of the program.
 
 use super::sections::LANGUAGES;
 use crate::figure::{Bench, Effort, Machine, Trade, Traded};

@@ -181,8 +181,8 @@ fn same_tiles(now: &Scene, next: &Scene, owner: &Surface) -> bool {
     same(&["surface", &owner.name, "texture"]) && same(&["disk"])
 }
 
-/// The scene without the settings that change in place: the variant, the caches, the governor, the filter of the surface
-/// `owner`, and the wanted error of meshes.
+/// The scene without the settings that change in place: the variant, the caches, the governor, the filter of the
+/// surface `owner`, and the wanted error of meshes.
 fn fixed(scene: &Scene, owner: Option<&Surface>) -> Option<toml::Table> {
     let mut table: toml::Table = scene.to_toml().parse().ok()?;
     for section in ["variant", "cache", "governor"] {
@@ -458,7 +458,7 @@ fn texture(
     Ok((settings, source))
 }
 
-/// The plain texture in the table of the surface `of`; grey if it has none.
+/// The plain texture in the table of the surface `of`; grey if `of` is `None`.
 pub(super) fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainTexture, RenderError> {
     let Some(of) = of else { return Ok(PlainTexture::grey(ALBEDO)) };
     let plain: Plain = scene.read(&["surface", of, "texture"])?;

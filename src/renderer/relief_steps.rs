@@ -22,7 +22,7 @@ pub struct ReliefSteps {
     pub image: Image,
     /// The depth of the finished picture.
     depth: Arc<Image>,
-    /// For each filter of the surfaces with a relief.
+    /// One for each filter of the surfaces with a relief.
     pipelines: Vec<(PlainFilter, GraphicsPipeline)>,
 }
 

@@ -1,5 +1,5 @@
-//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow; the
-//! window's error overlay computes it beside the frames.
+//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow;
+//! the window's error overlay computes it beside the frames.
 //!
 //! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, whatever the frame shows.
 

@@ -100,7 +100,7 @@ const VARIANTS: [(&str, &[&str]); 8] = [
 
 const ELLIPSE: &str = "surface.land.filter={kind='ellipse', max_anisotropy=16}";
 
-/// A footprint at a sphere's limb is cut off only in the outermost pixels.
+/// Width of the outline band. At a sphere's limb, only footprints this close to the edge are cut off.
 const OUTLINE_PIXELS: u32 = 3;
 
 const KERNELS: [(&str, Kernel); 2] =
@@ -208,7 +208,7 @@ fn truth_of_row(level: &Level<'_>, view: &ReferenceView, row: u32, kernel: Kerne
     supersample([view.size()[0], 1], surface, texel, kernel, density)
 }
 
-/// The error of the luminance of those pixels which count.
+/// The luminance error over the pixels for which `counts` is true.
 fn error(picture: &Picture, truth: &Truth, counts: &[bool]) -> anyhow::Result<Difference> {
     let grey = |value: f64| [value as f32, value as f32, value as f32, 1.0];
     let [width, height] = truth.size;
@@ -230,7 +230,7 @@ fn outline(view: &ReferenceView) -> Vec<bool> {
     (0..width * height).map(of).collect()
 }
 
-/// The coarsest streamed level with 8 texels or more across the shorter side of each of these pixels' footprints.
+/// The coarsest streamed level at which the shorter side of every footprint has at least 8 texels; 0 if there is none.
 fn finest_needed(samples: &[Option<Sample>], pyramid: &Pyramid) -> u32 {
     let shorter = |sample: &Sample| sides(sample, pyramid).lengths()[1];
     let least = samples.iter().flatten().map(shorter).fold(f64::INFINITY, f64::min);

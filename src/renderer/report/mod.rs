@@ -200,7 +200,8 @@ impl TextureReport {
 }
 
 impl Report {
-    /// The report of the frames whose records are kept (see [`Records`](crate::frame::Records)). `scene` and `camera` are the names that the user gave.
+    /// The report of the frames whose records are kept (see [`Records`](crate::frame::Records)). `scene` and `camera`
+    /// are the names that the user gave.
     pub fn of(renderer: &Renderer, scene: &str, camera: &str, plain: Option<PlainComparison>) -> Report {
         let physical = renderer.gpu.physical();
         let (major, minor, patch) = physical.api;
