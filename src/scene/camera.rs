@@ -153,7 +153,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
     }
     let axes = |pose: &Pose| DMat3::from_cols(pose.right, pose.up, pose.forward);
     let turn = axes(now) * axes(before).transpose();
-    // near_m is the height divided by 64.
+    // By default, near_m is the height divided by 64.
     let farthest_m = 32.0 * now.near_m;
     let step = |pose: &Pose| Pose {
         eye: turn * (pose.eye - before.eye) + now.eye,

@@ -16,8 +16,8 @@ pub(super) struct Change {
     pub value: Value,
 }
 
-/// True if the changes give the camera `name` a position and a height, so that it may be a new one. Changes of its
-/// other keys alone may be a misspelling of another camera's name.
+/// True if the changes give the camera `name` a position and a height, so that it may be a new one. If they set only
+/// other keys, `name` may be a misspelling of another camera's name.
 fn places(name: &str, changes: &[Change]) -> bool {
     let sets = |key| changes.iter().any(|change| change.key == ["cameras", name, key]);
     let over_the_earth = sets("latitude_deg") && sets("longitude_deg");
