@@ -3,9 +3,9 @@
 use crate::picture::srgb;
 use rayon::prelude::*;
 
-/// The next coarser level of one with `size` texels (RGB or RGBA): each texel is the mean of 2 x 2 finer texels in
-/// linear light. If a side is odd, its last texel is dropped, as Vulkan's level sizes require. If a side is one texel,
-/// that texel counts twice.
+/// The level after a level of `size` texels (RGB or RGBA): each texel is the mean of 2 x 2 finer texels in linear
+/// light. If a side is odd, its last texel is dropped, as Vulkan's level sizes require. If a side is one texel, that
+/// texel counts twice.
 pub fn coarser<const N: usize>(finer: &[[u8; N]], size: [u32; 2]) -> Vec<[u8; N]> {
     let table = srgb::table();
     let [width, height] = size.map(|side| side as usize);

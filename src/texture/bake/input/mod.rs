@@ -54,7 +54,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
     if start.starts_with(&[0xFF, 0xD8, 0xFF]) {
         return Ok(Box::new(jpeg::Jpeg::open(path, file)?));
     }
-    // II or MM, 42: TIFF; 43: BigTIFF.
+    // Byte order II or MM, then 42 for TIFF or 43 for BigTIFF.
     if [b"II\x2a\0", b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].iter().any(|magic| start.starts_with(*magic)) {
         return Ok(Box::new(tiff::Tiff::open(path, file)?));
     }

@@ -56,7 +56,7 @@ pub struct Base {
     pub strength: Vec<u32>,
 }
 
-/// The base, decoded on first use (about half a second on one core) and kept: 34 MB and 2 MB.
+/// The base, decoded on first use (about half a second on one core) and kept: 34 MB of levels, 2 MB of strengths.
 ///
 /// # Errors
 /// [`EarthError::Picture`] if the built-in picture does not decode to the pinned bytes.

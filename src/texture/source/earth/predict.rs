@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn the_prediction_of_a_saddle_is_diagonal() {
-        // 16 x y: children lie a quarter texel from the centre, so the values are +-1.
+        // 256 x y: children lie a quarter texel from the centre, so their values are +-16.
         let texels: Vec<[i32; 1]> = (0..25).map(|index| [256 * (index % 5 - 2) * (index / 5 - 2)]).collect();
         let mut found = [[[0]; 3]];
         Prediction::new(&texels, 5).row(2, 2, &mut found);

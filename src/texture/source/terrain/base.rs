@@ -111,7 +111,7 @@ fn ground() -> Vec<Fields> {
         let north = (heights.at(x, y - 1) - heights.at(x, y + 1)) / run;
         let steep = (east * east + north * north).sqrt();
         let crest = (height - near.at(x, y)) / 22.0 + (height - wide.at(x, y)) / 150.0;
-        // 1 in the south, 0 on the plateau; the divide runs through the middle.
+        // -0.5 at the north edge, 0.5 at the south edge; the divide runs through the middle.
         let south = (y as f32 - middle as f32) / SIDE as f32;
         let wet = (0.62 + 3.2 * south + 0.25 * noise[index][0]).clamp(0.0, 1.0);
         let line_m = 5680.0 - 330.0 * wet - 260.0 * north / (1.0 + steep);

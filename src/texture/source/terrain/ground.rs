@@ -29,7 +29,7 @@ pub const NOISE: usize = 6;
 /// Linear light.
 pub type Color = [f32; 3];
 
-/// The colours of which the ground's colour is mixed, in linear light.
+/// The colours from which the ground's colour is mixed, in linear light.
 pub struct Palette {
     snow: Color,
     old_snow: Color,
@@ -183,7 +183,7 @@ impl Palette {
     }
 }
 
-/// The parent on a child's far side, clamped at the map's edge.
+/// The second-nearest parent of a child along one axis, clamped at the map's edge.
 pub fn beyond(child: usize, last: usize) -> usize {
     if child.is_multiple_of(2) { (child / 2).saturating_sub(1) } else { (child / 2 + 1).min(last) }
 }
