@@ -85,7 +85,7 @@ impl Run<VirtualTexture> {
     }
 }
 
-/// Requires that the last frame has ended, so that its depth is complete in the target.
+/// These functions require that the last frame has ended, so that its depth is complete in the target.
 impl VirtualTexture {
     /// The shapes of the last frame, drawn onto its own depth.
     fn last_seen(&self, target: &Target) -> Seen<'_> {

@@ -40,7 +40,8 @@ impl FadeIn {
         self.frames = frames;
     }
 
-    /// Advances by one frame: turns streaming's changes into the cells to write. A tile's last change comes last.
+    /// Advances by one frame: turns streaming's changes into the cells to write. If a tile has several cells in the
+    /// result, the last one counts.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {

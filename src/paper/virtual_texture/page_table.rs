@@ -1,4 +1,5 @@
-//! The page table that the shader reads: for each tile of each level, the nearest coarser tile in the tile pool.
+//! The page table that the shader reads: for each tile of each level, the tile itself if it is in the tile pool,
+//! otherwise the nearest coarser tile that is.
 //!
 //! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup
 //! and no search. The paper stores tile states in the same array (an erratum, see [`super::streaming`]); here they are
@@ -100,8 +101,8 @@ impl PageTable {
         }
     }
 
-    /// For each level of more than one tile, finest first: the number of cells that show a tile of their own level, and of
-    /// one that is 1, 2, or at least 3 levels coarser.
+    /// For each level of more than one tile, finest first: the numbers of cells that show a tile of their own level, or
+    /// of a level that is 1, 2, or at least 3 coarser.
     pub fn cells_by_level(&self) -> Vec<[usize; 4]> {
         let of_level = |level: u32| {
             let cells = 1 << self.grid_log2(level).iter().sum::<u32>();
@@ -154,7 +155,7 @@ mod tests {
         tiles
     }
 
-    /// The definition: the nearest coarser tile that is shown.
+    /// The definition: the tile itself if it is shown, otherwise the nearest coarser tile that is.
     fn nearest(shown: &HashMap<TileId, u32>, mut tile: TileId) -> u32 {
         while !shown.contains_key(&tile) {
             tile = TileId { level: tile.level + 1, row: tile.row >> 1, column: tile.column >> 1 };
@@ -217,7 +218,8 @@ mod tests {
         let resident = [(3, 0), (3, 1), (4, 0)].map(|(level, column)| TileId { level, row: 0, column });
         let mut table = PageTable::new(&pyramid, &resident.map(|tile| (tile, 100 + tile.column)));
         assert_eq!(table.cells_by_level(), [[0, 0, 0, 128], [0, 0, 32, 0], [0, 8, 0, 0], [2, 0, 0, 0]]);
-        // A tile of level 2 with 4 x 4 cells of level 0; one of level 0 within it, which fades in; one of level 1 elsewhere.
+        // A tile of level 2, which covers 4 x 4 cells of level 0; a tile of level 0 within it, which fades in; and a
+        // tile of level 1 elsewhere.
         let of = |level, row, column| TileId { level, row, column };
         table.apply(&[(of(2, 1, 3), 5), (of(0, 5, 14), 128 << 24 | 6), (of(1, 0, 0), 7)]);
         let counts = [[1, 4, 15, 108], [1, 4, 27, 0], [1, 7, 0, 0], [2, 0, 0, 0]];

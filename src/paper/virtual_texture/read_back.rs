@@ -106,7 +106,7 @@ impl HostList {
         })
     }
 
-    /// Changes the list to a request image that stores a reach with each triple, if `reaches`.
+    /// `reaches`: the request image stores a reach with each triple.
     pub fn reaching(self, reaches: bool) -> HostList {
         HostList { reaches, ..self }
     }

@@ -32,7 +32,7 @@ impl HostCache {
             let claim = next.slots.claimable(0).filter(|_| n >= dropped);
             if let Some(claim) = claim {
                 next.slots.claim(claim, tile);
-                // Used before every later frame.
+                // Time of use 0 is before that of every frame.
                 next.slots.touch(claim.slot, 0);
                 next.buffers[claim.slot as usize] = self.buffers[slot as usize].take();
             }

@@ -110,7 +110,7 @@ struct Watched {
 }
 
 impl Watched {
-    /// Milliseconds and frames from when the disk works until 95 % of the error is gone.
+    /// Milliseconds and frames from the end of the outage until 95 % of the error is gone.
     fn recovery(&self) -> Option<(f64, f64)> {
         let (frame, ms) = self.errors.reached(0.05)?;
         Some((ms - self.works_ms, frame - self.while_down as f64))

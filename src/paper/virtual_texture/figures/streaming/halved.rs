@@ -99,8 +99,8 @@ fn rest(
     Ok((to_rest, copied, [before, after]))
 }
 
-/// Number of frames with a wrong report. A right report has a bias, and says "oversubscribed", exactly if the streamed
-/// list has more tiles than slots. It never wants more tiles than slots.
+/// Number of frames with a wrong report. In a correct report, `bias` is above 0 and `oversubscribed` is true exactly if
+/// the streamed list has more tiles than there are slots, and `wanted` is at most the number of slots.
 fn misreported(records: &[FrameRecord], slots: u32) -> usize {
     let wrong = |record: &&FrameRecord| {
         let Some(list_of) = record.list_of else { return false };

@@ -169,8 +169,8 @@ impl Values {
     }
 
     /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
-    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have it; a file's border is
-    /// fixed.
+    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have it; a file's border
+    /// is fixed.
     fn drawable(self, own: &Values, texture: &Texture) -> Option<Values> {
         if self == *own {
             return Some(self);
@@ -276,8 +276,8 @@ impl Values {
     }
 }
 
-/// `border` if the filter can have it, or else a border that the texture can be given for the filter. The error says why
-/// there is none.
+/// `border` if it suffices for the filter, otherwise a border that does and that the texture can have. The error says
+/// why there is none.
 fn border_for(filter: &Filter, border: u32, texture: &Texture) -> Result<u32, String> {
     let fault = |border| {
         let pyramid = Texture { border, ..texture.clone() }.pyramid();
@@ -478,8 +478,8 @@ mod tests {
             all[1].name
         );
         assert_eq!(settings(&scene, &[]).unwrap().len(), 1);
-        // 16 samples reach further than half a small tile: they need a texel of border for each, which only tiles of
-        // 32 texels can have.
+        // In tiles of 16 texels, 16 samples reach further than half a tile. They would need a border of 16 texels,
+        // which is too wide for such a tile. In tiles of 32 texels, a border of 2 suffices.
         let of = |tile: u32| scene.with(&[format!("surface.land.texture.tile_size={tile}")]).unwrap();
         let last = |tile| settings(&of(tile), &[Knob::Anisotropy]).unwrap().pop().unwrap();
         assert_eq!((last(16).name.as_str(), last(32).name.as_str()), ("NA 8, border 2", "NA 16, border 2"));
