@@ -56,7 +56,7 @@ pub(crate) enum Dead {
 
 // SAFETY: barriers are plain data here (no pNext chain); the handles in them are used under Vulkan's own rules.
 unsafe impl Send for Device {}
-// SAFETY: the queue is only used under the ring's lock; a command pool belongs to one frame; all else is behind mutexes.
+// SAFETY: the queue is only used under the ring's lock; a command pool belongs to one frame; mutexes guard all else.
 unsafe impl Sync for Device {}
 
 impl Objects {
