@@ -44,8 +44,8 @@ fn noise(n: u32) -> u8 {
     (n.wrapping_mul(2_654_435_761) >> 13) as u8
 }
 
-/// The colours that the ellipse may give a sample: at each level that derivatives with an error of 1/256 may
-/// choose.
+/// The colours that the ellipse may give a sample: one for each level that derivatives with an error of at most 1/256
+/// can select.
 fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[f64; 3]> {
     let [width, height] = texture.size.map(f64::from);
     let d = &sample.fine;

@@ -14,7 +14,7 @@ use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersampl
 use ortelius::renderer::Options;
 use ortelius::scene::Scene;
 
-/// The scene of a shipped default picture without light, so that colours are the texture's.
+/// A shipped scene without light, so that colours are the texture's.
 fn unlit(name: &str, changes: &[&str]) -> Scene {
     let all = ["surface.SURFACE.lit=false"];
     let scene = Scene::embedded(name).unwrap();
@@ -26,7 +26,7 @@ fn unlit(name: &str, changes: &[&str]) -> Scene {
 /// Texels along a side of a relief's colours, and the colours.
 type Colours = (usize, Vec<[u8; 3]>);
 
-/// The truth of the green channel, for this relief with these colours that reaches `depth_m` below a plane of 4 m.
+/// The truth of the green channel, for a plane of 4 m with this relief, `depth_m` deep, and these colours.
 fn truth(scene: &Scene, relief: Relief, (colours, picture): Colours, depth_m: f64) -> Truth {
     let side = relief.side;
     let relief = Relief { depth: (depth_m / 4.0 * side as f64) as f32, ..relief };
@@ -83,8 +83,8 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
     let generated =
         |kind: ReliefKind| (kind.relief(side_of(kind)), (side_of(kind), kind.picture(side_of(kind))));
     let [wall, cliff] = [BRICK_WALL, CLIFF].map(|shipped| (shipped.relief(), shipped.picture()));
-    // The joints of the brick wall are two texels wide and ten times as bright as its bricks; a pixel of the cliff takes
-    // one ray.
+    // Two bounds are wider: the joints of the brick wall are two texels wide and ten times as bright as its bricks, and
+    // a pixel of the cliff takes one ray.
     for (name, map, (relief, colours), depth_m, most) in [
         ("relief-brick", "brick-wall", wall, 0.06, 3e-2),
         ("relief-rock", "cliff", cliff, 0.12, 3e-2),
