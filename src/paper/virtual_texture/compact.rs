@@ -3,8 +3,8 @@
 //! use compute shaders.
 //!
 //! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. A frame
-//! with more triples has its mask compacted again into a longer list, so no tile is lost. The host first reads as many
-//! entries as a frame is likely to have, and the rest once the count is known.
+//! with more triples has its mask compacted again into a longer list, so no tile is lost. The host copies as many
+//! entries as a frame is likely to have, and copies the list again if there are more.
 
 use super::choices::Compaction;
 use super::tile_mask::{Mask, TileMask};

@@ -8,7 +8,8 @@
 
 use crate::math::pyramid::TileId;
 
-/// The page table's cell of a tile in `slot`. `fade` is the weight of the next coarser tile, in 255ths.
+/// A change for [`super::page_table::PageTable::apply`]: the tile is shown from `slot`. `fade` is the weight of the
+/// next coarser tile, in 255ths.
 pub fn cell(slot: u32, fade: u8) -> u32 {
     let entry = slot + 1;
     assert!(entry < 1 << 24, "slot {slot} overlaps the bits of the fade");
@@ -40,8 +41,8 @@ impl FadeIn {
         self.frames = frames;
     }
 
-    /// Advances by one frame: turns streaming's changes into the cells to write. If a tile has several cells in the
-    /// result, the last one counts.
+    /// Advances by one frame: turns streaming's changes into those of the page table. If the result has several changes
+    /// of a tile, the last one counts.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {

@@ -55,7 +55,7 @@ impl PageTable {
     }
 
     /// Index of a cell: a one bit, then the bits of row and column. The position of the one bit identifies the level.
-    /// Single-tile levels share a cell, which the shader does not read.
+    /// Single-tile levels share a cell, whose value the shader ignores.
     fn place(&self, level: u32, row: u32, column: u32) -> usize {
         let [column_bits, row_bits] = self.grid_log2(level);
         ((1 << row_bits | row as usize) << column_bits) | column as usize

@@ -219,12 +219,12 @@ impl VirtualTexture {
         Seen::lit(&self.shapes, view, self.bias, self.sun).onto(self.onto)
     }
 
-    /// Levels by which the last frame's tiles were coarser than requested.
+    /// The last frame's level bias, the user's constant included.
     pub fn bias(&self) -> u32 {
         self.bias
     }
 
-    /// The last frame's pose.
+    /// The last frame's view, for a picture of `size` pixels.
     pub(super) fn last_view(&self, size: [u32; 2]) -> View {
         let (pose, _) = self.pose.expect("asked for after a frame");
         View { pose, size, frame: self.last_frame }

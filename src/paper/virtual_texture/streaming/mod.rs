@@ -8,7 +8,8 @@
 //! The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
 //!
 //! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
-//!   tile). [`FrameReport::display`] lists only tiles in the tile pool; the page table finds the nearest coarser one.
+//!   tile). [`FrameReport::display`] lists the tiles that enter or leave the tile pool; the page table finds the
+//!   nearest coarser ones.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
 //!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
@@ -304,12 +305,12 @@ impl Streaming {
         self.host_cache.slots.tile(slot)
     }
 
-    /// Frames since a tile of the tile pool was used; `None` if the slot is free or waits for its upload.
+    /// Frames since the tile in this slot of the tile pool was used; `None` if the slot is free.
     pub fn gpu_age(&self, slot: u32) -> Option<u64> {
         self.tile_pool.last_use(slot).map(|time| self.frame - time / 3)
     }
 
-    /// As [`Streaming::gpu_age`], for the host cache.
+    /// As [`Streaming::gpu_age`], for the host cache; also `None` if the slot is pinned.
     pub fn host_age(&self, slot: u32) -> Option<u64> {
         self.host_cache.slots.last_use(slot).map(|time| self.frame - time / 3)
     }
