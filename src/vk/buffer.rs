@@ -42,7 +42,7 @@ pub enum IndexType {
 }
 
 impl IndexType {
-    /// The narrowest type that can name each of `vertices` vertices.
+    /// The type for meshes of this many vertices: 16 bits below 65,536.
     pub fn of_vertices(vertices: usize) -> IndexType {
         if vertices < 1 << 16 { IndexType::U16 } else { IndexType::U32 }
     }

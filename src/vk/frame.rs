@@ -220,7 +220,8 @@ impl Slot {
     }
 
     /// The command buffers of the submission. The first one transitions `new_images`, if there are any. It is recorded
-    /// only now, because the frame that is submitted first must transition them, and not the one recorded first.
+    /// at submission, because the first frame to be submitted must transition them, in whatever order frames are
+    /// recorded.
     fn commands(
         &self,
         device: &Device,

@@ -22,7 +22,7 @@ pub(crate) struct Base {
 pub struct GraphicsPipeline(pub(crate) Arc<Base>);
 pub struct ComputePipeline(pub(crate) Arc<Base>);
 
-/// Unused pipelines that are kept, because a window resizes its picture and returns to earlier variants.
+/// Most unused pipelines that are kept, because a window resizes its picture and returns to earlier variants.
 const MOST_UNUSED: usize = 64;
 
 /// The pipelines of a device. A request for a known description compiles nothing: lavapipe keeps some memory for each
@@ -62,7 +62,7 @@ impl Pipelines {
         self.known.last().map(|(_, base)| base.clone())
     }
 
-    /// Drops the unused pipelines that were requested least recently.
+    /// Adds a pipeline. Drops unused ones beyond [`MOST_UNUSED`], the least recently requested first.
     fn add(&mut self, description: Description, base: Arc<Base>) {
         self.compiled += 1;
         let is_unused = |(_, base): &(_, Arc<Base>)| Arc::strong_count(base) == 1;

@@ -6,7 +6,7 @@ use ash::vk;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Queries of a transform-feedback stream, one for each frame in flight.
+/// Queries of a transform-feedback stream.
 pub struct StreamQuery {
     pub(crate) pool: vk::QueryPool,
     device: Arc<Device>,
@@ -21,6 +21,8 @@ pub struct StreamCount {
 }
 
 impl Gpu {
+    /// Creates `count` queries.
+    ///
     /// # Errors
     /// Out of memory.
     pub fn stream_query(&self, name: &str, count: u32) -> Result<StreamQuery> {
@@ -80,7 +82,7 @@ const STATISTICS: [vk::QueryPipelineStatisticFlags; 6] = [
     vk::QueryPipelineStatisticFlags::COMPUTE_SHADER_INVOCATIONS,
 ];
 
-/// A pool of pipeline statistics.
+/// Describes a pool of `count` pipeline-statistics queries.
 pub(super) fn statistics_info(count: u32) -> vk::QueryPoolCreateInfo<'static> {
     let flags = STATISTICS.into_iter().fold(vk::QueryPipelineStatisticFlags::empty(), |all, one| all | one);
     vk::QueryPoolCreateInfo::default()

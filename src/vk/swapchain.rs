@@ -125,7 +125,7 @@ impl Swapchain {
     /// Creates images for a window of about `size` pixels; `read`: they can also be copied from.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the window lacks this present mode, has no 8-bit format, or its images cannot be read.
+    /// [`Error::Limit`] if the window has none of these present modes, no 8-bit format, or no readable images.
     pub fn new(
         gpu: &Gpu,
         surface: WindowSurface,
