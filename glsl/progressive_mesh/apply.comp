@@ -62,7 +62,7 @@ void move(uint n) {
     }
 }
 
-// The live vertex that stands for a vertex. If level 0 has no vertices, vertex 0 is its own predecessor.
+// The live vertex that replaces a vertex. If level 0 has no vertices, vertex 0 is its own predecessor.
 uint live(uint vertex) {
     while (vertex >= applying.vertices) {
         uint predecessor = program.words[applying.predecessors_at + vertex];

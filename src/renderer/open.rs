@@ -93,8 +93,9 @@ pub enum Kept {
 }
 
 impl Renderer {
-    /// Switches from the shown scene `now` to `next` and keeps the renderer, if both have the same virtual texture on
-    /// the same disk, or none. `options` are those of [`Renderer::on`] with the current size.
+    /// Switches from the shown scene `now` to `next` and keeps the renderer. This requires that both scenes have the
+    /// same virtual texture on the same disk, or that neither has one. `options` are those of [`Renderer::on`] with
+    /// the current size.
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then still shows `now`.

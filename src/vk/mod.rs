@@ -71,7 +71,7 @@ pub struct GpuOptions<'a> {
     pub needs: &'a [Need],
     /// Enabled if the device has them; for runs that compare variants.
     pub wishes: &'a [Feature],
-    /// The display to whose windows the device presents.
+    /// The device must be able to present to the windows of this display.
     pub display: Option<DisplayHandle<'a>>,
 }
 
@@ -93,7 +93,7 @@ impl Gpu {
         Gpu::for_device(options, |_| options.needs.to_vec())
     }
 
-    /// As [`Gpu::new`], with the needs that `needs` states for the chosen device instead of those of `options`.
+    /// As [`Gpu::new`], but with the needs that `needs` returns for the chosen device. Ignores `options.needs`.
     ///
     /// # Errors
     /// As [`Gpu::new`].

@@ -19,7 +19,7 @@
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Its time of use makes it the last to be evicted.
 //! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is up. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
+//!   bias is raised. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
 //!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. A visible tile also gets the slot

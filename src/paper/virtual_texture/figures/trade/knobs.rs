@@ -192,8 +192,8 @@ impl Values {
                     || Values { filter, max_anisotropy, minor_texels, ..self } == *own
             }
         };
-        // Two kinds of values are tried alone: subsampled lists, which change when a picture is complete but not the
-        // picture, and borders other than 0 and the scene's own.
+        // Two kinds of values are tried alone: subsampled lists, which delay the complete picture but do not change
+        // it, and borders other than 0 and the scene's own.
         let (list, feedback_log2) = (own.list, own.feedback_log2);
         let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
             || Values { list, feedback_log2, ..self } == *own;
