@@ -39,7 +39,7 @@ void add(Polygon own, uint n, ivec2 pixel, float part) {
     if (weight == 0u || any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, ivec2(object.size)))) return;
     uint at = uint(pixel.y) * object.size.x + uint(pixel.x);
     vec2 centre = vec2(pixel) + 0.5 - 0.5 * vec2(object.size);
-    // The depth of the polygon's plane at the pixel's centre: fragments of one polygon have equal depths.
+    // The depth of the polygon's plane at the pixel's centre, so that a polygon's fragments have equal depths there.
     float near = clamp(form(own.nearness, centre), own.range.x, own.range.y);
     if (SUMS == 0u) {
         atomicMax(nearest.of[at], floatBitsToUint(near));

@@ -64,8 +64,8 @@ pub(super) struct Journal {
     end: Mutex<(File, u64)>,
 }
 
-/// How long to wait for the lock: after a kill, the system may release it slightly later than the parent
-/// continues.
+/// How long to wait for the lock. The parent of a killed bake may continue slightly before the system releases the
+/// lock.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Locks out other bakes for as long as `file` is open.

@@ -212,7 +212,7 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
     let mut place = SceneView::find(&cell.scene)?;
     place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
     let pixel_rows = pixel_rows(bench);
-    // Tiles of a quarter of the area need up to four times the number of tiles. Devices have at least 2048 layers.
+    // If a tile has a quarter of the area, up to four times as many are visible. Devices have at least 2048 layers.
     let most = if pixel_rows > 540.0 { 192 } else { 96 };
     let tiles = most * 512 * 512 / (side * side);
     measure(bench, place, pixel_rows, tiles.clamp(64, 2000))

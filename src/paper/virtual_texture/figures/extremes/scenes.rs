@@ -250,7 +250,7 @@ impl Extreme {
         Ok(Sight { size, pyramid, pose, mesh: gpu_mesh(&source), source })
     }
 
-    /// The triple of a pixel of [`Landscape::Noise`], counted row by row.
+    /// The triple of pixel number `pixel`, counted row by row, of [`Landscape::Noise`].
     pub fn noise_triple(pyramid: &Pyramid, pixel: u64) -> [u32; 3] {
         let TileId { level, row, column } = shapes::noise_tile(pyramid, pixel);
         [level, row << level, column << level]

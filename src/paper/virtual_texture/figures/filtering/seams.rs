@@ -142,7 +142,7 @@ fn show(bench: &mut Bench, cell: &Cell, picture: &Picture, truth: &Picture) -> a
     bench.picture(&format!("vt.seams-{scene}-trilinear-border-0-errors"), &map)
 }
 
-/// The pixels near an edge of the tile that shows them.
+/// The pixels that show a position near an edge of its tile.
 struct Near {
     width: u32,
     pixels: Vec<bool>,

@@ -276,8 +276,8 @@ impl Values {
     }
 }
 
-/// `border` if it suffices for the filter, otherwise a border that does and that the texture can have. The error says
-/// why there is none.
+/// The first border that suffices for the filter and that the texture can have; `border` is tried first. The error
+/// says why there is none.
 fn border_for(filter: &Filter, border: u32, texture: &Texture) -> Result<u32, String> {
     let fault = |border| {
         let pyramid = Texture { border, ..texture.clone() }.pyramid();
