@@ -75,8 +75,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera with the pose `pose` and the field of view of `like`. Roll is lost. When looking straight up or
-    /// down, the heading is the picture's up direction.
+    /// The camera with the pose `pose`, and with the field of view and the near plane of `like`. Roll is lost. When
+    /// looking straight up or down, the heading is the picture's up direction.
     pub fn of_pose(pose: &Pose, like: &Camera) -> Camera {
         let (place, altitude_m) = match like.place.ground() {
             Ground::Planet => {

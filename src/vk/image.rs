@@ -12,8 +12,9 @@ pub struct ImageInfo {
     pub size: [u32; 2],
     pub format: Format,
     pub mip_levels: u32,
-    /// Layers. Shaders see an array if there is more than one, or if `array` is set.
+    /// More than one layer requires `array`.
     pub layers: u32,
+    /// Shaders see an array of layers.
     pub array: bool,
     pub attachment: bool,
     /// Shaders write it with image stores and atomics.

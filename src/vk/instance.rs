@@ -124,7 +124,7 @@ impl Instance {
         Ok(Instance { handle, debug, messenger, messages, validating: validate, entry })
     }
 
-    /// Every message so far, except those on the accepted list.
+    /// Every message so far, except accepted warnings.
     pub fn messages(&self) -> Vec<Message> {
         self.messages.all()
     }

@@ -29,8 +29,8 @@ pub enum SourceError {
 }
 
 impl SourceError {
-    /// True if only a change of the source can help; false for possibly temporary faults, such as a read
-    /// error.
+    /// True if a later run cannot resume this bake, because the source is unusable or has changed. False for possibly
+    /// temporary faults, such as a read error.
     pub(super) fn lasts(&self) -> bool {
         !matches!(self, Self::Open { .. } | Self::Read { .. })
     }

@@ -24,8 +24,8 @@ fn texel(earth: &Earth, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     tile[at..at + 4].try_into().unwrap()
 }
 
-/// Compares every border texel, and the second picture, of one tile with the payloads of a pyramid with
-/// another tile size. Returns the number of differences.
+/// Compares a sample of the texels of one tile, in its border, its payload and its second picture, with the payloads of
+/// a pyramid with another tile size. Returns the number of differences.
 fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> usize {
     let pyramid = earth.pyramid();
     let bytes = tile(earth, id.level, id.row, id.column);
@@ -38,7 +38,7 @@ fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> us
         let size = pyramid.level_size(id.level + picture);
         let origin =
             [id.column, id.row].map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - border);
-        // The whole frame, and every `step`th texel of the inside.
+        // Every 7th texel: all of these in the frame, and each whose index is a multiple of `step` in the inside.
         let places = (0..side * side).filter(|index| {
             let (x, y) = (index % side, index / side);
             let frame = border as usize;
@@ -162,7 +162,7 @@ fn band_strength(base: &Base, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f6
 #[test]
 fn synthetic_octaves_on_land_are_about_as_strong_as_the_finest_real_one() {
     let base = base::base().unwrap();
-    // Sahara, Andes, India, Australia: squares from the north-west corner.
+    // Sahara, Andes, India, Australia: column and row of a square, counted from the north-west corner.
     for (x, y) in [(17, 6), (10, 9), (22, 6), (28, 10)] {
         let real = band_strength(base, 12, x, y);
         let ratios = [13, 14, 15].map(|width_log2| band_strength(base, width_log2, x, y) / real);

@@ -23,8 +23,8 @@ fn texel(terrain: &Terrain, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
     tile[at..at + 4].try_into().unwrap()
 }
 
-/// Number of texels in a tile's frame, inside and second picture that differ from the payloads of a pyramid
-/// with another tile size.
+/// Compares a sample of the texels of one tile, in its border, its payload and its second picture, with the payloads of
+/// a pyramid with another tile size. Returns the number of differences.
 fn differing_texels(terrain: &Terrain, other: &Terrain, id: TileId) -> usize {
     let pyramid = terrain.pyramid();
     let bytes = tile(terrain, id.level, id.row, id.column);
@@ -87,8 +87,8 @@ fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     }
 }
 
-/// RMS and mean, in codes, of a tile's second picture minus the means of four texels of its first picture. The rows
-/// of the first picture are shifted by `shift` texels. Also the RMS of the first picture about its mean.
+/// RMS and mean, in codes of green, of a tile's second picture minus the means of four texels of its first picture.
+/// The second picture is read `shift` texels further east. Also the RMS of the second picture about its mean.
 fn against_means(terrain: &Terrain, [level, row, column]: [u32; 3], shift: usize) -> [f64; 3] {
     let pyramid = terrain.pyramid();
     let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);

@@ -1,5 +1,5 @@
-//! The variants of vt.extremes: each dedup and each compaction at least once with each tile address, the geometry
-//! shaders with several block sizes, the host's lists, feedback with every pixel, and the fused draws.
+//! The variants of vt.extremes: each dedup and each compaction at least once with each tile address that fits it, the
+//! geometry shaders with several block sizes, the host's lists, feedback with every pixel, and the fused draws.
 
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::Footprint;
