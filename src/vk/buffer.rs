@@ -255,7 +255,7 @@ impl Buffer {
         self.index_type.unwrap_or_else(|| panic!("{} holds no indices", self.name))
     }
 
-    /// The memory of a mapped, `Upload` or `Readback` buffer.
+    /// The memory of a mapped buffer.
     ///
     /// # Panics
     /// If a submitted frame uses the buffer and nobody has waited for it (see [`super::Ticket::wait`]). A frame that
