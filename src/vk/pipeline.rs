@@ -22,7 +22,8 @@ pub(crate) struct Base {
 pub struct GraphicsPipeline(pub(crate) Arc<Base>);
 pub struct ComputePipeline(pub(crate) Arc<Base>);
 
-/// Most unused pipelines that are kept, because a window resizes its picture and returns to earlier variants.
+/// Maximum number of unused pipelines that are kept. Some are kept because a window resizes its picture and returns to
+/// earlier variants.
 const MOST_UNUSED: usize = 64;
 
 /// The pipelines of a device. A request for a known description compiles nothing: lavapipe keeps some memory for each

@@ -255,7 +255,7 @@ impl Render<'_, '_> {
     }
 
     /// As [`Render::draw`], with transform feedback: the geometry shader's output is written to a buffer from
-    /// its start. The pass must have [`Cmd::reset`] the query before it began to render.
+    /// its start. The pass must reset the query ([`Cmd::reset`]) before it begins to render.
     pub fn draw_into(
         &mut self,
         pipeline: &GraphicsPipeline,

@@ -195,9 +195,9 @@ fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
     (sides(sample, pyramid).lengths(), (w * ds).hypot(h * dt))
 }
 
-/// Compares the settled picture with at most `most` samples with f64 pictures of at most `reference_most`. If the ratio
-/// of the sides is an integer within the derivatives' tolerance, the number of samples nA may have either of two
-/// values. The picture jumps between them, and both are right.
+/// Compares the settled picture (NA = `most`) with f64 pictures (NA = `reference_most`). If the ratio of the sides is
+/// an integer within the derivatives' tolerance, the number of samples nA may have either of two values. The picture
+/// jumps between them, and both are right.
 fn anisotropic_beyond(camera: &str, border: u32, most: u32, reference_most: u32) -> usize {
     // 5/256 of the contrast, as for one sample. The outermost of nA samples adds nA/2 texels times the relative
     // tolerance of the side, 2^-8.

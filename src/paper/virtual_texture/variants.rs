@@ -187,7 +187,7 @@ impl Config {
     }
 }
 
-/// The most distinct triples of a frame. The layouts `Bits` and `Bytes` have a mark for each.
+/// Upper bound of a frame's distinct triples. The layouts `Bits` and `Bytes` have a mark for each.
 pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     match address {

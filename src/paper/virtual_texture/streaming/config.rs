@@ -77,8 +77,8 @@ pub enum StreamingError {
     Thread(std::io::Error),
 }
 
-/// Most tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A texture of
-/// 2^20 x 2^20 texels just exceeds it with tiles of 128, and has a quarter as many tiles of 256.
+/// Maximum number of tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A
+/// texture of 2^20 x 2^20 texels just exceeds it with tiles of 128, and has a quarter as many tiles of 256.
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {

@@ -63,8 +63,8 @@ use std::time::{Duration, Instant};
 use tables::StateTable;
 use upload::Waiting;
 
-/// Most loads under way. Loads are sent once per frame, so this is also the most loads of a frame: 32 tiles of
-/// 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
+/// Maximum number of loads under way. Loads are sent once per frame, so a frame also gets at most this many: 32 tiles
+/// of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
 const MOST_UNDER_WAY: u32 = 32;
 
 /// The two caches, their state tables and queues, and the loader. One instance per texture.

@@ -25,7 +25,7 @@ use crate::vk::{self, Format, Gpu, Image, ImageInfo};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// The most tiles for which a settled picture is made: 170 MB with borders and the next coarser level.
+/// Maximum number of tiles for which a settled picture is made: 170 MB with borders and the next coarser level.
 const MOST_SETTLED: usize = 128;
 
 /// The results at one extreme.

@@ -125,7 +125,7 @@ impl Knob {
     }
 }
 
-/// Largest numbers of samples along a footprint.
+/// Values of NA, the largest number of samples along a footprint.
 const RATIOS: [u32; 5] = [1, 2, 4, 8, 16];
 /// Borders in texels.
 const BORDERS: [u32; 4] = [0, 1, 2, 8];

@@ -7,7 +7,7 @@ use crate::picture::{Picture, srgb};
 use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::TileSource;
 
-/// Most pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
+/// Maximum number of pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
 const MOST_PIXELS: u32 = 57_600;
 /// Windows of larger pictures: the side in pixels, and the most windows across and down.
 const WINDOW: u32 = 32;
