@@ -163,7 +163,7 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Each row of pixels has its own level: near a horizon, the level of the foreground has thousands of tiles.
+/// Each row of pixels has its own level: near a horizon, the foreground's level would need thousands of tiles.
 fn truth(shown: &Renderer, view: &ReferenceView, kernel: Kernel) -> Truth {
     let source =
         &*shown.technique.texture.as_ref().expect("the figure's scenes have a virtual texture").source;

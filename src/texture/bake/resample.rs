@@ -29,8 +29,8 @@ impl Taps {
         // Position in source texels, (index + 1/2) source/target - 1/2, with denominator 2 target: exact.
         let numerator = (2 * index + 1) * source - target;
         let (before, rest) = (numerator.div_euclid(2 * target), numerator.rem_euclid(2 * target));
-        // Fraction t in units of 2^-16, and its powers in units of 2^-48. The weights are twice those of the
-        // Catmull-Rom cubics.
+        // Fraction t in units of 2^-16, and its powers in units of 2^-48. `twice` holds the values of the Catmull-Rom
+        // cubics times 2; the shift divides by 2 again.
         let t = (rest << 16) / (2 * target);
         let (t1, t2, t3) = (t << 32, (t * t) << 16, t * t * t);
         let one = 1i64 << 48;
