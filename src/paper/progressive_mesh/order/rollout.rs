@@ -190,7 +190,7 @@ impl Search {
         best.1
     }
 
-    /// Skips the drawn faces at the start of the rows of its vertices.
+    /// Skips the drawn faces at the starts of the rows of the face's vertices.
     fn pass(&mut self, face: u32) {
         for vertex in self.faces[face as usize].map(|vertex| vertex as usize) {
             if vertex == self.none as usize {
