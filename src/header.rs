@@ -43,7 +43,7 @@ struct Head {
 }
 
 impl JsonFormat {
-    /// A format of which only one version is read.
+    /// A format whose other versions are not read.
     pub const fn new(name: &'static str, version: u32) -> JsonFormat {
         JsonFormat { name, version, oldest: version, first_name: None }
     }

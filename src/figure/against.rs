@@ -13,7 +13,7 @@ pub struct Changes {
     /// The stored results: device, date, commit, effort.
     pub before: String,
     pub claims: Vec<ClaimChange>,
-    /// Sorted by ratio, largest first; changes without a ratio last.
+    /// Sorted by the factor of the change, up or down, largest first; changes without a ratio last.
     pub values: Vec<ValueChange>,
     /// Values in both results.
     pub common: usize,
@@ -41,14 +41,14 @@ pub struct ValueChange {
     pub what: String,
     pub before: String,
     pub after: String,
-    /// After over before; `None` unless both are numbers.
+    /// After over before; `None` unless both are numbers in the same unit and the ratio is positive and finite.
     pub ratio: Option<f64>,
 }
 
 impl Changes {
     /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ
-    /// if their p5 .. p95 intervals are disjoint (for a curve, at any common x); other values differ unless
-    /// they are equal.
+    /// if their p5 .. p95 intervals are disjoint (for curves: at any common x, or if there is none); other values
+    /// differ unless they are equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {

@@ -134,7 +134,7 @@ impl Bench {
         self.interleave_until(gpu, contenders, 1, |_| true)
     }
 
-    /// As [`Bench::interleave`], but repeats the runs, up to `most`, until `enough` returns true.
+    /// As [`Bench::interleave`], but repeats the runs until `enough` returns true, to at most `most` times as many.
     ///
     /// # Errors
     /// The first error of a contender.
@@ -232,7 +232,7 @@ impl Timed {
         self.rounds.iter().map(total).collect()
     }
 
-    /// Milliseconds of a pass in each round; `None` where the contender has no such pass.
+    /// Milliseconds of a pass in each round; `None` if a round has no such pass, or the device no timestamps.
     pub fn pass_of_rounds(&self, label: &str) -> Option<Vec<f64>> {
         let of = |round: &Vec<PassTime>| milliseconds(round.iter().find(|pass| pass.label == label)?.ns);
         self.rounds.iter().map(of).collect()

@@ -228,7 +228,7 @@ impl Figure {
         left_out.join(", and ")
     }
 
-    /// The scenes of `places` of which only a full run has cells.
+    /// The scenes of `places` that have cells only in a full run.
     fn only_in_full_runs(&self, places: &Places) -> Vec<&'static str> {
         let has = |effort, scene: &str| {
             self.cells(effort).iter().any(|cell| cell.scene == scene && places.hold(scene, cell.x))

@@ -217,7 +217,7 @@ fn judge((figure, effort): (&Figure, Effort), cells: &[CellRows], machines: &[Ma
 /// The rows for the claims; `None` if nothing was measured.
 pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
-    // With cells from several machines, a claim must hold on each machine.
+    // If cells come from several machines and one is a software device, claims about time get its verdicts.
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
     let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
     for CellRows { cell, outcome, .. } in cells {

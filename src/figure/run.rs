@@ -25,7 +25,7 @@ pub struct Run<'a> {
     /// Opens devices with the validation layer; a validation message fails the cell.
     pub validate: bool,
     pub partition: Partition,
-    /// Keeps results that are already in the folder.
+    /// Keeps results that are already in the folder, except failed and left-out cells.
     pub resume: bool,
     /// The running build ([`super::program`]).
     pub program: String,
@@ -104,7 +104,7 @@ impl Run<'_> {
         all.skip(self.partition.index - 1).step_by(self.partition.of).collect()
     }
 
-    /// Measures the missing cells. `known`: every figure whose results the folder may contain.
+    /// Measures the cells that are not kept. `known`: every figure whose results the folder may contain.
     ///
     /// # Errors
     /// Errors of the folder; results in it from another device, effort, commit or build.

@@ -42,7 +42,7 @@ pub enum Outcome {
     LeftOut(String),
     /// The error message.
     Failed(String),
-    /// How the process died while measuring. The cell is not measured again.
+    /// How the process died while measuring. A resumed run does not measure the cell again.
     Crashed(String),
     /// Not measured yet, or measured elsewhere.
     Absent,
@@ -67,7 +67,7 @@ impl Outcome {
         }
     }
 
-    /// Failed if a value is not finite or a row occurs twice.
+    /// Failed if a repeated measurement or a series is not finite, or if a row occurs twice.
     fn of_rows(rows: Vec<Row>) -> Outcome {
         for (at, row) in rows.iter().enumerate() {
             let name = format!("{}, {}", row.variant, row.quantity);

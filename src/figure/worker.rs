@@ -1,6 +1,6 @@
 //! Cells are measured in a child process, so that a driver crash does not end the run. The child records
 //! the cell that it measures. If it dies, that cell has crashed and a new child continues with the next
-//! one. A crashed cell is not measured again, even with `--resume`, until its file is removed.
+//! one. A run with `--resume` does not measure a crashed cell again until its file is removed.
 
 use super::{CellResult, Outcome, Store, StoreError};
 use std::os::unix::process::ExitStatusExt;

@@ -1,7 +1,7 @@
 //! The name nearest to a misspelt one, for error messages.
 
-/// The name with the fewest letters to insert, delete or replace (V. I. Levenshtein, "Binary Codes Capable of Correcting
-/// Deletions, Insertions, and Reversals", Soviet Physics Doklady, 1966).
+/// The name with the fewest letters to insert, delete or replace (V. I. Levenshtein, "Binary Codes Capable of
+/// Correcting Deletions, Insertions, and Reversals", Soviet Physics Doklady, 1966).
 pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     names.into_iter().min_by_key(|name| edit_distance(wanted, name))
 }

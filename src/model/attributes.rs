@@ -86,7 +86,8 @@ pub(super) fn usable_normals(attributes: &mut Attributes, positions: &[DVec3], f
     used.len()
 }
 
-/// Replaces texture coordinates that are not finite by 0. Returns the number of replaced ones that faces use.
+/// Replaces each component of a texture coordinate that is not finite by 0. Returns the number of changed coordinates
+/// that faces use.
 pub(super) fn finite_coordinates(attributes: &mut Attributes, faces: &[[u32; 3]]) -> usize {
     let is_lost = |coordinate: &[f32; 2]| coordinate.iter().any(|x| !x.is_finite());
     let lost = |vertex: &&u32| attributes.coordinates.get(**vertex as usize).is_some_and(is_lost);

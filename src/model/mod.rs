@@ -37,10 +37,9 @@ use glam::DVec3;
 /// A clean triangle mesh, in object units.
 ///
 /// It has two index spaces. A *position* is a point of the surface and defines topology: equal positions are welded
-/// (-0 = +0), except where a non-manifold vertex was split. A *wedge* (H. Hoppe, "Efficient
-/// Implementation of Progressive Meshes", Computers & Graphics, 1998) is what the GPU calls a vertex: a position with one
-/// tuple of attributes. Along a seam a position has several wedges. A model without attributes has
-/// one wedge for each position.
+/// (-0 = +0), except where a non-manifold vertex was split. A *wedge* (H. Hoppe, "Efficient Implementation of
+/// Progressive Meshes", Computers & Graphics, 1998) is what the GPU calls a vertex: a position with one tuple of
+/// attributes. Along a seam a position has several wedges. A model without attributes has one wedge for each position.
 ///
 /// Invariants: every value is finite; every position is used by a wedge and every wedge by a face; the three
 /// positions of a face differ; no two faces have the same three positions; an edge has at most two faces, which run

@@ -6,8 +6,8 @@ use std::collections::HashSet;
 
 /// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
-/// Positions are stored as f32 relative to the centre of the box. A vertex 1000 times as far out as 999 of 1000 others
-/// would leave these about 15 of the 24 bits.
+/// Positions are stored as f32 relative to the centre of the box. With a vertex 1000 times as far out as 999 of 1000
+/// others, the others would keep about 15 of their 24 bits.
 const OUTLYING: f64 = 1000.0;
 /// A vertex 100 times as far out is a spike, and not part of the shape, if all its neighbours are closer than that.
 const SPIKE: f64 = 100.0;

@@ -36,7 +36,7 @@ impl Pattern {
         }
     }
 
-    /// Level 0, row by row; `side` texels, a power of two.
+    /// Level 0: `side` x `side` texels, row by row; `side` is a power of two.
     pub fn texels(self, side: u32) -> Vec<u8> {
         assert!(side.is_power_of_two(), "{side} texels a side");
         if self == Pattern::PinkNoise {

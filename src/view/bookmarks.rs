@@ -18,7 +18,7 @@ pub struct Bookmarks {
 const NAME: &str = "bookmark";
 
 impl Bookmarks {
-    /// Reads the saved bookmarks. Unreadable ones are skipped; the result reports them.
+    /// Reads the saved bookmarks, up to the first unreadable one, which the result reports.
     pub fn open(scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
         Bookmarks::at(path(|name| std::env::var_os(name).map(PathBuf::from)), scene)
     }

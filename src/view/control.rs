@@ -161,7 +161,7 @@ mod tests {
     const SIZE: [u32; 2] = [640, 360];
     const AT: Pos2 = Pos2::new(400.0, 150.0);
 
-    /// Lays out no panel with these events, then moves the camera.
+    /// Passes these events to egui without any panel, then moves the camera.
     fn steered(context: &Context, eye: &mut Eye, time: f64, events: Vec<Event>) {
         let pane = Pane { size: SIZE, pixels_per_point: 1.0, divider: None };
         let raw = RawInput { time: Some(time), events, ..RawInput::default() };

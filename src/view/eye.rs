@@ -57,7 +57,7 @@ impl Eye {
     }
 
     /// Keeps the camera above terrain of height `ground_m`, and sets the near plane from the height above it.
-    /// No effect if `ground_m` is 0.
+    /// The camera is unchanged unless `ground_m` is positive.
     pub fn rise_above(&mut self, ground_m: f64) {
         self.ground_m = ground_m;
         if ground_m > 0.0 {
@@ -149,8 +149,8 @@ impl Eye {
         self.take(&moved, self.camera.altitude_m + by_m.z);
     }
 
-    /// Orbits about the ground point in the middle of the picture. Where there is no such point, turns about
-    /// the camera. `by` is in pixels.
+    /// Orbits about the ground point in the middle of the picture. If there is no such point, or if it is at least 50
+    /// times the camera's height away, turns about the camera. `by` is in pixels.
     pub fn turn(&mut self, by: DVec2, size: [u32; 2]) {
         self.way = None;
         let degrees = by * 180.0 / f64::from(size[1].max(1));

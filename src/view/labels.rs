@@ -1,5 +1,5 @@
-//! Labels of the overlay of levels: level, row and column of the tiles that are visible at the points of a coarse grid. The
-//! tiles are read back two frames later, when the frame that copied them has ended: nothing waits.
+//! Labels of the overlay of levels: level, row and column of the tiles that are visible at the points of a coarse grid.
+//! The tiles are read back two frames later, when the frame that copied them has ended, so nothing waits.
 
 use ortelius::frame::{PerFrame, View};
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};

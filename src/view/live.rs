@@ -37,9 +37,9 @@ use winit::window::Window;
 /// inspector and the labels show are read back two frames later, laid out in the third, and drawn in the fourth.
 pub(super) const ECHO: u32 = 5;
 
-/// Age of the values in the panels at which they are laid out again while the picture changes. On a slow device this
-/// may be each frame, so that some frames must draw the last layout first, unless the values are older than the
-/// second age.
+/// While the picture changes, the panels are laid out again once the last layout is older than the first age and
+/// [`PANELS_FRAMES`] frames have drawn it, or once it is older than the second age. On a slow device every frame takes
+/// longer than the first age; without the count, every frame would lay out the panels.
 const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(500)];
 const PANELS_FRAMES: u32 = 3;
 
@@ -96,7 +96,7 @@ struct LaidOut {
     at: Instant,
     /// Delay until the panels need a redraw.
     repaint: Duration,
-    /// It had input, whose effects end in the next layout.
+    /// True if it had input. The next frame is then laid out too, because it completes the effects of the input.
     had_input: bool,
     /// Later frames that have drawn it.
     frames: u32,

@@ -1,11 +1,12 @@
 //! `view --measure`, last part: counts the frames from a key press to the first presented picture that differs.
 //!
-//! Keys are pressed between frames, while the picture rests, so the first frame after a press counts 1. A key that arrives
-//! while a frame is being drawn is seen by the next frame, which is one frame more.
+//! Keys are pressed between frames, while the picture rests, so the first frame after a press counts 1. For a key that
+//! arrives while a frame is being drawn, add one frame, because only the next frame handles it.
 
 use egui::{Event, Key, Modifiers};
 
-/// Keys, each pressed in the state that the earlier ones left: help, panels, overlay, two variants, next variant, flight.
+/// Keys, each pressed in the state that the earlier ones left: help, panels, overlay, two variants, next variant,
+/// flight.
 const KEYS: [Key; 9] = [Key::F1, Key::F1, Key::F2, Key::F2, Key::G, Key::X, Key::X, Key::Space, Key::W];
 
 /// A key is pressed after this many equal pictures in a row, when the results of the frames in flight have been drawn.

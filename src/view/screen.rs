@@ -91,7 +91,7 @@ impl Screen {
         Ok(())
     }
 
-    /// The image copied since [`Screen::read_next`], once its frame has ended; returned once.
+    /// The buffer for the image since [`Screen::read_next`]; returned once. It is complete when its frame has ended.
     pub fn take_read(&mut self) -> Option<Buffer> {
         self.copy.take()
     }

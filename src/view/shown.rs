@@ -32,7 +32,7 @@ pub struct Shown<'a> {
 /// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.
 pub struct Front {
     pub front: Vec<Traded>,
-    /// Unit of the errors.
+    /// Name of the error measure.
     pub measure: String,
     pub at: Option<usize>,
 }

@@ -235,7 +235,8 @@ fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
     Options { target: Target::Srgb8, size: Some(size), deterministic, ..Options::default() }
 }
 
-/// Switches a renderer from the scene that it shows to another. Opens it only if it must. On an error, nothing changes.
+/// Switches a renderer from the scene that it shows to another. Opens a new renderer only if the present one cannot
+/// show the other scene. On an error, nothing changes.
 fn go_on(
     renderer: &mut Renderer,
     [now, next]: [&Scene; 2],

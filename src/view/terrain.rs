@@ -55,7 +55,8 @@ impl Terrain {
         }
     }
 
-    /// Height of the terrain below a camera, in metres above the plane z = 0. It is 0 outside the meshes.
+    /// Height of the terrain below a camera, in metres above the plane z = 0. It is 0 outside the meshes, and until
+    /// the heights have been computed.
     pub fn height_m(&self, camera: &Camera) -> f64 {
         let GroundPoint::Plane { east_m, north_m } = camera.place else { return 0.0 };
         let heights = self.heights.get().into_iter().flatten();

@@ -115,7 +115,7 @@ fn footprints_follow_the_papers_formula_and_list_the_visible_tiles() {
     let cases = [
         (&["plane"][..], 1),
         (&["plane", "-Dsurface.land.filter.max_anisotropy=4"], 4),
-        // The paper's, in tiles whose border has all samples: no pixel needs a neighbouring tile.
+        // The paper's filter. The border holds all its samples, so no pixel needs a neighbouring tile.
         (&["plane", "-Dsurface.land.filter={}", "-Dsurface.land.texture.border=16"], 16),
         (&["earth", "--camera", "oblique", "-Dvariant.request_format=packed"], 1),
         (&["globe"], 1),

@@ -15,7 +15,7 @@ fn the_commands_of_the_github_actions_example_run_and_write_what_it_uploads() {
         ["doctor", "render", "reproduce"]
     );
     for command in &commands {
-        // The whole figure takes 20 s. Of its cells, that of the absent dragon is measured: --fail-on then applies.
+        // The whole figure takes 20 s, so only the last cell runs. Its model, the dragon, is absent: --fail-on applies.
         let is_figure = command[0] == "reproduce";
         let part: &[&str] = if is_figure { &["--partition", "6/6"] } else { &[] };
         let mut command = ortelius(&folder, &[command, part].concat());

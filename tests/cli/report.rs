@@ -29,7 +29,7 @@ fn the_reports_key_numbers_are_unique_integers() {
     assert_eq!(text.matches("\"settled_over_plain\":").count(), 1);
     let plain = &report["plain"];
     let of = |what: &str, value: &str| plain[what][value].as_f64().unwrap();
-    // Each round's ratio lies between the extremes of both, and so does the median.
+    // Each round's ratio, and so the median, lies between the quotients of the extreme times.
     let least = of("settled_frame_ns", "min") / of("plain_frame_ns", "max");
     let most = of("settled_frame_ns", "max") / of("plain_frame_ns", "min");
     let ratio = of("settled_over_plain", "median");

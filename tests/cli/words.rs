@@ -313,7 +313,8 @@ fn control_characters_of_a_name_are_not_printed() {
     assert!(line.contains(r"no\u{1b}[31mred.toml"), "{line:?}");
 }
 
-/// Nobody writes into the pipe: reading it would wait for ever. /dev/null comes first, because it is never waited for.
+/// Nobody writes into the pipe, so reading it would wait for ever. /dev/null comes first, because reading it never
+/// waits.
 #[test]
 fn an_input_that_is_not_a_regular_file_is_refused_by_every_command() {
     let folder = folder();

@@ -1,9 +1,10 @@
-//! A Vulkan layer that makes one call fail, or hides features of the device. It is not part of the crate: `main.rs` compiles it with rustc,
-//! and the loader loads it. For each kind of fault, only the calls that may return it are counted:
+//! A Vulkan layer that makes one call fail, or hides features of the device. It is not part of the crate: `main.rs`
+//! compiles it with rustc, and the loader loads it. For each kind of fault, only the calls that may return it are
+//! counted:
 //!
 //! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), `lost` or
-//!   `surface` (lost). A lost device stays lost, a lost surface until the next is created. N = 0 fails none. KIND:NAME:N
-//!   fails the N-th call of that name, KIND:NAME the first.
+//!   `surface` (lost). A lost device stays lost, a lost surface until the next is created. N = 0 fails none.
+//!   KIND:NAME:N fails the N-th call of that name, KIND:NAME the first.
 //! - ORTELIUS_FAULT_LOG=FILE: receives the name of the failed call; with N = 0 the names of all calls that may fail.
 //! - ORTELIUS_FAULT_START=FILE: calls are counted only while the file exists.
 //! - ORTELIUS_MASK=NAME,NAME: features of [`MASKS`] that the device does not report.

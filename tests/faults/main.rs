@@ -200,7 +200,7 @@ fn a_lost_device_is_one_line_and_exit_code_4_at_every_call() {
     sweep("lost");
 }
 
-/// The files are complete by then and remain.
+/// The files are complete before the device is closed, and they remain.
 #[test]
 fn a_device_lost_while_it_is_closed_is_one_line_and_exit_code_4() {
     let render = ["render", "ruler", "--size", "64x36", "-o", "a.png"];
@@ -248,7 +248,7 @@ fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and
         let line = refused.stderr.lines().find(|line| line.starts_with("ortelius: ")).unwrap_or("");
         assert_eq!((refused.code, refused.files.len()), (Some(1), 0), "{masked}: {}", refused.stderr);
         assert!(line.contains("this device lacks") && line.contains("does not need it"), "{line}");
-        // One that needs nothing else is not replaced.
+        // A named variant that does not need the missing features is not replaced.
         let other = render(masked, &["-D", "variant.dedup=tile-memo", "-D", "variant.compact=ordered"]);
         assert_eq!((other.code, other.files), (Some(0), whole.files.clone()), "{masked}: {}", other.stderr);
         assert!(!other.stderr.contains("WARN"), "{masked}: {}", other.stderr);
@@ -283,8 +283,8 @@ fn a_bake_calls_no_vulkan() {
     assert_eq!((ended.code, ended.calls.len(), ended.files.len()), (Some(0), 0, 1), "{}", ended.stderr);
 }
 
-/// Runs the program with a vector width; without one, Mesa's own (128 on ARM and without AVX). Later runs find the shaders of
-/// earlier ones in `cache`.
+/// Runs the program with a vector width in bits; without one, Mesa's own (128 on ARM and without AVX). Later runs find
+/// the shaders of earlier ones in `cache`.
 fn with_vectors(cache: &TempDir, width: Option<&str>, arguments: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
@@ -312,7 +312,7 @@ fn every_scene_renders_with_vectors_of_128_and_256_bits_after_a_run_with_mesas_o
     }
 }
 
-/// tests/window does this for `view`.
+/// tests/window has the same test for `view`.
 #[test]
 fn vectors_of_512_bits_are_refused_by_every_command_that_draws() {
     let cache = tempfile::tempdir().unwrap();

@@ -78,7 +78,7 @@ fn a_claim_with_missing_cells_is_not_measured() {
     let claims = &results.figures[0].claims;
     assert_eq!(claims[0].finding.verdict, Verdict::NotMeasured);
     assert_eq!(claims[0].finding.why, "missing cells: 3 left out");
-    // It does not fail either: the missing cells may be elsewhere.
+    // A claim that the measured cells contradict is not measured either: the missing cells may be elsewhere.
     assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();

@@ -225,7 +225,7 @@ fn a_scene_that_is_left_out_fails_no_cell_and_leaves_its_claim_unmeasured() {
             .contains("globe,,,,,,,,,,,,left out: the globe is not fetched")
     );
     assert!(read(folder.path(), "index.html").contains("globe was left out: the globe is not fetched"));
-    // It is tried again.
+    // A resumed run tries the cell that was left out again.
     let mut again = a_run(&[&LEAVES], folder.path());
     again.resume = true;
     let tally = run(&again).unwrap();

@@ -263,8 +263,8 @@ fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &Plane) -> Vec<f6
             Coordinates::Analytic => plane.jacobian(x, y),
             _ => reference::differences(plane, x, y),
         };
-        // Sums of three products with a rounding error of 2^-24 each, from constants rounded as often, lose at most 8
-        // such errors of the largest product; every term is at most this large in the picture.
+        // A numerator or denominator is a sum of three terms. Its constants, products and sums each have a rounding
+        // error of 2^-24: at most 8 such errors of `term`, the sum of the terms' largest magnitudes in the picture.
         let term = |c: usize| {
             let [by_x, by_y, constant] = plane.0[c];
             (by_x * f64::from(width)).abs() + (by_y * f64::from(height)).abs() + constant.abs()

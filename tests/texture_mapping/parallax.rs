@@ -122,7 +122,7 @@ fn on_a_plane_nothing_is_hidden() {
     let [whole, visible] =
         [ParallaxFilter::Whole, ParallaxFilter::Visible].map(|m| filtered(&gpu, &plane, &colours, &view, m));
     assert_eq!(whole, visible);
-    // Projected widths are then a box filter.
+    // On a plane, projected widths are a box filter.
     let right = truth(&plane, &colours, &view, 64);
     let projected = error(&filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected), &right);
     assert!(projected < 1e-6, "{projected}");

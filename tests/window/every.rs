@@ -20,7 +20,7 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     while names.last().is_none_or(|name| name != "the scene's own") {
         window.press(key::SPACE);
         let said = window.said("variant: ");
-        // In brackets stands what was loaded again.
+        // The text in brackets, which names what was loaded again, is dropped.
         names.push(said.split(" (").next().unwrap_or_default().to_owned());
         let shown = window.settled_picture();
         assert!(beside_the_message(&shown) == beside_the_message(bare), "{names:?}");

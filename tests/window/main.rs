@@ -202,7 +202,7 @@ fn without_a_display_one_line_names_the_headless_command() {
     assert!(words.lines().count() == 1 && words.contains("ortelius render SCENE -o"), "{words}");
 }
 
-/// lavapipe crashes with them; tests/faults does this for the other commands.
+/// lavapipe crashes with vectors of 512 bits. tests/faults has the same test for the other commands.
 #[test]
 fn vectors_of_512_bits_are_refused() {
     let display = Display::start();

@@ -235,7 +235,7 @@ impl<'a> Program<'a> {
         });
     }
 
-    /// A drag with the left button, of which the program sees every step, however slow its frames are.
+    /// A drag with the left button. The program handles every step of it, however slow its frames are.
     pub fn drag_in_steps(&mut self, from: [i16; 2], to: [i16; 2], steps: i16) {
         self.window();
         self.display.fake(xproto::MOTION_NOTIFY_EVENT, 0, from);

@@ -135,8 +135,8 @@ fn verdict(items: &[&Item]) -> Verdict {
     }
 }
 
-/// The places of `items`. A number of a whole scene is a place of its own only if no number has one value of the
-/// scene's sweep.
+/// The places of `items`. A whole scene counts as a place only if no item belongs to a single value of the scene's
+/// sweep.
 fn judged_places<'a>(items: &[&'a Item]) -> Vec<&'a SceneAt> {
     let mut places: Vec<&SceneAt> = Vec::new();
     for Item { at, .. } in items {

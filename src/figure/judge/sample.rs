@@ -9,7 +9,7 @@ use crate::stats::median;
 pub struct Sample {
     pub variant: String,
     pub unit: String,
-    /// Median of `rounds`, or an exact number.
+    /// Median of `rounds` (of the even ones if `chosen`), or an exact number.
     pub value: f64,
     /// Empty: `value` is exact.
     pub rounds: Vec<f64>,
@@ -17,7 +17,8 @@ pub struct Sample {
     pub x: Option<f64>,
     /// Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
-    /// True if the variant was chosen from several, by rounds that are not in `rounds`.
+    /// True if the variant was chosen from several, by the even ones of `rounds`; only the odd ones then count for the
+    /// judgement ([`Sample::judged`]).
     pub chosen: bool,
 }
 
@@ -25,7 +26,7 @@ pub struct Sample {
 #[derive(Debug, Default)]
 pub struct Found {
     pub samples: Vec<Sample>,
-    /// Reasons why variants do not run here.
+    /// Why a variant does not run here.
     pub why_not: Option<String>,
 }
 
@@ -163,8 +164,8 @@ fn by_value(a: &Sample, b: &Sample) -> std::cmp::Ordering {
     a.value.total_cmp(&b.value)
 }
 
-/// The sample with the least value. With repeated measurements it is chosen on the even rounds and keeps
-/// only the odd ones, so that a lucky round does not bias the judgement.
+/// The sample with the least value. With repeated measurements it is chosen on the even rounds and judged on the
+/// odd ones ([`Sample::judged`]), so that a lucky round does not bias the judgement.
 fn best(mut samples: Vec<Sample>) -> Option<Sample> {
     if samples.len() > 1 && samples.iter().all(|sample| sample.rounds.len() > 1) {
         for sample in &mut samples {

@@ -216,7 +216,7 @@ fn a_claim_holds_in_a_place_if_all_its_tests_hold_there() {
     };
     assert_eq!(found([[1.0, 1.0], [1.0, 1.0]]), Reproduced);
     assert_eq!(found([[1.0, 1.0], [1.0, 2.0]]), InPart);
-    // Half of the numbers are met, but both tests hold nowhere.
+    // Half of the numbers meet their bounds, but in no place do both tests hold.
     assert_eq!(found([[1.0, 2.0], [2.0, 1.0]]), NotReproduced);
 
     // Growth belongs to the scene: if it fails, the claim fails at every value of its sweep.

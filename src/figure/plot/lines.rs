@@ -63,7 +63,7 @@ pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) 
     Some(svg.inline(end, &chart.title))
 }
 
-/// Classes of line number `number`, its hue and dashes, and of its marks.
+/// CSS classes of line number `number` (its hue and dashes), and of its marks.
 fn classes(number: usize, highlight: &str) -> (String, String) {
     let (hue, round) = (number % HUES, number / HUES);
     (format!("curve s{hue} dash{round}{highlight}"), format!("f{hue}"))

@@ -10,8 +10,8 @@ use accessor::{Numbers, accessor};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use json::{Document, Node, Primitive};
 
-/// Limit of faces and vertices, because nodes may instantiate a mesh any number of times. A file of more
-/// bytes may have as many as it has bytes.
+/// Limit of faces and vertices, because nodes may instantiate a mesh any number of times. In a file with more bytes
+/// than this, the limit is the number of bytes.
 const MOST_PLACED: usize = 1 << 24;
 
 /// Prefixes of required extensions that do not change the shape.

@@ -1,7 +1,7 @@
 //! PLY, the Stanford polygon format: ascii and both binary byte orders, with elements and properties in any
 //! order. Polygons are read as fans, strips as their triangles. Vertex properties: x y z, nx ny nz, s t (also
-//! u v, texture_u texture_v) and red green blue alpha. Face properties: the texture coordinates of the
-//! corners. Everything else is skipped.
+//! u v, texture_u texture_v) and red green blue alpha (also r g b a, diffuse_red and so on). Face properties: the
+//! texture coordinates of the corners. Everything else is skipped.
 
 mod faces;
 

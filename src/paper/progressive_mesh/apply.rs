@@ -1,8 +1,8 @@
 //! Level changes on the GPU, in a device-local index buffer (ours; the paper executes on the CPU).
 //!
 //! [`DeviceProgram`] runs a [`Program`]; the host sends a few words per step. All splits between two permutations are
-//! one dispatch. Some of them build on others, but their order does not matter (see `apply.comp`). A
-//! permutation takes two dispatches, the construction of a level one.
+//! one dispatch. Some splits build on others, but their order does not matter (see `apply.comp`). A
+//! permutation takes two dispatches, and the construction of a level takes one.
 
 use super::run::{Operation, Program};
 use crate::vk::shader::Applying;
@@ -29,8 +29,8 @@ pub struct DeviceProgram {
     predecessors_at: usize,
 }
 
-/// One instance's level change. Its slice of the index buffer holds at least the drawn faces of both levels; those of
-/// `to` if the program constructs it.
+/// One instance's level change. The instance's slice of the index buffer holds at least the drawn faces of both levels,
+/// or only those of `to` if the program constructs that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// First slot of the instance's slice.

@@ -40,7 +40,7 @@ struct OfSurface {
     counted: Option<(Vec<u32>, Vec<[u32; 2]>)>,
 }
 
-/// A word for each face of the index buffer.
+/// Bytes of the cache misses: a word for each face of the index buffer.
 fn miss_bytes(surface: &MeshOnDevice) -> u64 {
     4 * surface.indices.bytes() / (3 * surface.indices.index_type().bytes())
 }

@@ -84,7 +84,7 @@ impl Prepared {
         self.lists().map(|faces| faces.len() as u64).sum()
     }
 
-    /// Bytes of all lists with indices of the type `index`, and of what level changes write.
+    /// Bytes of all lists with indices of the type `index`, and of the commands of level changes.
     pub fn list_bytes(&self, index: IndexType) -> u64 {
         let commands: usize = self.skip.iter().map(SkipList::command_bytes).sum();
         3 * index.bytes() * self.listed_faces() + commands as u64

@@ -83,7 +83,7 @@ pub struct BaselineCosts {
     pub costs: Vec<LevelCosts>,
     /// Faces copied per split, on the way through all levels.
     pub copied_per_split: f64,
-    /// Bytes of all its lists and of what level changes write, with 16-bit indices below 65,536 vertices.
+    /// Bytes of all its lists and of the commands of level changes; indices have 16 bits below 65,536 vertices.
     pub list_bytes: u64,
     /// Drawn faces per live face, mean over the levels.
     pub traffic: f64,

@@ -78,7 +78,7 @@ impl SkipList {
         written
     }
 
-    /// Bytes of what level changes write, and where: the list's memory without its faces.
+    /// Bytes of the commands of level changes (words to write and their values): the list's memory without its faces.
     pub fn command_bytes(&self) -> usize {
         self.words.bytes() + size_of_val(&*self.values)
     }

@@ -30,8 +30,8 @@ impl LevelCosts {
     }
 }
 
-/// All levels if the mesh has at most `all_up_to` faces. Otherwise `count` levels at equal steps, including
-/// the first and the last.
+/// All levels if the mesh has at most `all_up_to` faces, or at most `count` levels. Otherwise `count` levels at equal
+/// steps, including the first and the last.
 pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> Vec<u32> {
     let last = mesh.last_level();
     if mesh.faces.len() <= all_up_to || last < count {

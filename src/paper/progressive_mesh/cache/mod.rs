@@ -42,7 +42,8 @@ pub enum Cache {
     /// FIFO with this many entries.
     Fifo(u32),
     /// Batches of at most 32 vertices and 32 triangles, with no reuse between batches. meshoptimizer assumes
-    /// this for NVIDIA's devices; Kerbl et al. 2018 measured other batch sizes on all devices.
+    /// this for NVIDIA's devices; B. Kerbl et al. ("Revisiting the Vertex Cache: Understanding and Optimizing Vertex
+    /// Processing on the modern GPU", PACM CGIT 2018) measured other batch sizes on all devices.
     Batches,
 }
 

@@ -163,7 +163,7 @@ pub const AVERAGE: Figure = Figure {
     ],
 };
 
-/// For any order: see [`lower_bound`].
+/// The variant with the bound that no order of the faces can beat: see [`lower_bound`].
 const LOWER_BOUND: &str = "lower bound";
 const BATCHES: &str = "batches";
 const P95: &str = "FIFO-16, 95 % of levels";

@@ -63,9 +63,9 @@ const BEST: &str = "whole build, best settings";
 const FAST: &str = "whole build, fast";
 const LOAD: &str = "load and clean";
 const STEPS: [&str; 5] = [LOAD, "simplify", "order", "write", "read again"];
-/// The steps of [`WHOLE`].
+/// Number of [`STEPS`] that [`WHOLE`] includes: all except the last.
 const OF_THE_BUILD: usize = 4;
-/// Options of `mesh build`, by the name of their whole build. Only the dragon is built with all of them.
+/// The builds: the name of each build's total time, and its options of `mesh build`. Only the dragon has all builds.
 const SETTINGS: [(&str, &[&str]); 3] = [
     (WHOLE, &[]),
     (BEST, &["--effort", "best", "--order", FaceOrder::InPlace23.name()]),

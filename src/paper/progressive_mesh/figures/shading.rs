@@ -202,7 +202,7 @@ struct Stage {
 struct Shot {
     /// An sRGB byte for each pixel.
     levels: Vec<u8>,
-    /// True for pixels of which every sample shows the mesh.
+    /// True for pixels whose samples all show the mesh.
     inside: Vec<bool>,
 }
 
@@ -336,7 +336,7 @@ impl Difference {
 
 /// Side of the largest square in which the mask is true everywhere.
 fn widest(mask: &[bool], width: usize) -> usize {
-    // For each pixel the largest square of which it is the last.
+    // For each pixel, the side of the largest square that ends at this pixel (its last row and column).
     let mut sides = vec![0; mask.len()];
     for at in 0..mask.len() {
         if mask[at] {

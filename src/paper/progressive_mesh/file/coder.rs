@@ -266,7 +266,7 @@ impl Number {
     }
 }
 
-/// Codes `bits` bits, highest first. The bits before it select each bit's model.
+/// Codes `bits` bits, highest first. Each bit's model is selected by the bits before it.
 pub(super) fn tree(coder: &mut impl Coder, models: &mut [Bit], bits: u32, value: u32) -> u32 {
     let node = (0..bits).rev().fold(1, |node, at| {
         let bit = coder.bit(&mut models[node as usize], value >> at & 1 == 1);

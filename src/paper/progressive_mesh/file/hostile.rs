@@ -97,7 +97,7 @@ fn a_ring_of_any_faces_is_that_of_a_search() {
         (0..=around).for_each(|_| live.add_vertex());
         for _ in 0..count % 15 {
             let (a, b) = (1 + random.below(around), random.below(around - 1));
-            // Not a.
+            // Different from `a`.
             let b = 1 + (a + b) % around;
             live.add_face([0, a as u32, b as u32]);
         }
@@ -105,7 +105,7 @@ fn a_ring_of_any_faces_is_that_of_a_search() {
     }
 }
 
-/// 10 million faces of rings, and 20,000 new faces against 80,000 suggestions: minutes if either were searched or sorted.
+/// Searching the 10 million faces of the rings, or 80,000 suggestions for each of 20,000 new faces, would take minutes.
 #[test]
 fn a_hub_of_many_faces_is_written_and_read_in_proportion_to_its_splits() {
     let faces = 20_000;

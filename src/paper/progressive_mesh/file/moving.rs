@@ -95,7 +95,7 @@ impl Moving {
         }
     }
 
-    /// Builds `around` from the moving faces alone; the result is the same.
+    /// Builds the same `around` as [`Self::number`], but visits only the moving faces.
     fn gather(&mut self) {
         self.ends.resize(self.vertices.len(), 0);
         self.corners.as_flattened().iter().for_each(|&vertex| self.ends[vertex as usize] += 1);

@@ -116,8 +116,8 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
     Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
 }
 
-/// The flaw of a file without its coarsest level, which needs the header and the first chunk. The chunk's
-/// head has its length.
+/// The flaw of a file that ends before the coarsest level is complete. That level needs the header and the first
+/// chunk, whose head states the chunk's length.
 fn no_base(bytes: &[u8]) -> Flaw {
     let head = bytes.get(HEADER_BYTES..HEADER_BYTES + CHUNK_HEAD_BYTES);
     let payload = head.map_or(0, |head| u64::from(u32_at(head, 0)));

@@ -4,9 +4,9 @@
 //! For each place the paper picks a face that uses cached vertices and swaps it with the face in that place.
 //! It prefers (a) the face that is already in place and (b) faces in CPU cache lines that are touched
 //! already. This leaves isolated faces behind, which later cost three transforms each. We add a valence term
-//! as in the optimizers of T. Forsyth ("Linear-Speed Vertex Cache Optimisation", 2006) and of P. Sander, D. Nehab and J.
-//! Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with few faces
-//! left are finished first.
+//! as in the optimizers of T. Forsyth ("Linear-Speed Vertex Cache Optimisation", 2006) and of P. Sander, D. Nehab and
+//! J. Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with few
+//! faces left are finished first.
 
 use super::patch::{MOST_FACES, Patch};
 
@@ -78,7 +78,7 @@ struct Greedy<'a> {
     at: Vec<u32>,
     place_of: Vec<u32>,
     corners: Vec<Corner>,
-    /// The faces around each vertex: all undrawn ones, and of a vertex with many faces also drawn ones.
+    /// The faces around each vertex: all undrawn ones, and for a vertex with more than [`MOST_FACES`] also drawn ones.
     around: Vec<u32>,
     is_drawn: Vec<bool>,
     /// All vertices that entered the cache, oldest first. The last `entries` of them are cached, but none

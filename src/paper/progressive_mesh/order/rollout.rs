@@ -19,8 +19,8 @@ const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 /// The noise is at most a tenth of a transform.
 const NOISE: i32 = TRANSFORM / 10;
 
-/// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. It will be transformed
-/// again, but in another order this may happen too.
+/// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex will be transformed
+/// again, but other orders may transform it twice as well.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
 /// Larger valences are reduced to this.
@@ -190,7 +190,7 @@ impl Search {
         best.1
     }
 
-    /// Skips the drawn faces at the start of the rows of its vertices.
+    /// Skips the drawn faces at the starts of the rows of the face's vertices.
     fn pass(&mut self, face: u32) {
         for vertex in self.faces[face as usize].map(|vertex| vertex as usize) {
             if vertex == self.none as usize {

@@ -15,15 +15,15 @@ pub struct Direct {
     pub faces: Vec<[u32; 3]>,
     /// The vertex from which each vertex splits; lower than the vertex, or the vertex itself.
     pub predecessors: Vec<u32>,
-    /// For each keyframe the number of its permutation, and of `numbers` up to and including it.
+    /// For each keyframe, the index of its permutation, and the end of its range of `numbers`.
     pub(super) keyframes: Vec<(usize, usize)>,
     /// For each slot that a keyframe draws, the number of its face.
     pub numbers: Vec<u32>,
 }
 
 impl Direct {
-    /// The last keyframe among the first `swaps` permutations: the permutations up to and including it, and its range
-    /// of `numbers`. Before the first keyframe, each face lies in the slot of its number.
+    /// The last keyframe among the first `swaps` permutations: the number of permutations up to and including it, and
+    /// its range of `numbers`. Before the first keyframe, each face lies in the slot of its number.
     pub(super) fn keyframe(&self, swaps: usize) -> (usize, Range<usize>) {
         let end = |keyframes: usize| keyframes.checked_sub(1).map_or(0, |last| self.keyframes[last].1);
         match self.keyframes.partition_point(|&(swap, _)| swap < swaps) {

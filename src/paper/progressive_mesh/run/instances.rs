@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Instances of one mesh. The mesh is shared. An instance has about 95 bytes of state (pm.cpu: 500 instances of about
-/// 1000 faces) and a slice of the index buffer with its live faces: three indices each, plus slack (see [`Slices`]).
+/// 1000 faces) and a slice of the index buffer with its drawn faces: three indices each, plus slack (see [`Slices`]).
 #[derive(Clone, Debug)]
 pub struct Instances<I: Index = u32> {
     program: Arc<Program>,
@@ -64,12 +64,12 @@ impl<I: Index> Instances<I> {
         self.levels[instance]
     }
 
-    /// The live faces of an instance.
+    /// The faces that an instance draws.
     pub fn faces(&self, instance: usize) -> &[[I; 3]] {
         &self.faces[self.slots(instance)]
     }
 
-    /// The slots of an instance's live faces in [`Instances::buffer`]. A draw's first index is three times
+    /// The slots of an instance's drawn faces in [`Instances::buffer`]. A draw's first index is three times
     /// the start.
     pub fn slots(&self, instance: usize) -> Range<usize> {
         let first = self.slices.first(instance) as usize;
@@ -81,7 +81,7 @@ impl<I: Index> Instances<I> {
         &self.faces
     }
 
-    /// Takes the live parts written since the last call: ranges of indices of [`Instances::buffer`], ascending and
+    /// Takes the drawn parts written since the last call: ranges of indices of [`Instances::buffer`], ascending and
     /// disjoint.
     pub fn take_touched(&mut self) -> Vec<Range<usize>> {
         let words = |slots: Range<usize>| 3 * slots.start..3 * slots.end;
@@ -124,7 +124,7 @@ impl<I: Index> Instances<I> {
         if new < needed { self.fit(instance, new, new) } else { Ok(()) }
     }
 
-    /// The faces that a level draws (the paper's `CurNumTris`).
+    /// The faces that a level draws: the paper's `CurNumTris`, or more with births in place.
     fn live(&self, level: u32) -> u32 {
         self.program.drawn(level)
     }

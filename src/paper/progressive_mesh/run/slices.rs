@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// One slice of an index buffer for each instance. Slices come in few sizes, so that they can be reused. A
-/// new slice holds at least 64 faces; larger ones have at most a quarter more slots than faces. When its
-/// instance becomes coarser, a slice may become up to four times too large. This type holds no faces: the caller
-/// copies them when an instance gets another slice.
+/// new slice holds at least 64 faces, or all faces of a smaller mesh; larger ones have at most a quarter more slots
+/// than faces. When its instance becomes coarser, a slice may become up to four times too large. This type holds no
+/// faces: the caller copies them when an instance gets another slice.
 #[derive(Clone, Debug)]
 pub struct Slices {
     of_instances: Vec<FreeFaces>,

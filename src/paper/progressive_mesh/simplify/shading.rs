@@ -8,16 +8,16 @@
 //! `e` around each collapse look different.
 //!
 //! Measured with pm.shading: with the side of a square in place of the radius, or with 0.1 as [`VISIBLE`], outlines are
-//! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at 8 pixels regions that look
-//! different are 10 pixels wide.
+//! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at 8 pixels regions that
+//! look different are 10 pixels wide.
 
 use super::sequence::{Near, Sequence};
 use super::start::{Shading, nearest_wedge};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes by
-/// 8 levels of 8-bit sRGB if its normal turns by 0.15 at 45 degrees from the sun.
+/// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes
+/// by 8 levels of 8-bit sRGB if its normal turns by 0.15 at 45 degrees from the sun.
 const VISIBLE: f64 = 0.15;
 
 /// The part of an area that counts if its normals differ by this squared chord: all of it from [`VISIBLE`] on, a
@@ -28,7 +28,7 @@ pub(super) fn visible(squared: f64) -> f64 {
 
 impl Sequence<'_> {
     /// The squared shading error of the collapse of the hub onto `end`, around which the triangles are spread. Stops
-    /// early, with an error that is too small, once it is `enough`. 0 without [`Shading`].
+    /// early, with an error that is too small, once `enough` returns true for it. 0 without [`Shading`].
     pub(super) fn squared_shading_error(&self, end: u32, enough: impl Fn(f64) -> bool) -> f64 {
         let Some(shading) = &self.shading else { return 0.0 };
         let torn = self.may_tear();

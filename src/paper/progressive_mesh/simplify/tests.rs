@@ -316,7 +316,8 @@ fn a_ridge_that_only_normals_show_is_an_error_of_the_appearance() {
     model.attributes.normals = model.wedge_positions.iter().map(normal).collect();
     assert!(*to(&model, 2).collapses.errors.last().unwrap() < 1e-12);
     let collapses = by_appearance(&model, 2);
-    // The ridge stands for one column of cells, a sixteenth of the square. Its last vertices show it on larger faces.
+    // The ridge stands for one column of cells, a sixteenth of the square. The last vertices of the ridge show its
+    // normals on larger faces.
     let found = *collapses.errors.last().unwrap();
     assert!(found * found > 1.0 / 16.0 / PI && found * found < 1.0 / PI, "{found}");
     // Until the ridge vanishes nothing differs.
@@ -362,7 +363,7 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
             let (faces, error) = left(&model, &collapses, wanted);
             let found = widest_difference(&model, &faces);
             assert!(found <= error, "{name} at {wanted}: {found} found, {error} stated");
-            // Distances do not bound it. Half of the solid's faces are flat.
+            // Errors that measure distances alone do not bound this difference. Half of the solid's faces are flat.
             let (faces, error) = left(&model, &by_distance, wanted);
             let flat = name == "solid:8" && 2 * wanted == model.faces.len();
             let found = widest_difference(&model, &faces);

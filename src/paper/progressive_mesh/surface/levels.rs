@@ -144,7 +144,8 @@ impl Levels {
         }
     }
 
-    /// The initial index buffer. If the host executes, its content is undefined until the first frame uploads all of it.
+    /// The initial index buffer. If the host executes, its content is undefined until the first frame uploads all of
+    /// it.
     pub fn buffer(&self, gpu: &Gpu, name: &str, index: IndexType) -> Result<Buffer, Error> {
         match self {
             Levels::Host(_) => gpu.buffer(name, self.bytes(index), self.buffer_use(index)),

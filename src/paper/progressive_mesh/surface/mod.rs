@@ -250,7 +250,8 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// Records the result of [`MeshOnDevice::go`]: `uploads` are (offset in `staging`, offset in the index buffer, bytes).
+    /// Records the result of [`MeshOnDevice::go`]: `uploads` are (offset in `staging`, offset in the index buffer,
+    /// bytes).
     pub(super) fn record(
         &self,
         cmd: &mut Cmd<'_>,

@@ -48,8 +48,8 @@ pub fn normals(mesh: &ProgressiveMesh, full: &[[u32; 3]]) -> Vec<[f32; 3]> {
     }
 }
 
-/// One unit normal per vertex: the area-weighted mean over `faces`. `shared` has for each vertex the one whose normal it
-/// shares.
+/// One unit normal per vertex: the area-weighted mean over `faces`. `shared` has, for each vertex, the vertex whose
+/// normal it shares.
 pub fn face_normals(mesh: &ProgressiveMesh, faces: &[[u32; 3]], shared: &[u32]) -> Vec<[f32; 3]> {
     let positions = &mesh.vertices.positions;
     let at = |vertex: u32| DVec3::from(positions[vertex as usize].map(f64::from));

@@ -3,7 +3,8 @@
 //! A plane maps pixel centres to texels by a homography, `u = (A x + B y + C)/(G x + H y + I)` and `v = (D x + E y +
 //! F)/(G x + H y + I)` (P. Heckbert, "Fundamentals of Texture Mapping and Image Warping", UCB/CSD 89/516, 1989). The
 //! paper's modified form computes numerators and denominator along a row by additions. Formula (7) adds A, D and G for
-//! each pixel. By formula (8), each of k threads adds k times these numbers. Two threads may also walk from both ends of the row.
+//! each pixel. By formula (8), each of k threads adds k times these numbers. Two threads may also walk from both ends
+//! of the row.
 //! Along a row the derivatives have the constant numerator `n_ux = (A I - C G) + (A H - B G) y` and the linear
 //! numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward differences are `du/dx = n_ux /
 //! (w (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
@@ -50,8 +51,8 @@ pub enum Form {
     /// As `RowConstants` in a compute shader: a thread reads its row's constants once, and computes each of its
     /// pixels from them.
     RowConstantsBy(Walk),
-    /// As `Textbook` in a compute shader: a thread evaluates the part that its row shares once, and adds each pixel's
-    /// with one `fma`.
+    /// As `Textbook` in a compute shader: a thread evaluates the part that all its pixels share once for the row, and
+    /// adds each pixel's own part with one `fma`.
     TextbookBy(Walk),
     /// The threads of a compute shader walk along rows by additions in f32.
     Walk(Walk),

@@ -30,7 +30,7 @@ impl Holds {
         f32::from(u8::from(self == Holds::Everywhere))
     }
 
-    /// Cells a side of the squares of a [`Fan`].
+    /// Side of the squares of a [`Fan`], in cells.
     fn square(self) -> usize {
         if self == Holds::Everywhere { 2 } else { 1 }
     }
@@ -105,8 +105,8 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
 /// Points of a sector's arc.
 const SAMPLES: usize = 64;
 
-/// Points at `distance` from the origin, evenly over the sector, and the reach of a cell along an axis: a cell counts if
-/// the unit square around a point of the arc meets it. The reach is one unit, plus the distance between the points.
+/// Points at `distance` from the origin, evenly over the sector, and the reach of a cell along an axis: a cell counts
+/// if the unit square around a point of the arc meets it. The reach is one unit, plus the distance between the points.
 fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
     let turn = TAU / SECTORS as f64;
     let points = (0..=SAMPLES).map(move |n| {
@@ -116,8 +116,8 @@ fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
     (points, 1.0 + distance * turn / SAMPLES as f64)
 }
 
-/// Squares of 2 x 2 cells. Together they are the cells that contain a point at `distance` from a point of cell (0, 0) in
-/// a direction of the sector.
+/// Squares of 2 x 2 cells. Together they are the cells that contain a point at `distance` from a point of cell (0, 0)
+/// in a direction of the sector.
 fn squares_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
     let (points, reach) = arc(sector, distance);
     let squares = points.flat_map(|point| {

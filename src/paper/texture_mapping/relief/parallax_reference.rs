@@ -2,8 +2,8 @@
 //!
 //! f32 computes the place where a point's ray enters the top plane with an error of at most a slack. The hit of a ray
 //! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
-//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it. Where
-//! the slack decides, the texel may count or not, and the range contains all outcomes.
+//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
+//! Where the slack decides, the texel may count or not, and the range contains all outcomes.
 
 use super::Relief;
 use super::parallax::{ParallaxFilter, View};
@@ -174,9 +174,9 @@ impl Lines<'_> {
             let visited = self.hits(b, y).map(|hit| (hit.ceil() as i64 - first) as u32);
             texels = [0, 1].map(|n| texels[n] + visited[n]);
         }
-        // An error of all entries by the slack moves each end of a visible part by as much, and the middle's share by
-        // four slacks over the segment's length, which is at least the part's: six slacks in a sum of colours, and two
-        // in the sum of weights.
+        // If entries err by the slack, each end of a visible part moves by as much, and the share of its middle changes
+        // by four slacks divided by the segment's length. The part is not longer than the segment, so it adds an error
+        // of at most six slacks to the sum of colours, and of two to the sum of weights.
         let error = 8.0 * self.slack * f64::from(texels[1]) / weight;
         Possible { range: [-error, error].map(|error| colour / weight + error), texels }
     }

@@ -31,8 +31,8 @@ fn layers(relief: &Relief) -> usize {
     (relief.depth.ceil() as usize).clamp(1, 64)
 }
 
-/// The work of building a distance map: for each texel, the squares of its horizon, and the cells of the neighbourhood in
-/// each layer.
+/// The work of building a distance map, in visits: for each texel, the squares of its horizon, and the cells of the
+/// neighbourhood in each layer.
 pub fn work(relief: &Relief) -> u64 {
     let side = 2 * (relief.depth.ceil() as u64 + 1) + 1;
     let cells = side.saturating_mul(side).saturating_mul(layers(relief) as u64);

@@ -155,7 +155,7 @@ mod tests {
             let corners = 2 * program.corners().words.len() as u64;
             let moves = 6 * program.moves().from.len() as u64;
             assert!(by(name, 1).bytes <= 2 * (corners + moves) + copies, "{name}");
-            // A jump from end to end is a construction, followed by at most half of the faces' moves.
+            // A jump from end to end is a construction, after which permutations move less than half of the faces.
             let jump = by(name, 1 << 20).bytes;
             assert!((copies..copies + copies / 2).contains(&jump), "{name}: {jump} bytes, {copies}");
         }
