@@ -11,13 +11,14 @@
 layout(local_size_x = 64) in;
 
 // Three words for each corner that a split changes: its index in the slice, the new vertex, the replaced vertex. Two
-// words for each face that a permutation moves: its slot after going up, and its slot before. Then the tables of
-// run/direct.rs: for each slot of each keyframe the number of its face, the faces of the full mesh, and the predecessor
-// of each vertex.
+// words for each face that a permutation moves: its slot after going up, and its slot before.
 layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // The faces that the first step of a permutation saves for the second.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
+// The tables of run/direct.rs: for each slot of each keyframe the number of its face, the faces of the full mesh, and
+// the predecessor of each vertex.
+layout(scalar, binding = 3) readonly buffer Tables { uint words[]; } tables;
 
 #include "progressive_mesh/write_indices.glsl"
 
@@ -26,14 +27,14 @@ layout(push_constant, scalar) uniform Applying {
     uint kind;
     // 1: the inverse step (collapses, or the inverse permutation).
     uint down;
-    // First word of the step in `program`, and its number of corners or faces.
+    // First word of the step in `program`, for a construction in `tables`; its number of corners or faces.
     uint first;
     uint count;
     // First index of the instance's slice.
     uint slice;
     uint kept_first;
     // For a construction: the number of slots of its keyframe, the number of live vertices, and the first words of the
-    // faces and of the predecessors.
+    // faces and of the predecessors in `tables`.
     uint listed;
     uint vertices;
     uint faces_at;
@@ -65,7 +66,7 @@ void move(uint n) {
 // The live vertex that replaces a vertex. If level 0 has no vertices, vertex 0 is its own predecessor.
 uint live(uint vertex) {
     while (vertex >= applying.vertices) {
-        uint predecessor = program.words[applying.predecessors_at + vertex];
+        uint predecessor = tables.words[applying.predecessors_at + vertex];
         if (predecessor == vertex) {
             break;
         }
@@ -75,9 +76,9 @@ uint live(uint vertex) {
 }
 
 void construct(uint slot) {
-    uint number = slot < applying.listed ? program.words[applying.first + slot] : slot;
+    uint number = slot < applying.listed ? tables.words[applying.first + slot] : slot;
     for (uint corner = 0; corner < 3; ++corner) {
-        uint vertex = program.words[applying.faces_at + 3 * number + corner];
+        uint vertex = tables.words[applying.faces_at + 3 * number + corner];
         set_index(applying.slice + 3 * slot + corner, live(vertex));
     }
 }

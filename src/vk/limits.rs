@@ -61,6 +61,17 @@ impl Gpu {
         })
     }
 
+    /// Checks that shaders can address a storage buffer of this size. `advice` says what to do if they cannot.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] with both numbers.
+    pub fn require_storage(&self, name: &str, bytes: u64, advice: &str) -> Result<()> {
+        let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
+        require(bytes <= most, name, || {
+            format!("needs {bytes} bytes; this device's shaders can address {most}; {advice}")
+        })
+    }
+
     /// Checks that indices may address this many vertices.
     ///
     /// # Errors

@@ -110,3 +110,12 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
     }
     jumps
 }
+
+#[test]
+fn a_mesh_whose_buffers_shaders_cannot_address_is_refused_with_advice() {
+    let gpu = Watched::open(&GpuOptions::default());
+    assert!(gpu.require_storage("mesh: splits", 1 << 20, "take a smaller mesh").is_ok());
+    let error = gpu.require_storage("mesh: splits", 1 << 33, "take a smaller mesh").unwrap_err().to_string();
+    let words = ["mesh: splits", "8589934592", "take a smaller mesh"];
+    assert!(words.iter().all(|word| error.contains(word)), "{error}");
+}

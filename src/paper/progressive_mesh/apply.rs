@@ -21,10 +21,12 @@ const KEPT_FACES: usize = 1 << 16;
 pub struct DeviceProgram {
     pipeline: ComputePipeline,
     program: Buffer,
+    /// The tables of [`Direct`](super::run::Direct): numbers, faces, predecessors.
+    tables: Buffer,
     kept: Buffer,
-    /// First words in `program` of the moves, and of the tables of [`Direct`](super::run::Direct).
+    /// First word in `program` of the moves.
     moves_at: usize,
-    numbers_at: usize,
+    /// First words in `tables` of the faces and of the predecessors.
     faces_at: usize,
     predecessors_at: usize,
 }
@@ -52,35 +54,36 @@ impl DeviceProgram {
     pub fn new(gpu: &Gpu, program: &Program, index: IndexType) -> Result<DeviceProgram> {
         let (corners, moves) = (program.corners(), program.moves());
         let direct = program.direct();
-        let tables = direct.numbers.len() + direct.faces.as_flattened().len() + direct.predecessors.len();
-        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len() + tables);
+        let mut words = Vec::with_capacity(3 * corners.words.len() + 2 * moves.from.len());
         for ((&word, &up), &down) in corners.words.iter().zip(&corners.up).zip(&corners.down) {
             words.extend([word, up, down]);
         }
         let moves_at = words.len();
         let filled = moves.runs.iter().flat_map(|&[first, end]| first..end);
         words.extend(filled.zip(&moves.from).flat_map(|(to, &from)| [to, from]));
-        let [numbers_at, faces_at, predecessors_at] =
-            [&*direct.numbers, direct.faces.as_flattened(), &*direct.predecessors].map(|table| {
-                let first = words.len();
-                words.extend_from_slice(table);
-                first
-            });
+        let tables = [&*direct.numbers, direct.faces.as_flattened(), &*direct.predecessors];
+        let faces_at = tables[0].len();
+        let buffer = |name, words: &[u32]| {
+            let advice = "take an order that moves fewer faces (in-place-10, tail-10, classical) or a smaller mesh, or \
+                          let the host change levels (apply = \"cpu\")";
+            gpu.require_storage(name, size_of_val(words) as u64, advice)?;
+            gpu.buffer_with(name, words, BufferUse::Storage)
+        };
         let kept = program.largest_move().max(KEPT_FACES);
         Ok(DeviceProgram {
             pipeline: gpu.compute_pipeline("apply levels", &apply_comp::SHADER, &[index.constant()])?,
-            program: gpu.buffer_with("splits and permutations", &words, BufferUse::Storage)?,
+            program: buffer("mesh: splits and permutations", &words)?,
+            tables: buffer("mesh: tables for constructed levels", &tables.concat())?,
             kept: gpu.buffer("kept faces", 12 * kept as u64, BufferUse::Storage)?,
             moves_at,
-            numbers_at,
             faces_at,
-            predecessors_at,
+            predecessors_at: faces_at + tables[1].len(),
         })
     }
 
     /// Bytes of video memory that all instances share.
     pub fn bytes(&self) -> u64 {
-        self.program.bytes() + self.kept.bytes()
+        self.program.bytes() + self.tables.bytes() + self.kept.bytes()
     }
 
     /// Executes `changes` in `indices`. Each change is for a different instance; `indices` is a buffer of
@@ -100,6 +103,7 @@ impl DeviceProgram {
     ) -> Result<()> {
         let resources = [
             (apply_comp::PROGRAM, Resource::Buffer(&self.program)),
+            (apply_comp::TABLES, Resource::Buffer(&self.tables)),
             (apply_comp::INDICES, Resource::Buffer(indices)),
             (apply_comp::KEPT, Resource::Buffer(&self.kept)),
         ];
@@ -158,7 +162,7 @@ impl DeviceProgram {
                 [1, 2].map(|kind| dispatch(kind, *up, self.moves_at + 2 * faces.start, faces.len())).into()
             }
             Operation::Construct { numbers, faces, vertices } => {
-                let (applying, groups) = dispatch(3, true, self.numbers_at + numbers.start, *faces as usize);
+                let (applying, groups) = dispatch(3, true, numbers.start, *faces as usize);
                 vec![(Applying { listed: numbers.len() as u32, vertices: *vertices, ..applying }, groups)]
             }
         }

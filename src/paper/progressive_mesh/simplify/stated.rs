@@ -7,8 +7,9 @@
 const GROWTH: [f64; 2] = [0.5, 4.0];
 
 /// Largest factor by which errors before a jump are raised to even out the jump. Flat parts keep a small error up to
-/// the jump.
-const MOST_RAISED: f64 = 1.5;
+/// the jump. With 1.5, 12.8 % of the steps of 1 % change nothing on `solid`, with 2.5 none (pm.continuity). At equal
+/// stated errors, 2.5 gives 0.3 % more faces than 1.5 on `solid`, 0.1 % on `torus`, and as many on the other models.
+const MOST_RAISED: f64 = 2.5;
 
 /// Safety factor on the distance measured at sample points, which was at worst 0.97 of the true distance, for
 /// faces as large as their distance from the model.
@@ -47,11 +48,11 @@ mod tests {
     }
 
     #[test]
-    fn before_a_large_jump_the_error_rises_by_at_most_half_and_zero_stays_zero() {
+    fn before_a_large_jump_the_error_is_raised_to_at_most_two_and_a_half_times_and_zero_stays_zero() {
         let deviations: Vec<f64> = [0.0, 1.0, 100.0].into_iter().flat_map(|error| [error; 100]).collect();
         let left: Vec<usize> = (0..300).map(|n| 1000 - 2 * n).collect();
         let errors = stated(&deviations, &left);
         assert!(errors[..100].iter().all(|&error| error == 0.0));
-        assert!(errors[100] == MARGIN && errors[199] > 1.5 && errors[199] < 1.8, "{errors:?}");
+        assert!(errors[100] == MARGIN && errors[199] > 2.5 && errors[199] < 3.0, "{errors:?}");
     }
 }
