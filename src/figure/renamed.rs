@@ -1,6 +1,6 @@
 //! Old names of variants and quantities in stored results, with those of today (format version 5).
 
-use super::{FigureResult, Outcome};
+use super::Row;
 
 /// A figure, or its family with the dot; the old name, and today's.
 const RENAMED: &[(&str, &str, &str)] = &[
@@ -93,13 +93,10 @@ const RENAMED: &[(&str, &str, &str)] = &[
     ("tm.26", "steps a ray", "steps per ray"),
 ];
 
-/// Gives the rows of a stored figure today's names.
-pub fn renew(figure: &mut FigureResult) {
-    for cell in &mut figure.cells {
-        let Outcome::Rows(rows) = &mut cell.outcome else { continue };
-        for name in rows.iter_mut().flat_map(|row| [&mut row.variant, &mut row.quantity]) {
-            *name = now(&figure.id, name);
-        }
+/// Gives stored rows of a figure today's names.
+pub fn renew(figure: &str, rows: &mut [Row]) {
+    for name in rows.iter_mut().flat_map(|row| [&mut row.variant, &mut row.quantity]) {
+        *name = now(figure, name);
     }
 }
 

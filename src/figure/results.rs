@@ -99,7 +99,7 @@ impl Results {
             results.program_version = version.unwrap_or_default().to_owned();
         }
         if version < WITH_NAMES {
-            results.figures.iter_mut().for_each(renamed::renew);
+            results.figures.iter_mut().for_each(FigureResult::renew);
         }
         Ok(results)
     }
@@ -176,6 +176,15 @@ impl CellRows {
 }
 
 impl FigureResult {
+    /// Gives the rows today's names.
+    fn renew(&mut self) {
+        for cell in &mut self.cells {
+            if let Outcome::Rows(rows) = &mut cell.outcome {
+                renamed::renew(&self.id, rows);
+            }
+        }
+    }
+
     fn of(of: (&Figure, Effort), cells: Vec<CellRows>, machines: &[Machine]) -> FigureResult {
         let (claims, figure) = (judge(of, &cells, machines), of.0);
         FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }
