@@ -17,6 +17,7 @@ mod machine;
 mod merge;
 mod page;
 mod plot;
+mod renamed;
 mod results;
 mod run;
 mod same;

@@ -2,18 +2,22 @@
 
 use super::{
     Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Row, Table, Verdict, json,
+    renamed,
 };
 use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// `results.json`. In format version 1, the key `version` held the program's version. Format version 3 added verdicts
-/// and rounds, version 4 cells that were left out.
+/// and rounds, version 4 cells that were left out, version 5 new names of variants and quantities.
 pub const FORMAT: JsonFormat =
-    JsonFormat { name: "ortelius-results", version: 4, oldest: 1, first_name: Some("ortelius results 1") };
+    JsonFormat { name: "ortelius-results", version: 5, oldest: 1, first_name: Some("ortelius results 1") };
 
 /// The first format version with the rounds that the judge needs.
 const WITH_ROUNDS: u32 = 3;
+
+/// The first format version with today's names.
+const WITH_NAMES: u32 = 5;
 
 /// Indented levels of the file: a measured row is one line.
 const LEVELS: usize = 6;
@@ -73,7 +77,7 @@ pub enum NoResults {
 }
 
 impl Results {
-    /// Reads the text of a `results.json`.
+    /// Reads the text of a `results.json`. Earlier versions get today's names of variants and quantities.
     ///
     /// # Errors
     /// [`NoResults`].
@@ -93,6 +97,9 @@ impl Results {
             let First { version } = serde_json::from_str(text)?;
             let version = version.as_ref().and_then(|version| version.as_str());
             results.program_version = version.unwrap_or_default().to_owned();
+        }
+        if version < WITH_NAMES {
+            results.figures.iter_mut().for_each(FigureResult::renew);
         }
         Ok(results)
     }
@@ -169,6 +176,15 @@ impl CellRows {
 }
 
 impl FigureResult {
+    /// Gives the rows today's names.
+    fn renew(&mut self) {
+        for cell in &mut self.cells {
+            if let Outcome::Rows(rows) = &mut cell.outcome {
+                renamed::renew(&self.id, rows);
+            }
+        }
+    }
+
     fn of(of: (&Figure, Effort), cells: Vec<CellRows>, machines: &[Machine]) -> FigureResult {
         let (claims, figure) = (judge(of, &cells, machines), of.0);
         FigureResult { id: figure.id.to_string(), title: figure.title.to_string(), claims, cells }

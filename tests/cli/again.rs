@@ -14,7 +14,7 @@ fn path(folder: &TempDir, name: &str) -> String {
 /// The report's `run`.
 fn run_of(folder: &TempDir, name: &str) -> Value {
     let report: Value = serde_json::from_str(&read(folder, name)).unwrap();
-    assert_eq!((&report["format"], &report["version"]), (&"ortelius-render-report".into(), &3.into()));
+    assert_eq!((&report["format"], &report["version"]), (&"ortelius-render-report".into(), &4.into()));
     report["run"].clone()
 }
 
@@ -107,12 +107,12 @@ fn linear_light_is_reproduced_also_with_only_a_report() {
 #[test]
 fn a_report_of_another_version_is_rejected_in_one_line_that_names_both() {
     let folder = folder();
-    let own = "this program reads format \"ortelius-render-report\" version 3";
+    let own = "this program reads format \"ortelius-render-report\" versions 3 to 4";
     for (text, words) in [
         ("{}", &["it states no format", own][..]),
         (
-            "{\"format\": \"ortelius-render-report\", \"version\": 4}",
-            &["format \"ortelius-render-report\" version 4", own],
+            "{\"format\": \"ortelius-render-report\", \"version\": 5}",
+            &["format \"ortelius-render-report\" version 5", own],
         ),
         (
             "{\"format\": \"ortelius-render-report\", \"version\": 2}",
@@ -132,6 +132,26 @@ fn a_report_of_another_version_is_rejected_in_one_line_that_names_both() {
     }
     assert_eq!(render_failure(&folder, &["none.json", "-o", "a.png"]).0, 1);
     assert_eq!(names(&folder), ["r.json"]);
+}
+
+/// report-3.json was written by the last program with version 3 (commit 3f51fb6).
+#[test]
+fn a_report_of_version_3_gives_the_bytes_of_its_scene() {
+    let folder = folder();
+    let old = include_str!("report-3.json");
+    write(&folder, "old.json", old);
+    rendered(&folder, &["old.json", "-o", "old.png", "--report", "new.json"]);
+    let [old, new] =
+        [old, &read(&folder, "new.json")].map(|text| serde_json::from_str::<Value>(text).unwrap());
+    assert_eq!((&old["version"], &old["run"]), (&3.into(), &new["run"]));
+    write(&folder, "s.toml", old["run"]["scene"].as_str().unwrap());
+    let run = ["--size", "64x36", "--frames", "1", "--settle", "--deterministic"];
+    rendered(&folder, &[&["s.toml"][..], &run, &["-o", "scene.png"]].concat());
+    assert!(bytes(&folder, "old.png") == bytes(&folder, "scene.png"));
+    let other = read(&folder, "old.json").replace("longitude_deg = 31.0", "longitude_deg = -60.0");
+    write(&folder, "other.json", &other);
+    rendered(&folder, &["other.json", "-o", "other.png"]);
+    assert!(bytes(&folder, "other.png") != bytes(&folder, "scene.png"), "the report's scene has no effect");
 }
 
 #[test]

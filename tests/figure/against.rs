@@ -125,13 +125,37 @@ fn changed_verdicts_and_new_or_gone_values_are_on_stdout_and_in_the_page() {
 }
 
 #[test]
+fn results_of_version_4_have_todays_names_and_equal_those_of_version_5() {
+    let [mut today, mut old] = changed(|_| {});
+    let name = |results: &mut Results, quantity: &str, variant: &str| {
+        results.figures[0].id = "pm.shading".into();
+        let Outcome::Rows(rows) = &mut results.figures[0].cells[0].outcome else { panic!("measured") };
+        (rows[0].quantity, rows[0].variant) = (quantity.into(), variant.into());
+    };
+    name(&mut today, "faces", "the paper, as many faces as normal-aware");
+    name(&mut old, "faces", "the paper, the faces of normal-aware");
+    let (today, old) = (today.text(), old.text());
+    let as_version = |text: &str, version: &str| {
+        Results::parse(&text.replacen("\"version\": 5", &format!("\"version\": {version}"), 1)).unwrap()
+    };
+    let [today, old, unread] = [as_version(&today, "5"), as_version(&old, "4"), as_version(&old, "5")];
+    let differences = |before: &Results| {
+        let Changes { values, gone, new, .. } = Changes::between(before, &today);
+        (values.len(), gone, new)
+    };
+    assert_eq!((old.format_version, differences(&old)), (4, (0, 0, 0)));
+    // A file of version 5 is read as it is.
+    assert_eq!(differences(&unread), (0, 1, 1));
+}
+
+#[test]
 fn foreign_files_are_rejected() {
     for (text, words) in [
         ("{}", "not results of this program"),
         ("[1", "not results of this program"),
         (
-            "{\"format\": \"ortelius-results\", \"version\": 5}",
-            "the file has format \"ortelius-results\" version 5; this program reads format \"ortelius-results\" versions 1 to 4",
+            "{\"format\": \"ortelius-results\", \"version\": 6}",
+            "the file has format \"ortelius-results\" version 6; this program reads format \"ortelius-results\" versions 1 to 5",
         ),
         (
             "{\"format\": \"ortelius results 7\"}",

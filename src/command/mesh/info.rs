@@ -24,8 +24,9 @@ pub struct InfoArgs {
     json: bool,
 }
 
-/// In version 1 of this JSON, the key `version` held the version of the .pmesh format.
-const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 2);
+/// In version 1 of this JSON, the key `version` held the version of the .pmesh format. In version 2, one of the sizes had
+/// another name.
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 3);
 
 /// All printed data, in one shape for both outputs.
 #[derive(Serialize)]
@@ -131,7 +132,10 @@ impl Info {
                 p95: costs.exceeded_by(0.05),
                 worst: costs.exceeded_by(0.0),
             },
-            sizes: named.into_iter().chain([size("header and heads", contents.frame_bytes)]).collect(),
+            sizes: named
+                .into_iter()
+                .chain([size("headers of file and chunks", contents.frame_bytes)])
+                .collect(),
             bytes_per_split: contents.bytes_per_split(mesh),
         }
     }

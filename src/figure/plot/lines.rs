@@ -1,6 +1,7 @@
 //! A line for each variant along a sweep or a series, with the spread at each point.
 
 use super::scale::Scale;
+use super::scatter;
 use super::svg::{Anchor, HUES, Svg, WIDTH, cut_apart, width_of};
 use super::{Chart, Point};
 use crate::figure::words::tick;
@@ -59,6 +60,7 @@ pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) 
     for (number, line) in lines.iter().enumerate() {
         draw_line(&mut svg, chart, scales, number, line);
     }
+    scatter::label(&mut svg, single(lines, scales).into_iter(), [left, right], [top, bottom]);
     let end = legend(&mut svg, lines, bottom + 56.0);
     Some(svg.inline(end, &chart.title))
 }
@@ -104,6 +106,22 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
     }
 }
 
+/// Names and places of the lines with a single point, which no curve shows: first those on another line, the front of
+/// all points. Without a single point that is shown, the chart has no labels.
+fn single<'a>(lines: &'a [Line], [scale_x, scale_y]: [&Scale; 2]) -> Vec<(&'a str, [f64; 2])> {
+    let on_a_curve =
+        |at: &(f64, Point)| lines.iter().any(|line| line.points.len() > 1 && line.points.contains(at));
+    let alone = |line: &'a Line| match &line.points[..] {
+        [at @ (x, p)] if scale_x.shows(*x) && scale_y.shows(p.y) => {
+            Some((!on_a_curve(at), &*line.name, [scale_x.at(*x), scale_y.at(p.y)]))
+        }
+        _ => None,
+    };
+    let mut found: Vec<_> = lines.iter().filter_map(alone).collect();
+    found.sort_by_key(|(off, ..)| *off);
+    found.into_iter().map(|(_, name, at)| (name, at)).collect()
+}
+
 /// Draws the names of the lines in as many rows as needed; returns the bottom.
 fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
     let (mut x, mut y) = (0.0, top);
@@ -121,4 +139,37 @@ fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
         x += room;
     }
     y + 12.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_one_point_are_labelled_those_on_a_curve_first() {
+        let line = |name: &str, points: &[[f64; 2]]| Line {
+            name: name.into(),
+            highlight: "",
+            points: points.iter().map(|&[x, y]| (x, Point { y, low: y, high: y })).collect(),
+        };
+        let [title, below, quantity] = [""; 3].map(String::from);
+        let chart = Chart { title, below, quantity, unit: String::new(), log: true };
+        let along = Along { name: String::new(), log: true, at: None };
+        let labels = |points: &[(&str, [f64; 2])]| {
+            let front = line("front of all", &[[1.0, 1.0], [10.0, 0.1], [100.0, 0.01]]);
+            let lines = points.iter().map(|(name, at)| line(name, &[*at])).chain([front]);
+            let svg = draw(&chart, &along, &lines.collect::<Vec<_>>(), None).unwrap();
+            let is_label = |name: &str| svg.contains(&format!("class=\"faint\">{name}<"));
+            (points.iter().map(|(name, _)| is_label(name)).collect::<Vec<_>>(), is_label("front of all"))
+        };
+        assert_eq!(labels(&[("a", [1.0, 1.0]), ("b", [10.0, 0.5])]), (vec![true, true], false));
+        // All points are in one place, which has room for four names at most: the last one is on the front.
+        let crowd: Vec<String> = (0..6).map(|n| format!("method {n}")).collect();
+        let (shown, _) = labels(&crowd.iter().map(|name| (&**name, [10.0, 0.1])).collect::<Vec<_>>());
+        assert!(shown.contains(&true) && shown.contains(&false), "{shown:?}");
+        let off = |n: usize| [10.0, if n == 5 { 0.1 } else { 0.1001 }];
+        let (shown, _) =
+            labels(&crowd.iter().enumerate().map(|(n, name)| (&**name, off(n))).collect::<Vec<_>>());
+        assert!(shown[5] && shown.contains(&false), "{shown:?}");
+    }
 }

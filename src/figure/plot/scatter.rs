@@ -63,22 +63,25 @@ pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
         }
     }
     let fronts = spots.iter().filter(|spot| spot.on_front).filter(shown);
-    let (names, places): (Vec<&str>, Vec<_>) = fronts.map(|spot| (&*spot.name, place(spot))).unzip();
-    let named: Vec<(String, [f64; 2])> = cut_apart(&names, LABEL[0]).into_iter().zip(places).collect();
-    label(&mut svg, &named, [left, right], [top, bottom]);
+    label(&mut svg, fronts.map(|spot| (&*spot.name, place(spot))), [left, right], [top, bottom]);
     Some(svg.inline(bottom + 46.0, &chart.title))
 }
 
 /// Largest width and the height of a label.
-const LABEL: [f64; 2] = [170.0, 13.0];
+const LABEL: [f64; 2] = [200.0, 13.0];
 
-/// Writes each name next to its mark if it covers no mark and no other name; other names are only in the
-/// table.
-fn label(svg: &mut Svg, named: &[(String, [f64; 2])], [left, right]: [f64; 2], [top, bottom]: [f64; 2]) {
-    let mut taken: Vec<[f64; 4]> =
-        named.iter().map(|(_, [x, y])| [x - 4.0, y - 4.0, x + 4.0, y + 4.0]).collect();
-    for (name, [x, y]) in named {
-        let width = width_of(name) * 0.85;
+/// Writes each name next to its mark if it covers no mark and no other name; the first names take precedence. Other
+/// names are only in the table or the legend.
+pub fn label<'a>(
+    svg: &mut Svg,
+    named: impl Iterator<Item = (&'a str, [f64; 2])>,
+    [left, right]: [f64; 2],
+    [top, bottom]: [f64; 2],
+) {
+    let (names, places): (Vec<&str>, Vec<_>) = named.unzip();
+    let mut taken: Vec<[f64; 4]> = places.iter().map(|[x, y]| [x - 4.0, y - 4.0, x + 4.0, y + 4.0]).collect();
+    for (name, [x, y]) in cut_apart(&names, LABEL[0]).into_iter().zip(places) {
+        let width = width_of(&name) * 0.85;
         let free = |[x0, y0, x1, y1]: [f64; 4]| {
             let apart = |t: &[f64; 4]| x1 <= t[0] || t[2] <= x0 || y1 <= t[1] || t[3] <= y0;
             left <= x0 && x1 <= right && top <= y0 && y1 <= bottom && taken.iter().all(apart)
@@ -88,7 +91,7 @@ fn label(svg: &mut Svg, named: &[(String, [f64; 2])], [left, right]: [f64; 2], [
             ([from, base - LABEL[1] + 2.0, from + width, base + 2.0], [from, base])
         });
         let Some((area, at)) = places.into_iter().find(|(area, _)| free(*area)) else { continue };
-        svg.text(at, Anchor::Start, "faint", name);
+        svg.text(at, Anchor::Start, "faint", &name);
         taken.push(area);
     }
 }

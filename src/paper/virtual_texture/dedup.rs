@@ -115,6 +115,19 @@ impl DedupPass {
         }
     }
 
+    /// Workgroups, and texels that their shaders fetch from a request image of `size` pixels. Invocations beyond its edges
+    /// fetch too.
+    pub fn groups_and_texels(&self, size: [u32; 2]) -> [u64; 2] {
+        let area = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
+        match &self.step {
+            Step::Blocks(..) | Step::Points(..) => [0, area(size)],
+            Step::Compute(_, pixels, _) => {
+                let groups = area([size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1])]);
+                [groups, groups * area(*pixels)]
+            }
+        }
+    }
+
     /// Clears the mask of the frame in `slot` and marks the triples of `requests`.
     ///
     /// # Errors

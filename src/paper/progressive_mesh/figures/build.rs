@@ -36,7 +36,7 @@ pub const BUILD: Figure = Figure {
     claims: &[
         Claim::ours(
             "linear",
-            "In the largest model, a face takes at most twice as much time as in the smallest.",
+            "The build time per face is at most twice as large for the largest model as for the smallest.",
             &[Test::growth(one(TIME, WHOLE), 1.0, AtMost(2.0))],
         )
         .timed(),

@@ -37,7 +37,7 @@ pub const CONTINUITY: Figure = Figure {
     claims: &[
         Claim::ours(
             "largest-change",
-            "A wanted error 1 % larger changes the faces by at most 2.5 %.",
+            "If the wanted error rises by 1 %, the number of faces changes by at most 2.5 %.",
             &[Test::value(one(MOST, BEST), AtMost(2.5))],
         ),
         Claim::ours(
@@ -48,8 +48,7 @@ pub const CONTINUITY: Figure = Figure {
         .at(Places::scenes(&WITH_A_SCAN)),
         Claim::ours(
             "distance",
-            "At equal numbers of faces, the mean distance of `best` is at most 1.02 of that of `fast`, and \
-             the Hausdorff distance at most 0.95 (mean over the models; target: 0.85).",
+            "At equal numbers of faces, the mean distance of `best` is at most 1.02 times that of `fast`, and the Hausdorff distance at most 0.95 times (mean over the models; target: 0.85).",
             &[
                 Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
                 Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.95)),

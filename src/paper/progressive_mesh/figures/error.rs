@@ -43,15 +43,13 @@ pub const ERROR: Figure = Figure {
     claims: &[
         Claim::ours(
             "mean",
-            "On each closed model at 50 to 5 % of the faces, our mean distance is at most 0.95 of \
-             meshoptimizer's.",
+            "On each closed model at 50 to 5 % of the faces, our mean distance is at most 0.95 times meshoptimizer's.",
             &[Test::ratio(one(MEAN, OURS), one(MEAN, BASELINE), AtMost(0.95))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(
             "hausdorff",
-            "On each closed model at 50 to 5 % of the faces, our Hausdorff distance is at most 1.6 of \
-             meshoptimizer's (target: 1.25).",
+            "On each closed model at 50 to 5 % of the faces, our Hausdorff distance is at most 1.6 times meshoptimizer's (target: 1.25).",
             &[Test::ratio(one(HAUSDORFF, OURS), one(HAUSDORFF, BASELINE), AtMost(1.6))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),

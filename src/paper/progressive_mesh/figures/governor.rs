@@ -22,11 +22,11 @@ const VARIANTS: [&str; 3] = [WITHOUT, INTEGRAL, PLANNED];
 
 const TIME: &str = "frame time";
 const FACTOR: &str = "error over the scene's own";
-const FRAMES: &str = "frames after the first 30";
+const FRAMES: &str = "frame time after the first 30 frames";
 const WITHIN: &str = "frames within the budget";
-const NEARLY: &str = "frames within 1.1 of the budget";
-const OVERSHOOT: &str = "the frame that one of twenty exceeds, over the budget";
-const TURNS: &str = "turns of the error";
+const NEARLY: &str = "frames within 1.1 times the budget";
+const OVERSHOOT: &str = "95th percentile of the frame times, over the budget";
+const TURNS: &str = "reversals of the error";
 const PRICE: &str = "mean error over the scene's own";
 const BUDGET: &str = "budget";
 
@@ -47,8 +47,7 @@ pub const GOVERNOR: Figure = Figure {
             30 frames. `integral` is a simple integral controller that uses only measured times. The three \
             variants alternate frame by frame, and the walk is repeated. Shares count each walk's frames \
             after its first 30; the figure shows their median and spread over the walks. Are frames within \
-            the budget? By how much do the others exceed it? Is the error steady, or does it oscillate (a \
-            turn is a change of the error against the direction of the previous change)? And what is the \
+            the budget? By how much do the others exceed it? Is the error steady, or does it oscillate (a reversal is a change of the error against the direction of the previous change)? And what is the \
             cost (the geometric mean of the error)?",
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
@@ -67,7 +66,7 @@ pub const GOVERNOR: Figure = Figure {
         .timed(),
         Claim::ours(
             "no-oscillation",
-            "The error does not oscillate: it turns in at most one frame of ten.",
+            "The error does not oscillate: it reverses its direction in at most one frame of ten.",
             &[Test::value(one(TURNS, PLANNED), AtMost(10.0))],
         )
         .timed(),

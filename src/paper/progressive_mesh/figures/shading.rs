@@ -61,13 +61,12 @@ pub const SHADING: Figure = Figure {
     claims: &[
         Claim::ours(
             "distance-bounds",
-            "An error that knows only distances bounds what is seen: with the full mesh's normals, no visible \
-             difference is wider than the wanted error and a pixel.",
+            "An error that knows only distances bounds what is seen: with the full mesh's normals, no visible difference is wider than the wanted error plus one pixel.",
             &[Test::value(one(EXCESS, PAPER), AtMost(1.0))],
         ),
         Claim::ours(
             "appearance-bounds",
-            "With normal-aware collapses, no visible difference is wider than the wanted error and a pixel.",
+            "With normal-aware collapses, no visible difference is wider than the wanted error plus one pixel.",
             &[Test::value(one(EXCESS, AWARE), AtMost(1.0))],
         ),
         Claim::ours(
@@ -79,8 +78,7 @@ pub const SHADING: Figure = Figure {
         .at(Places::ALL.x(0.0, 1.0)),
         Claim::ours(
             "equal-faces-inside",
-            "At equal numbers of faces, normal-aware collapses leave at most 0.75 as many pixels inside the outline that \
-             differ visibly, at wanted errors of 1 to 8 pixels.",
+            "At equal numbers of faces, normal-aware collapses leave at most 0.75 times as many pixels inside the outline that differ visibly, at wanted errors of 1 to 8 pixels.",
             &[Test::ratio(one(INSIDE, AWARE), one(INSIDE, PAPER_AS_MANY), AtMost(0.75))],
         )
         .at(Places::ALL.x(1.0, 8.0)),
@@ -109,9 +107,9 @@ const WANTED: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 const PAPER: &str = "normals of the full mesh (the paper)";
 const LEVEL: &str = "normals of the level";
 const AWARE: &str = "normal-aware collapses";
-const AWARE_AS_MANY: &str = "normal-aware collapses, the paper's number of faces";
-const PAPER_AS_MANY: &str = "the paper, the faces of normal-aware";
-const LEVEL_AS_MANY: &str = "normals of the level, the faces of normal-aware";
+const AWARE_AS_MANY: &str = "normal-aware collapses, as many faces as the paper";
+const PAPER_AS_MANY: &str = "the paper, as many faces as normal-aware";
+const LEVEL_AS_MANY: &str = "normals of the level, as many faces as normal-aware";
 
 const VISIBLE: &str = "pixels that differ visibly";
 const INSIDE: &str = "pixels inside the outline that differ visibly";

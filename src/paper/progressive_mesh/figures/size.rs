@@ -101,7 +101,7 @@ fn of_mesh(name: &str, mesh: &ProgressiveMesh) -> anyhow::Result<Vec<Row>> {
     for (content, bits) in contents.sizes.named() {
         row(&format!("file: {content}"), bits / 8.0);
     }
-    row("file: header and heads", contents.frame_bytes);
+    row("file: headers of file and chunks", contents.frame_bytes);
     let slots = mesh.splits.slots.items().len();
     row(WORDS, 4.0 * words(mesh) as f64);
     let [split_numbers, swap_numbers] = [split_numbers(mesh), swap_numbers(mesh)];

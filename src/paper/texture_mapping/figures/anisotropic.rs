@@ -69,8 +69,8 @@ pub const ANISOTROPIC: Figure = Figure {
     ],
 };
 
-const TIME: &str = "time a pixel";
-const TEXELS: &str = "texels fetched a pixel";
+const TIME: &str = "time per pixel";
+const TEXELS: &str = "texels fetched per pixel";
 const OFF: &str = "NMSE against the analytic derivatives";
 
 const TEXTBOOK: &str = "textbook";

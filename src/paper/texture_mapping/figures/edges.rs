@@ -68,7 +68,7 @@ const NONE: &str = "none";
 
 const NMSE: &str = "NMSE, formula (4)";
 const NMSE_EWA: &str = "NMSE, EWA kernel";
-const TIME: &str = "time a pixel";
+const TIME: &str = "time per pixel";
 const VOLUME: &str = "part of the texel";
 const OFF: &str = "largest error of the form";
 

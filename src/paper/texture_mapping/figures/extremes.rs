@@ -86,11 +86,11 @@ const NMSE: &str = "NMSE";
 const WORST: &str = "worst pixel";
 const BROKEN: &str = "pixels not finite or out of range";
 const UNEXPLAINED: &str = "pixels that differ from f64 by more than rounding";
-const FIRST: &str = "the first of them";
+const FIRST: &str = "first pixel that differs from f64 by more than rounding";
 const EMPTY: &str = "footprints without a texel";
 
 const HOLES: &str = "pixels of the plane without a fragment";
-const FRAGMENTS: &str = "fragments a pixel";
+const FRAGMENTS: &str = "fragments per pixel";
 
 const SIZE: [u32; 2] = [64, 48];
 

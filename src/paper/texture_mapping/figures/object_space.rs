@@ -102,8 +102,8 @@ const PAPERS_EWA: &str = "paper's EWA";
 const TIME: &str = "texturing";
 const TEXELS: &str = "texels fetched";
 const ATOMICS: &str = "atomics";
-const PER_AREA: &str = "fragments a pixel of the object";
-const PER_PIXEL: &str = "fragments a pixel of the screen";
+const PER_AREA: &str = "fragments per pixel of the object";
+const PER_PIXEL: &str = "fragments per pixel of the screen";
 const HOLES: &str = "pixels without a fragment";
 
 /// Texels along the texture's side.

@@ -68,7 +68,7 @@ pub const PARALLAX: Figure = Figure {
 /// Quantities.
 const ERROR: &str = "NMSE";
 const TIME: &str = "filtering";
-const TEXELS: &str = "texels a pixel";
+const TEXELS: &str = "texels per pixel";
 
 /// The truth's own error.
 const FLOOR: &str = "truth with a quarter of the samples";

@@ -32,8 +32,8 @@ pub const PARETO: Figure = Figure {
     sweep: None,
     measure,
     plots: &[
-        Plot::curves(BY_TEXELS, "texels fetched a pixel").log_x().log_y().floor(FLOOR),
-        Plot::curves(BY_TIME, "time a pixel, ns").log_x().log_y().floor(FLOOR),
+        Plot::curves(BY_TEXELS, "texels fetched per pixel").log_x().log_y().floor(FLOOR),
+        Plot::curves(BY_TIME, "time per pixel, ns").log_x().log_y().floor(FLOOR),
         Plot::bars(NMSE).log_y().floor(FLOOR),
         Plot::bars(BOX).log_y().floor(FLOOR),
         Plot::bars(FLIP),
@@ -77,12 +77,12 @@ const WORST_CASE: &str = "NMSE of the worst case";
 const BOX: &str = "NMSE against a box";
 const FLIP: &str = "FLIP";
 const WORST_PIXEL: &str = "worst pixel";
-const TEXELS: &str = "texels fetched a pixel";
-const TIME: &str = "time a pixel";
+const TEXELS: &str = "texels fetched per pixel";
+const TIME: &str = "time per pixel";
 const AHEAD: &str = "ahead of our settings";
 const BY_TEXELS: &str = "NMSE by texels";
 const BY_TIME: &str = "NMSE by time";
-const SAMPLES: &str = "samples a pixel";
+const SAMPLES: &str = "samples per pixel";
 const MOST_SAMPLES: &str = "samples of the pixel with most";
 
 /// One stochastic sample per pixel, accumulated over [`FRAMES`] frames.

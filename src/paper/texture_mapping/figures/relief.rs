@@ -103,7 +103,7 @@ pub const MAP_BUILD: Figure = Figure {
 };
 
 /// Quantities.
-const STEPS: &str = "steps a ray";
+const STEPS: &str = "steps per ray";
 const GAIN: &str = "Donnelly's steps over the refined map's";
 const MORE: &str = "rays with more steps than by Donnelly's map";
 const TIME: &str = "tracing";

@@ -107,7 +107,7 @@ const NMSE: &str = "NMSE against formula (4)'s kernel";
 const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
-const TIME: &str = "time a pixel";
+const TIME: &str = "time per pixel";
 
 fn variants() -> Vec<(String, Ellipse)> {
     let formula = PAPER_BY_LEVEL.axes(Axes::Corrected).k(0.8).most_ratio(64.0);

@@ -1,6 +1,7 @@
 //! vt.compact: stage 3 in all its variants.
 
 use super::common::SceneView;
+use super::counts::of_stage_3;
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
@@ -19,7 +20,10 @@ pub const COMPACT: Figure = Figure {
             x 256 words), with the levels of the paper's NA = 16. The list lengths are compared with the reference's \
             count in the request image. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels. The synthetic view \
             `noise` requests a random tile in each pixel. \"fused-append\" is not a pass: the fused draw appends while \
-            it marks. Its time is that of the fused draw, less that of a fused draw that only marks.",
+            it marks. Its time and counts are those of the fused draw, less those of a fused draw that only marks. The \
+            words of the tile mask that shaders read, their atomics, and the bytes that they write to the list are \
+            counted exactly from the reference's list. `subgroup` has one atomic for each subgroup with a set bit; their \
+            number depends on the device and is left out.",
     scenes: SCENES,
     variants: || {
         let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);
@@ -95,13 +99,19 @@ fn variants(address: TileAddress) -> Vec<(String, Config)> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw(bench, &cell.scene)?;
     let requests = read_requests(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
-    let lengths = [
-        reference::distinct_triples(&requests, &stage1.pyramid).len(),
-        reference::visible_tiles(&requests, &stage1.pyramid).len(),
+    let tiles = reference::visible_tiles(&requests, &stage1.pyramid);
+    let lists = [
+        Vec::from_iter(reference::distinct_triples(&requests, &stage1.pyramid)),
+        tiles.iter().map(|tile| [tile.level, tile.row, tile.column]).collect(),
     ];
     let addresses = [(TileAddress::Level0, PAPERS), (TileAddress::OwnLevel, NATIVE)];
     let mut rows = Vec::new();
-    for (((address, time), quantity), length) in addresses.into_iter().zip(LENGTHS).zip(lengths) {
+    for (((address, time), quantity), list) in addresses.into_iter().zip(LENGTHS).zip(lists) {
+        let length = list.len();
+        let counts = |name: &str, compact| {
+            let (_, ending) = time.split_once(',').expect("it names the tile address");
+            of_stage_3((name, compact), &list, &stage1.pyramid, &format!(",{ending}"))
+        };
         rows.push(Row::number(REFERENCE, quantity, "triples", length as f64));
         let mut pairs = Vec::new();
         for (name, config) in variants(address) {
@@ -109,6 +119,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             match Pair::new(&stage1, &name, Config { list_capacity, ..config }) {
                 Err(why) => rows.push(Row::missing(name, time, why)),
                 Ok(pair) => {
+                    rows.extend(counts(&name, config.compact));
                     rows.push(Row::number(name, quantity, "triples", pair.triples(&stage1)?.len() as f64));
                     pairs.push(pair);
                 }
@@ -118,6 +129,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let timed = bench.interleave(&stage1.gpu, contenders.collect())?;
         rows.extend(timed.iter().map(|timed| timed.row(time)));
         rows.extend(fused_append(bench, &cell.scene, &stage1, address, [time, quantity])?);
+        if cell.scene != NOISE {
+            rows.extend(counts(Compaction::FusedAppend.name(), Compaction::FusedAppend));
+        }
     }
     Ok(rows)
 }

@@ -1,6 +1,7 @@
 //! vt.dedup: stage 2 in all its variants.
 
 use super::common::passes;
+use super::counts::{Requests, of_stage_2};
 use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
@@ -20,8 +21,9 @@ pub const DEDUP: Figure = Figure {
             no numbers and no p. The figure shows the time of stage 2 alone over the same packed request image (1280 x \
             720 in quick runs, 1920 x 1080 in full ones), whose levels are those of the paper's NA = 16. The variants \
             are: p = 0 to 4 without and with memo; a vertex for each pixel without geometry shader (the paper's naive \
-            baseline); and the compute variants. The reference counts the emitted points exactly from the request \
-            image. The synthetic view `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` \
+            baseline); and the compute variants. The emitted points, the texels that shaders fetch, the \
+            tests of the tile mask (loads that avoid superfluous atomics) and the atomics are counted exactly from the \
+            request image; a count that depends on the order of invocations or on the size of subgroups is left out. The synthetic view `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` \
             keeps one bit per tile and runs with own-level tile addresses, all others with level-0 ones. The fused \
             variants are not passes over the request image; vt.pipeline and vt.limit show what they add to the \
             texturing draw.",
@@ -114,6 +116,9 @@ fn variants() -> Vec<(String, Config)> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw(bench, &cell.scene)?;
     let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
+    assert!(!footprint.reaches, "a border of 16 texels contains all samples, so no pass marks neighbours");
+    let triples = read_requests(gpu, footprint, pyramid)?;
+    let requests = Requests { triples: &triples, size: stage1.size, pyramid };
     let (mut contenders, mut rows) = (Vec::new(), Vec::new());
     for (name, config) in variants() {
         let own_level = Config { address: TileAddress::OwnLevel, ..config };
@@ -129,11 +134,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             }
             pass => pass?,
         };
+        let [groups, texels] = pass.groups_and_texels(stage1.size);
+        rows.extend(of_stage_2((&name, config.dedup), &requests, texels, groups));
         contenders.push(passes(gpu, name, move |frame| {
             frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, Slot::FIRST))
         }));
     }
-    let points = points(&stage1)?;
+    let points = points(&requests);
     for timed in bench.interleave(gpu, contenders)? {
         let row = timed.row(TIME);
         let expected =
@@ -161,15 +168,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// The points that each geometry shader emits. With p = 4, two invocations handle half a block each.
-fn points(stage1: &Stage1) -> anyhow::Result<Vec<Row>> {
-    let requests = read_requests(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
+fn points(requests: &Requests<'_>) -> Vec<Row> {
+    let Requests { triples, size, pyramid } = requests;
     let count = |block_log2: u32, memo| {
         let block = [1 << block_log2, 1 << block_log2.min(3)];
-        let points = reference::emitted_points(&requests, stage1.size[0], &stage1.pyramid, block, memo);
+        let points = reference::emitted_points(triples, size[0], pyramid, block, memo);
         Value::Number(points as f64)
     };
     let rows = geometry().map(|(p, memo)| Row::new(geometry_name(p, memo), POINTS, "points", count(p, memo)));
-    Ok(rows.chain([Row::new(NAIVE_BASELINE, POINTS, "points", count(0, false))]).collect())
+    rows.chain([Row::new(NAIVE_BASELINE, POINTS, "points", count(0, false))]).collect()
 }
 
 /// The geometry shaders' rows of `quantity` as two curves over p: exact numbers, or times with their spread.

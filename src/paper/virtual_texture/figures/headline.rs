@@ -71,7 +71,7 @@ const MOVING: &str = "frame, moving";
 const ALONG: &str = "frame along the path";
 const STANDING_FPS: &str = "frames/s, standing";
 const MOVING_FPS: &str = "frames/s, moving";
-const SLOWER: &str = "moving over standing";
+const SLOWER: &str = "frame, moving over standing";
 const MEMORY: &str = "memory";
 
 /// The paper's frame, and all variants that make the same exact list on the device.

@@ -60,8 +60,8 @@ pub const LIMIT: Figure = Figure {
     ],
 };
 
-const COPIES: &str = "over one copy of request image";
-const EMPTY_PASSES: &str = "over an empty pass";
+const COPIES: &str = "stages 2 and 3 over one copy of the request image";
+const EMPTY_PASSES: &str = "stages 2 and 3 over an empty pass";
 const WRONG: &str = "tiles too many or too few";
 const COPY: &str = "copy of the request image";
 

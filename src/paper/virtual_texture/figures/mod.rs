@@ -4,6 +4,7 @@ mod address;
 pub mod common;
 mod compact;
 mod cost;
+mod counts;
 mod dedup;
 pub mod extremes;
 mod feedback;

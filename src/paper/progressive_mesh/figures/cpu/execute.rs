@@ -30,12 +30,12 @@ pub const COPY: &str = "memory copy of the index buffer";
 /// A whole frame of one instance without a level change.
 pub const FRAME: &str = "a drawn frame";
 
-pub const SPLITS_UP: &str = "splits a second";
-pub const SPLITS_DOWN: &str = "collapses a second";
-pub const STEP: &str = "a hundredth of the way";
-pub const LOADED: &str = "the host's share of a frame with a hundredth of the way";
-pub const FRAME_HOST: &str = "the host's share of a frame";
-pub const FRAME_WHOLE: &str = "a frame until it is drawn";
+pub const SPLITS_UP: &str = "splits per second";
+pub const SPLITS_DOWN: &str = "collapses per second";
+pub const STEP: &str = "a hundredth of the splits";
+pub const LOADED: &str = "host's work for a frame with a hundredth of the splits";
+pub const FRAME_HOST: &str = "host's work for a frame without a level change";
+pub const FRAME_WHOLE: &str = "whole time of a frame without a level change";
 pub const COMMANDS: &str = "bytes of commands for each split";
 pub const WRITTEN: &str = "bytes written for each split";
 pub const STATE: &str = "bytes of state for each of 500 instances";
@@ -203,8 +203,8 @@ pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
         let step = of(STEPS).map(|steps| steps.iter().map(|ms| 0.01 * ms).collect::<Vec<_>>());
         let both = host.as_ref().zip(step.as_ref());
         row(LOADED, "ms", both.map(|(host, step)| host.iter().zip(step).map(|(a, b)| a + b).collect()));
-        row("whole way", "ms", of(UP).or(of(ALONE)));
-        row("whole way back", "ms", of(DOWN));
+        row(UP, "ms", of(UP).or(of(ALONE)));
+        row(DOWN, "ms", of(DOWN));
         row(STEP, "ms", step.or(of(ALONE)));
         for (quantity, label) in [(SPLITS_UP, UP), (SPLITS_DOWN, DOWN)] {
             let rate = |ms: f64| f64::from(splits) / ms / 1e3;

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 pub const LINES: &str = "64-byte lines touched for each split";
 pub const GREEDY: &str = "the paper's greedy";
-pub const NO_WEIGHT: &str = "the same, lines without weight";
+pub const NO_WEIGHT: &str = "the paper's greedy, no weight for lines";
 
 /// Words in a 64-byte line of the index buffer, which holds 5 1/3 faces.
 const LINE_WORDS: usize = 16;

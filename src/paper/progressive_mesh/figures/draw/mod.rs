@@ -47,10 +47,10 @@ const PAPER: &str = FaceOrder::Paper.name();
 const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
-const DRAWN: &str = "faces drawn for each live one";
+const DRAWN: &str = "faces drawn per live face";
 const SIMULATED: &str = "FIFO-16 transforms for each vertex";
 const TIME: &str = "draw";
-const PER_VERTEX: &str = "draw for each million of vertex invocations";
+const PER_VERTEX: &str = "draw, per million vertex invocations";
 
 const HEAVY: &str = "heavy vertices";
 

@@ -63,16 +63,16 @@ const TARGET: &str = "target";
 const FACES: &str = "faces";
 const HAUSDORFF: &str = "Hausdorff distance";
 /// One-sided, from the remaining faces: components that vanished are not measured.
-const LEFT: &str = "distance of what is left";
+const LEFT: &str = "distance of the remaining faces";
 /// One-sided, from the components of the cleaned mesh that did not vanish.
-const REMAINING: &str = "distance of the components that remain";
+const REMAINING: &str = "distance of the remaining components";
 const STATED: &str = "stated error";
 const CROWDED: &str = "edges of more than two faces";
 const NOT_FINITE: &str = "corners that are not finite";
 const VANISHED: &str = "components that vanished";
 const CLEANING: &str = "cleaning";
 const OUTCOME: &str = "outcome";
-const FAULTS: &str = "promises that the outcome breaks";
+const FAULTS: &str = "conditions that the outcome violates";
 
 const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";

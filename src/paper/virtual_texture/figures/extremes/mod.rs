@@ -48,25 +48,25 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             "2.1",
             "edges-of-the-texture",
             "Clamping (i, j) to the last tile (i = min(i, hT^0 - 1), j = min(j, wT^0 - 1)) gives a tile to every \
-            pixel with t = 1 or s = 1",
+            pixel with t = 1 or s = 1.",
             EXACT,
         )
         .at(Places::scenes(&["corners", "south-pole", "antimeridian"])),
         Claim::ours(
             "every-set-is-exact",
             "Every variant that the device supports lists exactly the reference's tiles at every extreme; variants \
-             that list a superset lose none",
+             that list a superset lose none.",
             EXACT,
         ),
         Claim::ours(
             "stage-1-is-explained",
             "Every triple that differs from the f64 reference lies so close to a tile's or level's border that \
-            rounding explains it",
+            rounding explains it.",
             &[Test::value(one("unexplained", STAGE_1), Equal(0.0))],
         ),
         Claim::ours(
             "every-texel-is-right",
-            "The settled picture uses only the right texels, and all of its pixels are finite",
+            "The settled picture uses only the right texels, and all of its pixels are finite.",
             &[
                 Test::value(one("wrong", PICTURE), Equal(0.0)),
                 Test::value(one("not finite", PICTURE), Equal(0.0)),
@@ -74,7 +74,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
         ),
         Claim::ours(
             "refusals-are-words",
-            "Each refusal is one line with the unsupported feature and the reason",
+            "Each refusal is one line with the unsupported feature and the reason.",
             &[Test::value(every(UNREASONED), Equal(0.0))],
         ),
     ],

@@ -72,7 +72,7 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
     for (n, seen) in SUBSAMPLINGS.into_iter().zip(&seen) {
         let samples = blocks(n, watch.opened.session.technique.settings.size).map(f64::from);
         let samples = Value::Number(samples[0] * samples[1]);
-        rows.push(Row::new(name(n), "samples a frame", "pixels", samples));
+        rows.push(Row::new(name(n), "samples per frame", "pixels", samples));
         if !tiles.is_empty() {
             rows.extend(delay_rows(n, &pixels, &delays(&tiles, seen)));
         }

@@ -43,8 +43,7 @@ pub const FEEDBACK: Figure = Figure {
     claims: &[
         Claim::ours(
             "delay",
-            "The exact list is complete at once, but one pixel in 64 or in 256 takes several frames. In every view, \
-             all tiles are listed only after more than one frame (median over all starts in the cycle).",
+            "The exact list has all tiles at once. In every view, a list from one pixel in 64 or in 256 has all tiles only after more than one frame (median over all starts in the cycle).",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(
@@ -68,7 +67,7 @@ pub const FEEDBACK: Figure = Figure {
 
 const RECALL: &str = "recall after a cut";
 const PIXELS: &str = "pixels served after a cut";
-const TO_ALL: &str = "frames to all tiles";
+const TO_ALL: &str = "frames until all tiles are listed";
 const MOVING_RECALL: &str = "recall of one moving frame";
 const MOVING_PRECISION: &str = "precision of a moving cycle";
 const TIME: &str = "gather, copy and list";

@@ -49,7 +49,7 @@ pub const FILTER: Figure = Figure {
         ),
         Claim::ours(
             "noise",
-            "The noise of n random texels, 4 to 64, is at most 1/n of the noise of one.",
+            "The noise of 4, 16 or 64 random texels is at most 1/4, 1/16 or 1/64 of the noise of one.",
             &[
                 Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "4 taps"), AtLeast(4.0)),
                 Test::ratio(one(OWN_NMSE, "1 tap"), one(OWN_NMSE, "16 taps"), AtLeast(16.0)),

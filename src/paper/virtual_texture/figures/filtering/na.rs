@@ -90,7 +90,7 @@ const BORDERS: [u32; 2] = [4, 16];
 const WITHIN: &str = "NA 16, border 16";
 const VISIBLE: &str = "visible tiles";
 const WORKING_SET: &str = "largest working set";
-const TRAFFIC: &str = "tiles copied a frame";
+const TRAFFIC: &str = "tiles copied per frame";
 const SEAMS: &str = "seams";
 
 /// The view of a cell.

@@ -32,11 +32,11 @@ const BUDGETS: [Budget; 6] = [
 
 const ERROR: &str = "error after the cut";
 const ERROR_MS: &str = "error after the cut, by time";
-const FRAMES_50: &str = "frames to 50 %";
-const FRAMES_95: &str = "frames to 95 %";
+const FRAMES_50: &str = "frames until 50 % of the error is gone";
+const FRAMES_95: &str = "frames until 95 % of the error is gone";
 const SUM: &str = "summed error";
-const MS_50: &str = "time to 50 %";
-const MS_95: &str = "time to 95 %";
+const MS_50: &str = "time until 50 % of the error is gone";
+const MS_95: &str = "time until 95 % of the error is gone";
 
 /// Upper bound of a recovery's frames; every recovery takes fewer.
 const MOST_FRAMES: usize = 400;
@@ -46,8 +46,7 @@ pub const BUDGET: Figure = Figure {
     title: "The picture after a cut, by upload budget",
     about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget. In the \
             paper (section 3), tiles beyond the budget wait for the next frame; it gives no numbers. The error is the \
-            NMSE in linear light against the settled picture. \"To 50 %\" and \"to 95 %\" are the frames and the time \
-            until that share of the first frame's error is gone permanently. The tiles are in main memory, so the disk \
+            NMSE in linear light against the settled picture. The figure counts the frames and the time until 50 % and 95 % of the first frame's error are gone permanently. The tiles are in main memory, so the disk \
             has no influence. The host waits for each frame, so the times are those of this device. Each budget is \
             measured 6 times, in turn, each time with new caches that hold the tiles of the first view. Pictures have \
             960 x 540 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",

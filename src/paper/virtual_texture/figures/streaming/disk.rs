@@ -155,7 +155,7 @@ fn rows(name: &str, runs: &[Watched]) -> Vec<Row> {
         of(DURING, "frames", &|run| Some(run.while_down as f64)),
         of(RECOVERY, "ms", &|run| Some(run.recovery()?.0)),
         of(RECOVERY_FRAMES, "frames", &|run| Some(run.recovery()?.1)),
-        of("time until whole", "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
+        of("time until the picture is complete", "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
     ];
     if name == DOWN {
         let longest = |run: &Watched| run.frames_ms[..run.while_down].iter().copied().reduce(f64::max);

@@ -1,0 +1,211 @@
+//! Counts of stages 2 and 3 that any device repeats exactly, from the request image alone: texels and words that shaders
+//! read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size of a device's
+//! subgroups, has a reason instead. A test is a load of the tile mask before an atomic that may be superfluous.
+
+use crate::figure::{Row, Value};
+use crate::math::pyramid::Pyramid;
+use crate::paper::virtual_texture::{Compaction, Dedup};
+use std::collections::BTreeSet;
+
+/// Quantities of stage 2: texels of the request image, tests before atomics, and atomics in the device's memory.
+pub const TEXELS: &str = "texels fetched";
+pub const TESTS: &str = "tests of the tile mask";
+pub const ATOMICS: &str = "atomics";
+
+/// Quantities of stage 3, also [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.
+pub const WORDS: &str = "words of the tile mask read";
+pub const WRITTEN: &str = "bytes written to the list";
+
+const RACE: &str = "depends on the order in which the device runs the invocations";
+const SUBGROUP: &str = "depends on the number of invocations in a subgroup, which differs between devices";
+
+/// An exact count, or why there is none.
+type Count = Result<u64, &'static str>;
+
+fn row(variant: &str, quantity: String, unit: &str, count: Count) -> Row {
+    match count {
+        Ok(count) => Row::number(variant, quantity, unit, count as f64),
+        Err(why) => Row::new(variant, quantity, unit, Value::Missing(why.into())),
+    }
+}
+
+/// The triple of each pixel of the request image, row by row.
+pub struct Requests<'a> {
+    pub triples: &'a [[u32; 3]],
+    pub size: [u32; 2],
+    pub pyramid: &'a Pyramid,
+}
+
+impl Requests<'_> {
+    fn streamed(&self, [q, ..]: [u32; 3]) -> bool {
+        q < self.pyramid.first_resident_level()
+    }
+
+    /// Pixels whose tile is streamed.
+    fn streamed_pixels(&self) -> u64 {
+        self.triples.iter().filter(|triple| self.streamed(**triple)).count() as u64
+    }
+
+    /// Streamed triples that differ from the previous one of their square of 8 x 8 pixels. The pixels of a square come
+    /// in the order of `pixel`, its columns and rows; `clamps`: pixels beyond the picture's edge repeat its last ones.
+    fn changes(&self, pixel: fn(u32) -> [u32; 2], clamps: bool) -> u64 {
+        let [width, height] = self.size;
+        let mut changes = 0;
+        for (top, left) in (0..height).step_by(8).flat_map(|y| (0..width).step_by(8).map(move |x| (y, x))) {
+            let mut last = None;
+            for [x, y] in (0..64).map(pixel).map(|[x, y]| [left + x, top + y]) {
+                let at = [x.min(width - 1), y.min(height - 1)];
+                let triple = self.triples[(at[1] * width + at[0]) as usize];
+                let stored =
+                    (clamps || at == [x, y]).then_some(triple).filter(|triple| self.is_tile(*triple));
+                changes += u64::from(stored != last && stored.is_some_and(|triple| self.streamed(triple)));
+                last = stored;
+            }
+        }
+        changes
+    }
+
+    /// False for the background.
+    fn is_tile(&self, [q, ..]: [u32; 3]) -> bool {
+        q <= self.pyramid.coarsest_level()
+    }
+}
+
+/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`.
+pub fn of_stage_2(
+    (name, dedup): (&str, Dedup),
+    requests: &Requests<'_>,
+    texels: u64,
+    groups: u64,
+) -> [Row; 3] {
+    let pixels = requests.streamed_pixels();
+    let rows_of_pixels = |n: u32| [n % 8, n / 8];
+    // Quads of 2 x 2 pixels, row by row. A gather returns the lower left pixel first, then counter-clockwise.
+    let quads = |n: u32| {
+        let (quad, k) = (n / 4, n % 4);
+        [quad % 4 * 2 + [0, 1, 1, 0][k as usize], quad / 4 * 2 + [1, 1, 0, 0][k as usize]]
+    };
+    let (tests, atomics) = match dedup {
+        // Points are merged by the logic operation of the colour attachment.
+        Dedup::Geometry | Dedup::Points => (Ok(0), Ok(0)),
+        Dedup::AtomicOr => (Ok(0), Ok(pixels)),
+        Dedup::SubgroupUnique => (Ok(0), Err(SUBGROUP)),
+        Dedup::TestOr => (Ok(pixels), Err(RACE)),
+        Dedup::TileMemo => (Ok(requests.changes(rows_of_pixels, false)), Err(RACE)),
+        Dedup::Runs => (Ok(requests.changes(quads, true)), Err(RACE)),
+        Dedup::SharedHash => (Err(RACE), Err(RACE)),
+        Dedup::Bitset => (Ok(groups * requests.pyramid.tile_count().div_ceil(32)), Err(RACE)),
+        Dedup::MarkBytes => (Ok(pixels), Ok(0)),
+        Dedup::Fused | Dedup::FusedExact => unreachable!("{}: not a pass", dedup.name()),
+    };
+    [
+        row(name, TEXELS.into(), "texels", Ok(texels)),
+        row(name, TESTS.into(), "tests", tests),
+        row(name, ATOMICS.into(), "atomics", atomics),
+    ]
+}
+
+/// The rows of a variant of stage 3 that makes the list `triples` from a mask with a word for each tile of level 0.
+/// `ending`: of each quantity.
+pub fn of_stage_3(
+    (name, compact): (&str, Compaction),
+    triples: &[[u32; 3]],
+    pyramid: &Pyramid,
+    ending: &str,
+) -> [Row; 3] {
+    let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+    let words = columns * rows;
+    let marked = BTreeSet::from_iter(triples.iter().map(|&[_, i, j]| u64::from(i) * columns + u64::from(j)));
+    // Invocations of `workgroup` and `ordered` read 16 words each, workgroups have 64 invocations.
+    let lots = |of: u64| BTreeSet::from_iter(marked.iter().map(|word| word / of));
+    let words_of = |of: u64| lots(of).into_iter().map(|lot| (words - lot * of).min(of)).sum::<u64>();
+    let (read, atomics) = match compact {
+        // Transform feedback appends without atomics of the shader.
+        Compaction::TransformFeedback => (words, Ok(0)),
+        Compaction::Append => (words, Ok(marked.len() as u64)),
+        Compaction::Subgroup => (words, Err(SUBGROUP)),
+        // Invocations with marks read their words again.
+        Compaction::Workgroup => (words + words_of(16), Ok(lots(1024).len() as u64)),
+        // Workgroups with marks read their words twice more.
+        Compaction::Ordered => (words + 2 * words_of(1024), Ok(0)),
+        // The draw that marks also appends, a word for each triple.
+        Compaction::FusedAppend => (0, Ok(triples.len() as u64)),
+    };
+    let entry = if compact == Compaction::FusedAppend { 4 } else { 12 };
+    let count = |quantity: &str, unit, count| row(name, format!("{quantity}{ending}"), unit, count);
+    [
+        count(WORDS, "words", Ok(read)),
+        count(ATOMICS, "atomics", atomics),
+        count(WRITTEN, "bytes", Ok(entry * triples.len() as u64)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 512 x 256 tiles of level 0, in 9 streamed levels.
+    fn pyramid() -> Pyramid {
+        Pyramid::new(18, 17, 9, 4, None).unwrap()
+    }
+
+    /// The numbers of rows; `None` for a reason.
+    fn numbers(rows: [Row; 3]) -> [Option<f64>; 3] {
+        rows.map(|row| row.value.number())
+    }
+
+    #[test]
+    fn stage_2_tests_each_change_along_its_path_through_a_square() {
+        const A: [u32; 3] = [0, 1, 1];
+        const B: [u32; 3] = [2, 4, 8];
+        const RESIDENT: [u32; 3] = [9, 0, 0];
+        const NONE: [u32; 3] = [u32::MAX; 3];
+        let count = |triples: &[[u32; 3]], size: [u32; 2], dedup: Dedup| {
+            let pyramid = pyramid();
+            numbers(of_stage_2((dedup.name(), dedup), &Requests { triples, size, pyramid: &pyramid }, 64, 3))
+        };
+        // Two rows: A B A B ... in both. Rows change at every pixel, quads at every second one.
+        let stripes: Vec<[u32; 3]> = (0..16).map(|n| if n % 2 == 0 { A } else { B }).collect();
+        let of = |dedup| count(&stripes, [8, 2], dedup);
+        assert_eq!(of(Dedup::Geometry), [Some(64.0), Some(0.0), Some(0.0)]);
+        assert_eq!(of(Dedup::AtomicOr), [Some(64.0), Some(0.0), Some(16.0)]);
+        assert_eq!(of(Dedup::TestOr), [Some(64.0), Some(16.0), None]);
+        assert_eq!(of(Dedup::TileMemo)[1], Some(16.0));
+        assert_eq!(of(Dedup::MarkBytes), [Some(64.0), Some(16.0), Some(0.0)]);
+        // 3 workgroups, and a bit for each of 174,762 tiles.
+        assert_eq!(of(Dedup::Bitset)[1], Some(3.0 * 5462.0));
+        assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
+        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 4 x 2 changes. The quads of the six
+        // rows beyond the edge repeat the last row: the same again, three times.
+        assert_eq!(of(Dedup::Runs)[1], Some(1.0 + 16.0 * 2.0));
+        // Resident levels and the background are never tested, and interrupt a run.
+        let breaks = [A, A, RESIDENT, A, NONE, A, B, B];
+        assert_eq!(
+            [Dedup::TileMemo, Dedup::TestOr].map(|dedup| count(&breaks, [8, 1], dedup)[1]),
+            [Some(4.0), Some(6.0)]
+        );
+        // A run ends at the square's edge, in both directions.
+        let one = vec![A; 16 * 9];
+        assert_eq!(count(&one, [16, 9], Dedup::TileMemo)[1], Some(4.0));
+    }
+
+    #[test]
+    fn stage_3_reads_marked_words_again_and_adds_once_for_each() {
+        let of = |compact: Compaction, triples: &[[u32; 3]]| {
+            numbers(of_stage_3((compact.name(), compact), triples, &pyramid(), ""))
+                .map(Option::unwrap_or_default)
+        };
+        // Two marks in one word, one 5 words further, one in the next row: 512 words further, in the same workgroup; and
+        // one in the last word.
+        let triples = [[0, 0, 3], [1, 0, 3], [0, 0, 8], [0, 1, 3], [0, 255, 511]];
+        let words = 131_072.0;
+        assert_eq!(of(Compaction::TransformFeedback, &triples), [words, 0.0, 60.0]);
+        assert_eq!(of(Compaction::Append, &triples), [words, 4.0, 60.0]);
+        assert_eq!(of(Compaction::Workgroup, &triples), [words + 3.0 * 16.0, 2.0, 60.0]);
+        assert_eq!(of(Compaction::Ordered, &triples), [words + 2.0 * 2.0 * 1024.0, 0.0, 60.0]);
+        assert_eq!(of(Compaction::FusedAppend, &triples), [0.0, 5.0, 20.0]);
+        assert_eq!(of(Compaction::Append, &[]), [words, 0.0, 0.0]);
+        let missing = of_stage_3(("subgroup", Compaction::Subgroup), &triples, &pyramid(), ", own-level");
+        assert_eq!((&*missing[1].quantity, missing[1].value.number()), ("atomics, own-level", None));
+    }
+}
