@@ -59,7 +59,10 @@ pub struct TradeArgs {
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Override a key of the scene, for example -D view.camera=low
+    /// One of the scene's cameras
+    #[arg(long)]
+    camera: Option<String>,
+    /// Override a key of the scene, for example -D cache.gpu_tiles=64
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
@@ -95,7 +98,10 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     bench.validate = args.device.validate;
     let sweep = Sweep {
         scene: &scene,
-        pose: scene.pose(0)?,
+        pose: match &args.camera {
+            Some(name) => scene.camera(name)?.pose(),
+            None => scene.pose(0)?,
+        },
         size: args.size.unwrap_or([scene.view.width, scene.view.height]),
         knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
         measure: match args.error {
