@@ -10,8 +10,8 @@ use ortelius::picture::Target;
 use ortelius::renderer::figures::FAMILIES;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::{auto, sections};
-use ortelius::scene::Scene;
 use ortelius::scene::camera::{Camera, GroundPoint};
+use ortelius::scene::{Scene, SceneError};
 use std::io::Read;
 use std::path::Path;
 
@@ -92,6 +92,19 @@ pub struct Asked {
 }
 
 impl SceneArgs {
+    /// What to add to a command without outputs.
+    ///
+    /// # Errors
+    /// Errors of the scene, which would otherwise be reported only by the next command.
+    pub(super) fn nothing_to_write(&self) -> anyhow::Result<String> {
+        let args = self.of_figure()?;
+        let name = match is_report(&args.scene) {
+            true => earlier(&args)?.0.name,
+            false => sections::load(&args.scene, &args.overrides)?.name,
+        };
+        Ok(format!("nothing to write: add -o {name}.png, --report, a dump, or --explain"))
+    }
+
     /// If a figure is named: the shipped scene of its first view, with that view's camera or path.
     fn of_figure(&self) -> anyhow::Result<SceneArgs> {
         let mut figures = FAMILIES.iter().flat_map(|(_, figures)| figures.iter());
@@ -248,10 +261,27 @@ impl EyeArgs {
             ..like
         };
         let changes = [camera.to_change(EyeArgs::NAME), format!("view.camera={}", EyeArgs::NAME)];
-        let scene = asked.scene.with(&changes)?;
+        let scene = asked.scene.with(&changes).map_err(EyeArgs::named)?;
         let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
         let camera = Some(EyeArgs::NAME.to_owned());
         Ok(Asked { scene, run: RunSection { name, folder, scene: text, camera, path: None, ..asked.run } })
+    }
+
+    /// An error of the command line's camera in terms of its options instead of the scene's keys.
+    fn named(error: SceneError) -> anyhow::Error {
+        let options = [
+            ("latitude_deg", "--lat"),
+            ("longitude_deg", "--lon"),
+            ("altitude_m", "--alt"),
+            ("heading_deg", "--heading"),
+            ("tilt_deg", "--tilt"),
+        ];
+        let SceneError::Override { what, .. } = &error else { return error.into() };
+        let of = |(key, option): (&str, &str)| {
+            let what = what.strip_prefix(&format!("cameras.{}.{key}: ", EyeArgs::NAME))?;
+            Some(Usage(format!("{option}: {what}")))
+        };
+        options.into_iter().find_map(of).map_or_else(|| error.into(), Into::into)
     }
 }
 

@@ -9,7 +9,7 @@ use ortelius::scene::{self, markdown, schema};
 
 #[derive(Args)]
 pub struct KeysArgs {
-    /// Only keys with this prefix, for example `surface.NAME.texture` or `cache`
+    /// Only keys that start with this, for example `surface.NAME.texture` or `cache`; if none does, those that contain it
     #[arg(default_value = "")]
     prefix: String,
     /// Print docs/scenes.md
@@ -28,10 +28,14 @@ pub fn run(args: &KeysArgs) -> anyhow::Result<()> {
         return say(format_args!("{:#}", schema::schema(LANGUAGES)));
     }
     let all = scene::keys(LANGUAGES);
-    let mut found = all.iter().filter(|at| at.dotted.starts_with(&args.prefix)).peekable();
+    let starts = |key: &str| key.starts_with(&args.prefix);
+    let contains = |key: &str| key.contains(&args.prefix);
+    let fits: &dyn Fn(&str) -> bool =
+        if all.iter().any(|at| starts(&at.dotted)) { &starts } else { &contains };
+    let mut found = all.iter().filter(|at| fits(&at.dotted)).peekable();
     if found.peek().is_none() {
         let near = nearest(&args.prefix, all.iter().map(|at| &*at.dotted)).unwrap_or_default();
-        bail!(Usage(format!("no key of scenes starts with {:?}; nearest is {near}", args.prefix)));
+        bail!(Usage(format!("no key of scenes contains {:?}; nearest is {near}", args.prefix)));
     }
     found.try_for_each(|at| say(markdown::lines(at)))
 }

@@ -70,7 +70,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         args.records.as_deref(),
     )?;
     if !outputs.any() && !args.explain {
-        bail!(Usage("nothing to write: give -o PICTURE, --report, a dump, or --explain".into()));
+        bail!(Usage(args.run.of.nothing_to_write()?));
     }
     let asked = Asked::of(&args.run, &args.device, outputs.target())?;
     if args.compare_plain && !asked.settles() {

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
-use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
+use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
 use ortelius::renderer::sections;
 use ortelius::scene::{SHIPPED, write_changes};
 use std::fmt::Write as _;
@@ -23,6 +23,12 @@ enum ErrorName {
     Max,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum KernelName {
+    Gaussian,
+    Box,
+}
+
 #[derive(Args)]
 pub struct TradeArgs {
     /// A scene file, or the name of a shipped scene
@@ -30,6 +36,10 @@ pub struct TradeArgs {
     /// Measure of the error: normalised mean squared error, mean FLIP, or the largest error of a channel (linear light)
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
+    /// Weights of the reference's samples: a Gaussian with a standard deviation of half a pixel, as in the filter
+    /// "ellipse"; or the pixel's square, to which samples along the footprint are nearer
+    #[arg(long, value_enum, default_value = "gaussian")]
+    kernel: KernelName,
     /// Find the fastest setting with at most this error
     #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms", allow_negative_numbers = true)]
     max_error: Option<f64>,
@@ -59,7 +69,10 @@ pub struct TradeArgs {
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Override a key of the scene, for example -D view.camera=low
+    /// One of the scene's cameras
+    #[arg(long)]
+    camera: Option<String>,
+    /// Override a key of the scene, for example -D cache.gpu_tiles=64
     #[arg(short = 'D', value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
@@ -95,13 +108,20 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     bench.validate = args.device.validate;
     let sweep = Sweep {
         scene: &scene,
-        pose: scene.pose(0)?,
+        pose: match &args.camera {
+            Some(name) => scene.camera(name)?.pose(),
+            None => scene.pose(0)?,
+        },
         size: args.size.unwrap_or([scene.view.width, scene.view.height]),
         knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
         measure: match args.error {
             ErrorName::Nmse => Measure::Nmse,
             ErrorName::Flip => Measure::Flip,
             ErrorName::Max => Measure::Max,
+        },
+        kernel: match args.kernel {
+            KernelName::Gaussian => TradeKernel::Gaussian,
+            KernelName::Box => TradeKernel::Box,
         },
     };
     let bar = Bar::counting("settings");

@@ -117,24 +117,51 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> Texture<F> {
         sum.map(|channel| channel / count)
     }
 
-    /// Mean over the whole footprint: the target value of a pixel. Samples are an eighth of the shorter side
-    /// apart in both directions and a quarter of it wide. The side ratio is limited to 32.
+    /// Mean over the whole footprint: the target value of a pixel.
     pub fn area(&self, footprint: &Parallelogram, s: f64, t: f64) -> [f64; 4] {
+        self.mean(footprint, [s, t], 0.5, |_| 1.0)
+    }
+
+    /// Mean weighted by a Gaussian, whose `sigma` and `radius` are in pixels: the sides of the footprint.
+    pub fn gaussian(&self, footprint: &Parallelogram, s: f64, t: f64, sigma: f64, radius: f64) -> [f64; 4] {
+        let weight = |[x, y]: [f64; 2]| {
+            let square = x * x + y * y;
+            if square > radius * radius { 0.0 } else { (-square / (2.0 * sigma * sigma)).exp() }
+        };
+        self.mean(footprint, [s, t], radius, weight)
+    }
+
+    /// Weighted mean over the points up to `reach` sides of the footprint from (s, t). Samples are an eighth of the
+    /// shorter side apart in both directions and a quarter of it wide. The side ratio is limited to 32.
+    fn mean(
+        &self,
+        footprint: &Parallelogram,
+        centre: [f64; 2],
+        reach: f64,
+        weight: impl Fn([f64; 2]) -> f64,
+    ) -> [f64; 4] {
         let [longest, shortest] = footprint.lengths();
         let width = shortest.max(longest / 32.0);
-        let steps =
-            |[s, t]: [f64; 2]| if width > 0.0 { (8.0 * s.hypot(t) / width).ceil().max(1.0) } else { 1.0 };
+        let steps = |[s, t]: [f64; 2]| match width > 0.0 {
+            true => (8.0 * s.hypot(t) / width * 2.0 * reach).ceil().max(1.0),
+            false => 1.0,
+        };
         let (columns, rows) = (steps(footprint.r1), steps(footprint.r2));
+        let place = |n: u32, count: f64| (f64::from(n) + 0.5) / count * 2.0 * reach - reach;
         let lambda = (width / 4.0).log2();
-        let mut sum = [0.0; 4];
-        for row in 0..rows as u32 {
-            let from = self.moved(footprint.r2, (f64::from(row) + 0.5) / rows - 0.5, [s, t]);
-            for column in 0..columns as u32 {
-                let [s, t] = self.moved(footprint.r1, (f64::from(column) + 0.5) / columns - 0.5, from);
-                add(&mut sum, self.trilinear(lambda, s, t));
+        let (mut sum, mut weights) = ([0.0; 4], 0.0);
+        for y in (0..rows as u32).map(|row| place(row, rows)) {
+            let from = self.moved(footprint.r2, y, centre);
+            for x in (0..columns as u32).map(|column| place(column, columns)) {
+                let weight = weight([x, y]);
+                if weight > 0.0 {
+                    let [s, t] = self.moved(footprint.r1, x, from);
+                    add(&mut sum, self.trilinear(lambda, s, t).map(|channel| weight * channel));
+                    weights += weight;
+                }
             }
         }
-        sum.map(|channel| channel / (columns * rows))
+        sum.map(|channel| channel / weights)
     }
 
     /// (s, t), moved by a fraction of a side.
@@ -244,6 +271,24 @@ mod tests {
         assert!(stripes.area(&narrow, 2.5 / 64.0, 0.5)[0] < 0.01);
         let point = Parallelogram { r1: [0.0; 2], r2: [0.0; 2] };
         assert_eq!(stripes.area(&point, 1.5 / 64.0, 0.5 / 64.0)[0], 1.0);
+    }
+
+    #[test]
+    fn the_gaussian_filter_damps_a_wave_as_its_transform_says() {
+        let wave = |_, column: u32, _| {
+            [1.0 + (std::f64::consts::TAU * (f64::from(column) + 0.5) / 32.0).cos(), 0.0, 0.0, 1.0]
+        };
+        let texture = Texture { width_log2: 8, height_log2: 8, edges: Edges::Planet, texel: wave };
+        let square = Parallelogram { r1: [8.0, 0.0], r2: [0.0, 8.0] };
+        // Four pixels are one period. At the crest, a Gaussian of half a pixel leaves exp(-(pi / 4)^2 / 2) of the wave.
+        let crest = texture.gaussian(&square, 32.0 / 256.0, 0.5, 0.5, 3.0)[0] - 1.0;
+        let expected = (-0.5 * (std::f64::consts::FRAC_PI_4).powi(2)).exp();
+        // Samples two texels wide and linear interpolation damp it by another 1 %.
+        assert!((crest - expected).abs() < 0.02 * expected, "{crest} {expected}");
+        assert!(texture.area(&square, 32.0 / 256.0, 0.5)[0] - 1.0 > 1.1 * crest);
+        // Nothing beyond the radius counts.
+        let point = texture.gaussian(&square, 32.0 / 256.0, 0.5, 0.5, 0.01)[0];
+        assert!(point > 1.95, "{point}");
     }
 
     #[test]

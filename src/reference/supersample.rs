@@ -50,7 +50,15 @@ pub struct Truth {
     pub mean_samples: f64,
 }
 
+/// Standard deviation of [`Kernel::GAUSSIAN`] in pixels.
+pub const SIGMA_PX: f64 = 0.5;
+/// Radius of [`Kernel::GAUSSIAN`] in pixels.
+pub const RADIUS_PX: f64 = 1.0;
+
 impl Kernel {
+    /// The kernel of paper 3's filter, the ellipse.
+    pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: SIGMA_PX, radius: RADIUS_PX };
+
     /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal
     /// kernel weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk
     /// and square", 1997) maps the square to the unit disc and preserves areas up to a factor. The offset's length then

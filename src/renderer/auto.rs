@@ -6,7 +6,7 @@ use super::sections::LANGUAGES;
 use crate::figure::{Bench, Effort, Machine, Trade, Traded};
 use crate::file;
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep};
+use crate::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
 use crate::picture::write::write_whole;
 use crate::scene::{FilterBound, Scene, SceneError};
 use std::io::Write as _;
@@ -68,7 +68,14 @@ pub fn choose(
         None => {
             tracing::info!("surface.{surface}.filter: measuring filters on {}", machine.device);
             let Place { pose, size, .. } = *place;
-            let sweep = Sweep { scene: &base, pose, size, knobs: &Knob::OF_FILTER, measure: Measure::Nmse };
+            let sweep = Sweep {
+                scene: &base,
+                pose,
+                size,
+                knobs: &Knob::OF_FILTER,
+                measure: Measure::Nmse,
+                kernel: TradeKernel::Gaussian,
+            };
             let front = sweep.run(&bench, progress)?;
             kept.iter().for_each(|path| keep(path, &front));
             (front, "measured now")

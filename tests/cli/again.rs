@@ -171,8 +171,12 @@ fn a_camera_of_the_command_line_equals_its_keys_and_is_in_the_report() {
     let (code, line) = render_failure(&folder, &["plane", "--lat", "1", "-o", "p.png"]);
     assert_eq!(code, 2);
     holds(&line, &["--lat", "plane", "east_m"]);
-    let (_, line) = render_failure(&folder, &["globe", "--lat", "91", "-o", "p.png"]);
-    holds(&line, &["latitude_deg", "91", "outside"]);
+    for option in [["--lat", "91"], ["--tilt", "200"]] {
+        let (code, line) = render_failure(&folder, &[&["globe"], &option[..], &["-o", "p.png"]].concat());
+        assert_eq!(code, 2);
+        holds(&line, &[&format!("{}: {} is outside", option[0], option[1])]);
+        assert!(!line.contains("-D"), "{line}");
+    }
     let refused = usage_error(&folder, &["render", "earth", "--path", "pan", "--tilt", "3", "-o", "p.png"]);
     holds(&refused, &["--tilt", "--path"]);
 }

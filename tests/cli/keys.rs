@@ -22,6 +22,8 @@ fn keys_are_printed_by_prefix_with_their_whole_declaration() {
         &said(&["surface.NAME.geometry.order"]),
         &["(kind = \"progressive-mesh\")", "default \"tail-23\"", "\n      \"skip-lists\": "],
     );
+    let filter = said(&["filter.kind"]);
+    assert!(filter.starts_with("surface.NAME.filter.kind"), "{filter}");
     assert!(said(&[]).lines().filter(|line| !line.starts_with(' ')).count() > 90);
     assert!(said(&["--markdown"]).starts_with("# Scene files\n"));
     let schema: serde_json::Value = serde_json::from_str(&said(&["--json-schema"])).unwrap();
@@ -32,7 +34,7 @@ fn keys_are_printed_by_prefix_with_their_whole_declaration() {
 fn a_prefix_of_no_key_is_a_usage_error() {
     let (code, line) = failure(&mut ortelius(&folder(), &["keys", "cash.gpu_tiles"]));
     assert_eq!(code, 2, "{line}");
-    holds(&line, &["no key of scenes starts with \"cash.gpu_tiles\"", "nearest is cache.gpu_tiles"]);
+    holds(&line, &["no key of scenes contains \"cash.gpu_tiles\"", "nearest is cache.gpu_tiles"]);
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn an_invalid_command_line_is_a_usage_error() {
         (&["--frames", "0", "-o", "a.png"], &["--frames"]),
         (&["--camera", "low", "--path", "pan", "-o", "a.png"], &["--camera", "--path"]),
         (&["--nonsense"], &["--nonsense"]),
-        (&[], &["nothing to write", "-o", "--report", "--explain"]),
+        (&[], &["nothing to write", "-o earth.png", "--report", "--explain"]),
         (&["-o", "a.jpg"], &["a.jpg", ".png or .exr"]),
         (&["-o", "png"], &["png", ".png or .exr"]),
         (&["--dump-footprint", "a.png"], &["a.png", ".exr"]),
@@ -65,6 +65,15 @@ fn an_invalid_command_line_is_a_usage_error() {
         assert!(ran.stdout.is_empty());
     }
     assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn a_wrong_scene_or_key_is_reported_before_a_missing_output() {
+    let folder = folder();
+    for (arguments, word) in [(&["nosuch"][..], "nosuch"), (&["earth", "-Dview.widht=3"], "view.width")] {
+        let (_, line) = render_failure(&folder, arguments);
+        assert!(line.contains(word) && !line.contains("nothing to write"), "{line}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::{Footprint, triple};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::Picture;
 use crate::reference::filter::{Edges, Parallelogram, Texture, sample_count, srgb8_to_linear};
+use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::cell::RefCell;
@@ -18,8 +19,10 @@ pub enum ReferenceFilter {
     Samples(u32),
     /// Bilinear in the nearest level.
     NearerLevel,
-    /// The mean over the pixel's footprint, which every filter approximates.
+    /// The mean over the pixel's footprint.
     Area,
+    /// The mean weighted by [`Kernel::GAUSSIAN`](crate::reference::supersample::Kernel::GAUSSIAN).
+    Gaussian,
 }
 
 /// Texels of all levels of an RGBA8 source, read tile by tile on demand.
@@ -140,6 +143,7 @@ impl<'a> Texels<'a> {
                 texture.bilinear(level as u32, s, t)
             }
             ReferenceFilter::Area => texture.area(&sides, s, t),
+            ReferenceFilter::Gaussian => texture.gaussian(&sides, s, t, SIGMA_PX, RADIUS_PX),
         }
     }
 }

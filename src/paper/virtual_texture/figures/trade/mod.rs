@@ -26,6 +26,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use times::{Batch, levelled};
 use truth::Mosaic;
+pub use truth::TradeKernel;
 
 /// Number of settings that are timed in turn, together with the scene's own. Each has its own tile pool: 260 MB for
 /// 192 tiles.
@@ -67,6 +68,7 @@ pub struct Sweep<'a> {
     pub size: [u32; 2],
     pub knobs: &'a [Knob],
     pub measure: Measure,
+    pub kernel: TradeKernel,
 }
 
 /// The resources that all settings share.
@@ -147,7 +149,7 @@ impl Sweep<'_> {
             sweep: self,
             gpu: device(bench, &all_needs())?,
             mesh: mesh::gpu_mesh(&mesh),
-            truth: Mosaic::new(&*source, &mesh, &self.pose, self.size)?,
+            truth: Mosaic::new(&*source, &mesh, &self.pose, self.size, self.kernel)?,
             sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),
         })
     }

@@ -13,9 +13,35 @@ const MOST_PIXELS: u32 = 57_600;
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 
+/// The weights of a pixel's samples in the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TradeKernel {
+    /// [`Kernel::GAUSSIAN`](crate::reference::supersample::Kernel::GAUSSIAN), which the ellipse approximates.
+    Gaussian,
+    /// The pixel's square, which samples along the footprint approximate.
+    Box,
+}
+
+impl TradeKernel {
+    fn filter(self) -> ReferenceFilter {
+        match self {
+            TradeKernel::Gaussian => ReferenceFilter::Gaussian,
+            TradeKernel::Box => ReferenceFilter::Area,
+        }
+    }
+
+    fn describe(self) -> &'static str {
+        match self {
+            TradeKernel::Gaussian => "weighted by a Gaussian (standard deviation 0.5 pixels, radius 1)",
+            TradeKernel::Box => "unweighted (a box of one pixel)",
+        }
+    }
+}
+
 /// The reference at some pixels of a picture, as a mosaic of their windows.
 pub struct Mosaic {
     pub picture: Picture,
+    kernel: TradeKernel,
     size: [u32; 2],
     windows: Windows,
     /// True for pixels that the textured surface covers together with all their neighbours.
@@ -63,6 +89,7 @@ impl Mosaic {
         mesh: &SourceMesh,
         pose: &Pose,
         size: [u32; 2],
+        kernel: TradeKernel,
     ) -> anyhow::Result<Mosaic> {
         let [width, height] = size;
         let view = ReferenceView::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
@@ -75,11 +102,11 @@ impl Mosaic {
             let seen = covered(&view, [x, y]).then(|| view.sample(x, y)).flatten();
             inside.push(seen.is_some());
             rgba.push(seen.map_or(BLACK, |sample: Sample| {
-                texels.pixel(&sample, ReferenceFilter::Area).map(|channel| channel as f32)
+                texels.pixel(&sample, kernel.filter()).map(|channel| channel as f32)
             }));
         }
         texels.check()?;
-        Ok(Mosaic { picture: Picture::new(columns, rows, rgba), size, windows, inside })
+        Ok(Mosaic { picture: Picture::new(columns, rows, rgba), kernel, size, windows, inside })
     }
 
     /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the textured surface's outline are black,
@@ -114,8 +141,9 @@ impl Mosaic {
         };
         format!(
             "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's \
-             footprint, {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its \
+             footprint, {}, {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its \
              outline.",
+            self.kernel.describe(),
             self.inside.len()
         )
     }
