@@ -6,7 +6,7 @@ use super::surface::{Corner, WorkingMesh};
 #[derive(Clone, Copy, Debug)]
 pub struct RingEdge {
     pub end: u32,
-    pub kind: PositionKind,
+    pub kind: EdgeKind,
     /// Faces along the edge.
     pub faces: u32,
     /// The corner in which `end` follows the hub, and the corner in which `end` precedes it. If there are
@@ -17,7 +17,7 @@ pub struct RingEdge {
 
 /// The kind of an edge, by its faces. It decides what a collapse along the edge would do to borders and seams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PositionKind {
+pub enum EdgeKind {
     /// Two faces with the same wedges at both ends.
     Plain,
     /// Two faces with different wedges: attributes are discontinuous here.
@@ -86,7 +86,7 @@ impl Hub {
         if seen.0 != self.turn {
             *seen = (self.turn, self.edges.len() as u32);
             self.ends.push(end);
-            self.edges.push(RingEdge { end, kind: PositionKind::Plain, faces: 0, ahead: None, behind: None });
+            self.edges.push(RingEdge { end, kind: EdgeKind::Plain, faces: 0, ahead: None, behind: None });
         }
         &mut self.edges[seen.1 as usize]
     }
@@ -102,15 +102,15 @@ impl Hub {
         (turn == self.turn).then(|| &self.edges[edge as usize])
     }
 
-    fn kind(&self, surface: &WorkingMesh, edge: &RingEdge) -> PositionKind {
+    fn kind(&self, surface: &WorkingMesh, edge: &RingEdge) -> EdgeKind {
         match (edge.faces, edge.ahead, edge.behind) {
-            (1, ..) => PositionKind::Border,
-            (2, Some(_), Some(_)) if !surface.has_seams() => PositionKind::Plain,
+            (1, ..) => EdgeKind::Border,
+            (2, Some(_), Some(_)) if !surface.has_seams() => EdgeKind::Plain,
             (2, Some(ahead), Some(behind)) => {
                 let along = |corner| self.wedges_along(surface, corner, edge.end);
-                if along(ahead) == along(behind) { PositionKind::Plain } else { PositionKind::Seam }
+                if along(ahead) == along(behind) { EdgeKind::Plain } else { EdgeKind::Seam }
             }
-            _ => PositionKind::Complex,
+            _ => EdgeKind::Complex,
         }
     }
 
@@ -125,7 +125,7 @@ impl Hub {
     /// of each.
     pub fn border(&self) -> Option<[RingEdge; 2]> {
         let mut found = [None; 2];
-        for edge in self.edges.iter().filter(|edge| edge.kind == PositionKind::Border) {
+        for edge in self.edges.iter().filter(|edge| edge.kind == EdgeKind::Border) {
             let side = &mut found[usize::from(edge.ahead.is_some())];
             if side.replace(*edge).is_some() {
                 return None;
@@ -138,12 +138,11 @@ impl Hub {
     /// anywhere, and a position on a border or seam only along it. A position where borders or seams end,
     /// cross or branch may not move.
     pub fn path(&self) -> Path {
-        let mut marked =
-            self.edges.iter().filter(|edge| edge.kind != PositionKind::Plain).map(|edge| edge.kind);
+        let mut marked = self.edges.iter().filter(|edge| edge.kind != EdgeKind::Plain).map(|edge| edge.kind);
         match (marked.next(), marked.next(), marked.next()) {
             (None, ..) => Path::Anywhere,
             // Two sheets share this edge; its collapse separates them again.
-            (Some(PositionKind::Complex), None, _) => Path::Along(PositionKind::Complex),
+            (Some(EdgeKind::Complex), None, _) => Path::Along(EdgeKind::Complex),
             (Some(one), Some(two), None) if one == two => Path::Along(one),
             _ => Path::Nowhere,
         }
@@ -192,7 +191,7 @@ impl Hub {
             }
         }
         match (meets, closes) {
-            (false, _) => Link::WorkingMesh,
+            (false, _) => Link::Unchanged,
             (true, Some(_)) => Link::Closes,
             (true, None) => Link::Pinches,
         }
@@ -201,7 +200,7 @@ impl Hub {
     /// The third position of a hole with three edges: this edge, the border's other edge at the hub, and the
     /// edge between their ends.
     fn closing(&self, surface: &WorkingMesh, edge: &RingEdge) -> Option<u32> {
-        let [into, out] = if edge.kind == PositionKind::Border { self.border()? } else { return None };
+        let [into, out] = if edge.kind == EdgeKind::Border { self.border()? } else { return None };
         let (last, ahead) = if edge.end == out.end { (into.end, true) } else { (out.end, false) };
         let mut along = surface.corners(edge.end).filter(|x| x.a == last || x.b == last);
         let one = along.next().filter(|x| (x.a == last) == ahead)?;
@@ -233,12 +232,12 @@ impl Hub {
 pub enum Path {
     Anywhere,
     /// Only along edges of this kind.
-    Along(PositionKind),
+    Along(EdgeKind),
     Nowhere,
 }
 
 impl Path {
-    pub fn allows(self, kind: PositionKind) -> bool {
+    pub fn allows(self, kind: EdgeKind) -> bool {
         match self {
             Path::Anywhere => true,
             Path::Along(only) => kind == only,
@@ -250,8 +249,8 @@ impl Path {
 /// The effect of a collapse on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// Topology unchanged.
-    WorkingMesh,
+    /// The topology stays.
+    Unchanged,
     /// Closes a hole of three edges.
     Closes,
     /// Two sheets come to share an edge: a handle or a neck becomes a pinch.

@@ -4,7 +4,7 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::hub::{Hub, Link, PositionKind, RingEdge, WedgePairs};
+use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{Lists, squared_to_segment};
 use super::pace::Pace;
 use super::quadric::Quadric;
@@ -222,7 +222,7 @@ impl<'a> Sequence<'a> {
         self.shape.spread(&self.hub, &self.surface, to);
         let step = self.allowed(&edge, key, self.shape.flips)?;
         self.gather_points();
-        (step.link == Link::WorkingMesh).then_some(step)
+        (step.link == Link::Unchanged).then_some(step)
     }
 
     /// Called when no collapse is allowed: relaxes the rules, or removes the smallest component. False at the end.
@@ -337,7 +337,7 @@ impl<'a> Sequence<'a> {
             most = most.max(distance);
         }
         self.off = off;
-        if let (PositionKind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
+        if let (EdgeKind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
             most = most.max(self.measure_border(into.end, out.end));
         }
         most

@@ -1,7 +1,7 @@
 //! The quadrics of the full model, before the first collapse.
 
 use super::curve::Curve;
-use super::hub::{Hub, PositionKind};
+use super::hub::{EdgeKind, Hub};
 use super::quadric::Quadric;
 use super::surface::WorkingMesh;
 use crate::model::Model;
@@ -33,8 +33,8 @@ pub fn quadrics(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize) -> V
     }
     for position in 0..positions as u32 {
         hub.look(surface, position);
-        for edge in hub.edges.iter().filter(|edge| edge.kind != PositionKind::Plain) {
-            let weight = if edge.kind == PositionKind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
+        for edge in hub.edges.iter().filter(|edge| edge.kind != EdgeKind::Plain) {
+            let weight = if edge.kind == EdgeKind::Seam { SEAM_WEIGHT } else { BORDER_WEIGHT };
             let along = surface.point(edge.end) - surface.point(position);
             for corner in hub.corners.iter().filter(|x| x.a == edge.end || x.b == edge.end) {
                 let [a, b, c] = surface.triangle(corner.face);

@@ -1,6 +1,6 @@
 //! One collapse: whether it is allowed, its cost, and its distance from the model.
 
-use super::hub::{Link, Path, PositionKind, RingEdge};
+use super::hub::{EdgeKind, Link, Path, RingEdge};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
 use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
@@ -144,7 +144,7 @@ impl Sequence<'_> {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;
         let mut most: f64 = 0.0;
-        if let (PositionKind::Border, Some([into, out])) = (edge.kind, self.hub.border()) {
+        if let (EdgeKind::Border, Some([into, out])) = (edge.kind, self.hub.border()) {
             let segment = [into.end, out.end].map(|p| self.surface.point(p));
             most = self
                 .border_points
