@@ -10,16 +10,16 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
     title: "Transforms against moved faces",
-    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number of faces \
-            that may change their slots per split. Costs are for FIFO-16, as the mean over up to 512 levels; the \
-            models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. `paper` is the paper's greedy \
-            order with groups of one ratio. In `one ratio` each group multiplies the faces by the same number. `equal \
-            groups` has as many groups as fit the budget, with the same number of splits each. `threshold` plans \
-            groups of one ratio for one and a half times the budget, and then moves a face only if that saves more \
-            than one transform. `regions in turns` reorders a third of the faces at a time, whenever the budget allows \
-            it. In all of these, new faces stay at the tail until the next tswap. `births in place` has groups of one \
-            ratio. New faces lie beside their neighbours from the group's first level on, and are degenerate until \
-            their split.",
+    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number of \
+            faces that may change their slots per split. Costs are for FIFO-16, as the mean over up to 512 levels; \
+            the models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. `paper` is the paper's \
+            greedy order with groups of one ratio. In `one ratio` every group multiplies the number of faces by the \
+            same factor. `equal groups` has as many groups as fit the budget, with the same number of splits each. \
+            `threshold` plans groups of one ratio for one and a half times the budget, and then moves a face only if \
+            that saves more than one transform. `regions in turns` reorders a third of the faces at a time, whenever \
+            the budget allows it. In all of these, new faces stay at the tail until the next tswap. `births in \
+            place` has groups of one ratio. New faces lie beside their neighbours from the group's first level on, \
+            and are degenerate until their split.",
     scenes: &CLOSED,
     variants,
     paper: &[PAPER],

@@ -27,14 +27,15 @@ pub const CACHE: Figure = Figure {
     id: "vt.cache",
     title: "Hits and faults of the two caches",
     about: "Faults are wanted tiles that are not in video memory. Reads are tiles that must be read from disk. Both \
-            are shown against the sizes of the tile pool (N1) and of the host cache (N2), on six paths over the earth. \
-            The paper (section 3) evicts the least recently used tile. It chooses N1 by experiment and gives no \
-            numbers. N1 must be at least the largest possible number of visible tiles. Belady's optimum knows the \
-            whole path; no policy has fewer faults. Policies and sizes are replayed on the lists of every frame \
-            (quick: every second one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with tiles of 256 \
-            texels. A real session also runs each path with N1 = half of the largest visible set. If the visible set \
-            exceeds N1, all tiles are coarser than listed by a level bias, which each frame reports. Pixels have one \
-            sample (NA = 1).",
+            are shown against the sizes of the tile pool (N1) and of the host cache (N2), on six paths over the \
+            earth. The paper (section 3) evicts the least recently used tile. It chooses N1 by experiment and gives \
+            no numbers. N1 must be at least the largest possible number of visible tiles. Belady's optimum knows the \
+            whole path; no policy has fewer faults. `LRU` evicts the tile that was wanted least recently. With \
+            `stand-ins kept`, the policy of this program, a coarser tile that is shown in place of a missing one \
+            also counts as used. Policies and sizes are replayed on the lists of every frame (quick: every second \
+            one) of each path at 640 x 360 (quick) or 1920 x 1080 pixels, with tiles of 256 texels. A real session \
+            also runs each path with N1 = half of the largest visible set. If the visible set exceeds N1, all tiles \
+            are coarser than listed by a level bias, which each frame reports. Pixels have one sample (NA = 1).",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     paper: &[],

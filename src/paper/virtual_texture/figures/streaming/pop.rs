@@ -30,12 +30,13 @@ pub const POP: Figure = Figure {
     title: "Jumps of pixel values when tiles arrive",
     about: "The pop is the largest change of any pixel's channel between two frames, beyond the change in the fully \
             resident sequence. To make that change zero, the camera rests at each pose for four frames, and a pose's \
-            tiles arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in blends \
-            it with the coarser tile that was shown before. The price is a picture that lags: the mean error compares \
-            each pose's last frame with the fully resident one. Levels are those of 8-bit sRGB. The headline's camera \
-            is used without magnification, so that the dive crosses levels. Every pixel of every frame counts: 39 \
-            poses of 320 x 180 pixels (quick: every second of the path's first 80) or 239 of 1280 x 720. The pictures \
-            are the frame after the largest jump and the map of that jump. Pixels have one sample (NA = 1).",
+            tiles arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in \
+            blends it with the coarser tile that was shown before. The price is a picture that lags: the mean error \
+            compares each pose's last frame with the fully resident one. Levels are those of 8-bit sRGB. The \
+            headline's camera is used without magnification, so that the dive crosses levels. Every pixel of every \
+            frame counts. Quick runs compare 39 poses (every second of the path's first 80) at 320 x 180 pixels, \
+            full runs 239 at 1280 x 720. The pictures are the frame after the largest jump and the map of that jump. \
+            Pixels have one sample (NA = 1).",
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],
