@@ -214,7 +214,7 @@ fn a_scene_states_the_metric_and_a_file_keeps_its_own() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.pmesh");
     let with = |source: &str, more: &[&str]| load(&bunny(source, FaceOrder::Classical, more));
-    let of_model = |more: &[&str]| with("sphere:6", more).unwrap().remove(0).mesh;
+    let of_model = |more: &[&str]| with("knot:6", more).unwrap().remove(0).mesh;
     let [plain, aware] = [of_model(&[]), of_model(&["metric=appearance"])];
     assert_eq!((plain.metric, aware.metric), (Some(ErrorMetric::Geometry), Some(ErrorMetric::Appearance)));
     assert!(plain.levels != aware.levels);
