@@ -1,9 +1,10 @@
 """Reads a `.pmesh` file, from docs/pmesh.md alone: python3 pmesh.py FILE.pmesh
 
-Prints a line for each chunk, after its last level: level, vertices, faces, the checksum (xxh3) of the buffer of faces
-(three u32 each, in the order of the slots), and the error. With births in place, a line with `drawn` for the buffer that
-the level draws, once the last level of its group is read. Then the checksum of all vertices: position (three f32), and
-normal, coordinate and color if the file has them. Fails at the first broken rule.
+Prints the metric of the errors, then a line for each chunk, after its last level: level, vertices, faces, the
+checksum (xxh3) of the buffer of faces (three u32 each, in the order of the slots), and the error. With births in
+place, a line with `drawn` for the buffer that the level draws, once the last level of its group is read. Then the
+checksum of all vertices: position (three f32), and normal, coordinate and color if the file has them. Fails at the
+first broken rule.
 """
 
 import struct
@@ -289,11 +290,13 @@ def main():
     data = open(sys.argv[1], "rb").read()
     check(len(data) >= 72 and data[:8] == bytes.fromhex("894f504d0d0a1a0a"), "no .pmesh file")
     check(xxh3(data[:64]) == struct.unpack_from("<Q", data, 64)[0], "checksum of the header")
-    version, attributes = struct.unpack_from("<2I", data, 8)
+    version, flags = struct.unpack_from("<2I", data, 8)
     vertices, faces, levels, chunks = struct.unpack_from("<4I", data, 40)
-    check(version in (1, 2) and attributes < 8, "version")
+    check(version in (1, 2, 3) and flags < (32 if version == 3 else 8), "version")
+    in_place = flags >> 3 & 1 if version == 3 else version == 2
+    print("metric", ("geometry", "appearance")[flags >> 4] if version == 3 else "unknown")
     check(struct.unpack_from("<Q", data, 56)[0] == len(data), "length")
-    mesh, models, at, done, waiting = Mesh(attributes), defaultdict(lambda: [32768, 0]), 72, 0, []
+    mesh, models, at, done, waiting = Mesh(flags & 7), defaultdict(lambda: [32768, 0]), 72, 0, []
     for number in range(chunks):
         size, count, *_ = struct.unpack_from("<5I", data, at)
         payload = data[at + 28 : at + 28 + size]
@@ -308,7 +311,7 @@ def main():
             done += 1
         check(not any(payload[coder.at :]), f"zeros behind chunk {number}")
         print(done - 1, mesh.summary())
-        if version == 2 and done < levels:
+        if in_place and done < levels:
             waiting.append(done - 1)
         at += 28 + size
     check(at == len(data) and done == levels, "levels")

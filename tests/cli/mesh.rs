@@ -37,6 +37,7 @@ fn a_built_mesh_is_described_and_verified() {
     let json = info(&folder, "b.pmesh");
     assert_eq!(json["finest"]["faces"], 3674);
     assert_eq!((&json["finest"]["error"], &json["cut"]), (&0.0.into(), &false.into()));
+    assert_eq!((&json["pmesh_version"], &json["metric"]), (&3.into(), &"geometry".into()));
     let coarsest = json["coarsest"]["faces"].as_u64().unwrap();
     assert!((90..=100).contains(&coarsest), "{coarsest} faces");
     assert_eq!(json["bytes"], std::fs::metadata(folder.path().join("b.pmesh")).unwrap().len());
@@ -44,7 +45,7 @@ fn a_built_mesh_is_described_and_verified() {
         json["sizes"].as_array().unwrap().iter().map(|size| size["bytes"].as_f64().unwrap()).sum();
     assert!((sizes - json["bytes"].as_f64().unwrap()).abs() < 1e-6, "not all bytes are reported: {sizes}");
     let [text, _] = run_mesh(&folder, &["info", "b.pmesh"]);
-    holds(&text, &["3674 faces, error 0", "FIFO of 16", "bytes per split"]);
+    holds(&text, &["3674 faces, error 0", "metric        geometry", "FIFO of 16", "bytes per split"]);
     let [text, _] = run_mesh(&folder, &["verify", "b.pmesh"]);
     holds(&text, &["b.pmesh: ", "3674 faces, all intact"]);
 }

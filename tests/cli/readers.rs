@@ -61,15 +61,21 @@ fn tiles_are_as_documented() {
 fn meshes_are_as_documented() {
     let folder = folder();
     // Models with normals and seams, and with several attributes; orders with many and with few moves.
-    for (model, order) in [("bunny", "tail-23"), ("solid", "in-place-10"), ("sphere:4", "classical")] {
+    for (model, order, metric) in [
+        ("bunny", "tail-23", "geometry"),
+        ("solid", "in-place-10", "appearance"),
+        ("sphere:4", "classical", "geometry"),
+    ] {
         let build = ["mesh", "build", model, "-o", "a.pmesh", "--target-faces", "100", "--order", order];
-        let ran = run(&folder, &build);
+        let ran = run(&folder, &[&build[..], &["--metric", metric]].concat());
         assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
         let Some((read, said)) = read_by("pmesh.py", &folder, &["a.pmesh"]) else { return };
         assert!(read, "{model}: {said}");
         let mesh = ProgressiveMesh::read(&folder.path().join("a.pmesh")).unwrap().mesh;
         let lines = said.lines().map(|line| line.split(' ').collect::<Vec<&str>>());
         let (drawn, lines): (Vec<Vec<&str>>, Vec<Vec<&str>>) = lines.partition(|line| line[0] == "drawn");
+        let (first, lines) = lines.split_first().unwrap();
+        assert_eq!(*first, ["metric", metric]);
         assert_eq!(drawn.len() > 3, order == "in-place-10", "{said}");
         for line in &drawn {
             let level = line[1].parse().unwrap();

@@ -4,7 +4,8 @@
 use crate::pictures::{device, open, options};
 use ortelius::frame::Run;
 use ortelius::frame::Technique;
-use ortelius::paper::progressive_mesh::choices::FaceOrder;
+use ortelius::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
+use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use ortelius::picture::Target;
 use ortelius::renderer::Renderer;
@@ -206,6 +207,28 @@ fn a_baseline_adds_its_pass_and_its_memory_and_reports_both() {
     assert_eq!(passes, ["levels", "surfaces"]);
     assert!(words.contains("skip-lists") && words.contains("lists of"), "{words}");
     assert!(!added(FaceOrder::Tail23).2.contains("lists"));
+}
+
+#[test]
+fn a_scene_states_the_metric_and_a_file_keeps_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.pmesh");
+    let with = |source: &str, more: &[&str]| load(&bunny(source, FaceOrder::Classical, more));
+    let of_model = |more: &[&str]| with("knot:6", more).unwrap().remove(0).mesh;
+    let [plain, aware] = [of_model(&[]), of_model(&["metric=appearance"])];
+    assert_eq!((plain.metric, aware.metric), (Some(ErrorMetric::Geometry), Some(ErrorMetric::Appearance)));
+    assert!(plain.levels != aware.levels);
+    aware.write(&path).unwrap();
+    let file = path.to_str().unwrap();
+    for more in [&[][..], &["metric=appearance"]] {
+        assert_eq!(with(file, more).unwrap().remove(0).mesh, aware);
+    }
+    let error = |more: &[&str]| with(file, more).unwrap_err().to_string();
+    let refused = error(&["metric=geometry"]);
+    let words = ["surface.bunny.geometry.metric", "built with --metric appearance", "--metric geometry"];
+    assert!(words.iter().all(|word| refused.contains(word)), "{refused}");
+    ProgressiveMesh { metric: None, ..aware }.write(&path).unwrap();
+    assert!(with(file, &[]).is_ok() && error(&["metric=appearance"]).contains("does not record"));
 }
 
 #[test]

@@ -5,13 +5,16 @@ use glam::{DVec2, DVec3};
 use ortelius::frame::{Run, Technique};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::SourceMesh;
+use ortelius::paper::progressive_mesh::cache::live_faces;
 use ortelius::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::place::Placement;
+use ortelius::paper::progressive_mesh::run::level_for_error;
 use ortelius::paper::progressive_mesh::surface::vertices;
 use ortelius::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use ortelius::picture::error::compare;
 use ortelius::picture::{Picture, Target};
+use ortelius::reference::distance::{Triangles, compare_surfaces};
 use ortelius::reference::{ReferenceView, Sample};
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
@@ -196,6 +199,32 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     // The vertices are not at their final positions.
     let (beyond, _) = beyond_f64(&mut session, &pose, &seen_vertices(&scene, wanted, None));
     assert!(beyond > 100, "{beyond}");
+}
+
+#[test]
+fn a_morphing_surface_is_within_the_wanted_error_of_the_full_mesh() {
+    let scene = scene("bunny", &["surface.bunny.geometry.geomorph=true"]);
+    let mesh = &load(&scene).unwrap()[0].mesh;
+    let full = live_faces(mesh, mesh.last_level());
+    let own: Vec<DVec3> = seen_vertices(&scene, 1.0, None).iter().map(|(position, _)| *position).collect();
+    let band = f64::from(MORPH_BAND_LOG2);
+    // The distance of the faces that an error selects, with vertices on their way.
+    let distance = |chosen: f64| {
+        let moved = seen_vertices(&scene, chosen, Some(band));
+        let moved: Vec<DVec3> = moved.iter().map(|(position, _)| *position).collect();
+        let faces = live_faces(mesh, level_for_error(&mesh.levels, chosen as f32));
+        let [all, drawn] =
+            [(&own, &full), (&moved, &faces)].map(|(positions, faces)| Triangles { positions, faces });
+        compare_surfaces(all, drawn, 20_000, 1).unwrap().hausdorff
+    };
+    for part in [2, 5, 20] {
+        let level = mesh.levels.partition_point(|level| level.faces < full.len() as u32 / part);
+        let wanted = f64::from(mesh.levels[level].error);
+        // An octave ahead, as drawn; and an octave late, which must be noticed.
+        let [ahead, late] = [-band, 1.0].map(|octaves| distance(wanted * octaves.exp2()));
+        assert!(ahead <= wanted, "1/{part}: {ahead}, wanted {wanted}");
+        assert!(late > wanted, "1/{part}: {late}, wanted {wanted}");
+    }
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub struct BuildArgs {
     effort: BuildEffort,
 
     /// What the error of a level measures. geometry: the distance between the surfaces. appearance: also the radius of
-    /// the region around a collapse in which the shading differs visibly
+    /// the region around a collapse in which the shading differs visibly, and the distance by which a texture shifts
     #[arg(long, value_parser = named(|_: ErrorMetric| true), default_value = ErrorMetric::Geometry.name())]
     metric: ErrorMetric,
 

@@ -6,6 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use ortelius::header::JsonFormat;
 use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
+use ortelius::paper::progressive_mesh::choices::ErrorMetric;
 use ortelius::paper::progressive_mesh::file::{Contents, Extent, version};
 use ortelius::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use serde::Serialize;
@@ -45,6 +46,8 @@ struct Info {
     finest: LevelInfo,
     /// Explains the levels' errors.
     errors_are: &'static str,
+    /// What the errors count; `None` if the file does not record it.
+    metric: Option<&'static str>,
     attributes: Vec<&'static str>,
     permutations: usize,
     moved_faces_per_split: f64,
@@ -112,7 +115,7 @@ impl Info {
         let size = |content, bytes: f64| Size { content, bytes, bytes_per_split: bytes / splits };
         let named = contents.sizes.named().map(|(content, bits)| size(content, bits / 8.0));
         Info {
-            pmesh_version: version(mesh.births),
+            pmesh_version: version(mesh),
             births_in_place: mesh.births == Births::InPlace,
             bytes: contents.bytes,
             cut: contents.is_cut(),
@@ -123,6 +126,7 @@ impl Info {
             finest: mesh.levels[mesh.levels.len() - 1].into(),
             errors_are: "in object units; estimates of the deviation from the finest level: usually too high, but not \
                          upper bounds",
+            metric: mesh.metric.map(ErrorMetric::name),
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
@@ -158,6 +162,7 @@ impl Info {
             format!("coarsest      {}", level(&self.coarsest)),
             format!("finest        {}", level(&self.finest)),
             format!("errors        {}", self.errors_are),
+            format!("metric        {}", self.metric.unwrap_or("not recorded")),
             format!("attributes    {attributes}"),
             format!(
                 "tswaps        in {} levels, {:.2} faces moved per split; new faces {}",

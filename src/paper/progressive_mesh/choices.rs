@@ -61,7 +61,8 @@ choices! {
     pub enum ErrorMetric {
         /// Distances between the surfaces.
         Geometry = "geometry",
-        /// Also the radius of the region around a collapse in which the shading differs visibly.
+        /// Also the radius of the region around a collapse in which the shading differs visibly, and the distance from
+        /// where a texel is shown to where it belongs.
         Appearance = "appearance",
     }
 }

@@ -1,7 +1,7 @@
 //! The settings of paper 2: a progressive mesh as a surface's geometry, the governor, and how frames are
 //! drawn.
 
-use super::choices::{Apply, FaceOrder, Layout, UpAxis};
+use super::choices::{Apply, ErrorMetric, FaceOrder, Layout, UpAxis};
 use super::governor::{Budget, Rule};
 use crate::math::light::LightColours;
 use crate::picture::Target;
@@ -114,6 +114,9 @@ settings! {
         /// the wanted error, the drawn error reaches it over several frames. Changes of the governor's factor are not
         /// limited. By default 1/16 with `geomorph`, and no limit without.
         octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
+        /// What the errors of the levels count. A `.pmesh` file keeps the metric with which it was built; if the key is
+        /// given, it must be that metric.
+        metric: ErrorMetric = ErrorMetric::Geometry;
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
         /// classical order.
         order: FaceOrder = DEFAULT_ORDER;

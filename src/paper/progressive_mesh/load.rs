@@ -1,6 +1,6 @@
 //! Loads a scene's progressive meshes.
 
-use super::choices::FaceOrder;
+use super::choices::{ErrorMetric, FaceOrder};
 use super::config::{self, ModelSource, ProgressiveSurface};
 use super::file::{Extent, PmeshError};
 use super::ground::Heights;
@@ -36,7 +36,7 @@ pub struct Textured {
     pub lit: bool,
 }
 
-/// A progressive mesh that cannot be loaded. `place` locates the source or order in the scene file.
+/// A progressive mesh that cannot be loaded. `place` locates the source, order or metric in the scene file.
 #[derive(Debug, Error)]
 pub enum LoadError {
     #[error(transparent)]
@@ -50,6 +50,10 @@ pub enum LoadError {
          --order classical"
     )]
     Order { place: String, order: &'static str, file: String },
+    #[error(
+        "{place}: {file} was built with {built}; leave the key out, or build the file with --metric {wanted}"
+    )]
+    Metric { place: String, wanted: &'static str, file: String, built: String },
 }
 
 /// All progressive meshes of a scene, simplified and ordered, with each instance on its ground.
@@ -124,6 +128,12 @@ fn mesh(
             let (order, file) = (surface.order.name(), path.display().to_string());
             return Err(LoadError::Order { place: place("order"), order, file });
         }
+        if scene.has(&["surface", name, "geometry", "metric"]) && read.mesh.metric != Some(surface.metric) {
+            let recorded = |metric: ErrorMetric| format!("--metric {}", metric.name());
+            let built = read.mesh.metric.map_or("a metric that it does not record".into(), recorded);
+            let (wanted, file) = (surface.metric.name(), path.display().to_string());
+            return Err(LoadError::Metric { place: place("metric"), wanted, file, built });
+        }
         let Some(missing) = read.contents.missing() else { return Ok((read.mesh, None)) };
         tracing::warn!("{}: {}: {missing}", place("source"), path.display());
         return Ok((read.mesh, Some(read.contents.whole)));
@@ -134,7 +144,8 @@ fn mesh(
     };
     let (model, report) = read.map_err(|error| LoadError::Model { place: place("source"), error })?;
     report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
-    let simplified = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ());
+    let options = SimplifyOptions { metric: surface.metric, ..SimplifyOptions::default() };
+    let simplified = simplify(&model, &options, &mut |_, _| ());
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
 

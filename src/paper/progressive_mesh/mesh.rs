@@ -5,6 +5,7 @@
 //! several wedges (vertices), each with its own `splitVert`. A connected component that the simplifier
 //! removed as a whole appears in a single split, and its vertices replace no vertex.
 
+use super::choices::ErrorMetric;
 use crate::math::ragged::Ragged;
 use crate::model::Attributes;
 use glam::DVec3;
@@ -27,6 +28,8 @@ pub struct ProgressiveMesh {
     pub swaps: Swaps,
     /// Where new faces are in the index buffer.
     pub births: Births,
+    /// What the errors of the levels count; `None` if it is not known.
+    pub metric: Option<ErrorMetric>,
 }
 
 /// Where new faces are in the index buffer at the levels between two permutations.

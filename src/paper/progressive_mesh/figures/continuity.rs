@@ -24,8 +24,8 @@ pub const CONTINUITY: Figure = Figure {
             otherwise). The closed models are `bunny`, `sphere`, `torus`, `knot` and `solid`, the open model is \
             `grid`; `dragon_res4` and (with --full) `dragon` are measured if they have been fetched. They are not \
             included in the means over models. `solid` has flat parts, which vanish with an error of 0: its steps \
-            begin at the first error above rounding. Its error then jumps wherever a flat part is used up, and steps \
-            within a jump change nothing.",
+            begin at the first error above rounding. Its error then jumps wherever a flat part is used up; errors \
+            before a jump are raised by up to 2.5 times.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     paper: &[],

@@ -18,6 +18,7 @@ mod scans;
 mod shading;
 mod size;
 mod surfaces;
+mod texture;
 
 use crate::figure::{Bench, Figure};
 use crate::frame::Run;
@@ -40,6 +41,7 @@ pub const FIGURES: &[&Figure] = &[
     &governor::GOVERNOR,
     &error::ERROR,
     &shading::SHADING,
+    &texture::TEXTURE,
     &continuity::CONTINUITY,
     &extremes::EXTREMES,
 ];

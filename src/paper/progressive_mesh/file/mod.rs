@@ -33,15 +33,19 @@ use serde::Serialize;
 
 /// 89 "OPM" and line ends, which text-mode transfers damage, as in PNG.
 const MAGIC: [u8; 8] = *b"\x89OPM\r\n\x1a\n";
-/// The format's versions. Version 2 differs only in that births are in place.
-const VERSIONS: [(u32, Births); 2] = [(1, Births::Tail), (2, Births::InPlace)];
-/// The file version for meshes with these births.
-///
-/// # Panics
-/// Never: every variant has a version.
-pub fn version(births: Births) -> u32 {
-    VERSIONS.iter().find(|(_, of)| *of == births).expect("a version for each").0
+/// The version of a mesh's file. Version 2 differs from 1 only in that births are in place. Version 3 has a flag for
+/// births and one for the metric.
+pub fn version(mesh: &ProgressiveMesh) -> u32 {
+    match (mesh.metric, mesh.births) {
+        (Some(_), _) => 3,
+        (None, Births::InPlace) => 2,
+        (None, Births::Tail) => 1,
+    }
 }
+
+/// The header's flags beyond [`Has`], from version 3 on: births in place, and errors that count the appearance.
+const IN_PLACE: u32 = 1 << 3;
+const APPEARANCE: u32 = 1 << 4;
 
 const HEADER_BYTES: usize = 72;
 const CHUNK_HEAD_BYTES: usize = 28;

@@ -4,10 +4,11 @@ use super::coder::Decoder;
 use super::level::{Growing, Has, Left};
 use super::write::chunk_checksum;
 use super::{
-    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, Loaded, MAGIC,
-    VERSIONS,
+    APPEARANCE, CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, IN_PLACE, ITEMS_PER_BYTE,
+    Loaded, MAGIC,
 };
 use crate::file;
+use crate::paper::progressive_mesh::choices::ErrorMetric;
 use crate::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use glam::DVec3;
 use std::io::Read;
@@ -29,7 +30,7 @@ pub enum PmeshError {
 pub enum Flaw {
     #[error("not a .pmesh file; build one with `ortelius mesh build`")]
     NotPmesh,
-    #[error(".pmesh version {0}; this program reads versions 1 and 2: build the file again")]
+    #[error(".pmesh version {0}; this program reads versions 1 to 3: build the file again")]
     Version(u32),
     #[error("damaged in the header: {0}; build the file again, or fetch it again")]
     Header(&'static str),
@@ -71,7 +72,7 @@ impl ProgressiveMesh {
         }
         let mut growing = Growing::new(None, header.has);
         growing.mesh.vertices.centre = header.centre;
-        growing.mesh.births = header.births;
+        (growing.mesh.births, growing.mesh.metric) = (header.births, header.metric);
         let (mut rest, mut chunks) = (&bytes[HEADER_BYTES..], 0);
         while chunks < header.whole.chunks {
             let offset = (bytes.len() - rest.len()) as u64;
@@ -156,6 +157,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
 
 struct Header {
     births: Births,
+    metric: Option<ErrorMetric>,
     has: Has,
     centre: DVec3,
     whole: Extent,
@@ -169,21 +171,32 @@ impl Header {
         }
         let header = bytes.get(..HEADER_BYTES).ok_or_else(|| no_base(bytes))?;
         let version = u32_at(header, 8);
-        let Some((_, births)) = VERSIONS.into_iter().find(|(known, _)| *known == version) else {
+        if !(1..=3).contains(&version) {
             return Err(Flaw::Version(version));
-        };
+        }
         if xxh3_64(&header[..HEADER_BYTES - 8]) != checksum_of(header) {
             return Err(Flaw::Header("its checksum differs"));
         }
-        let has = Has::of_flags(u32_at(header, 12)).ok_or(Flaw::Header("attributes of an unknown kind"))?;
+        let (births, metric, attributes) = kinds(version, u32_at(header, 12));
+        let has = Has::of_flags(attributes).ok_or(Flaw::Header("attributes or flags of an unknown kind"))?;
         let centre = DVec3::from_array(std::array::from_fn(|n| f64::from_bits(u64_at(header, 16 + 8 * n))));
         if !centre.is_finite() {
             return Err(Flaw::Header("its centre is not finite"));
         }
         let [vertices, faces, levels, chunks] = std::array::from_fn(|n| u32_at(header, 40 + 4 * n));
         let whole = Extent { chunks, levels, vertices, faces };
-        Ok(Header { births, has, centre, whole, length: u64_at(header, 56) })
+        Ok(Header { births, metric, has, centre, whole, length: u64_at(header, 56) })
     }
+}
+
+/// Where faces are born and what errors count, by version and flags, and the remaining flags.
+fn kinds(version: u32, flags: u32) -> (Births, Option<ErrorMetric>, u32) {
+    let births = |in_place| if in_place { Births::InPlace } else { Births::Tail };
+    if version < 3 {
+        return (births(version == 2), None, flags);
+    }
+    let metric = if flags & APPEARANCE == 0 { ErrorMetric::Geometry } else { ErrorMetric::Appearance };
+    (births(flags & IN_PLACE != 0), Some(metric), flags & !(IN_PLACE | APPEARANCE))
 }
 
 /// The checksum in the last 8 bytes.

@@ -1,11 +1,12 @@
 //! Files of random meshes: complete, truncated, damaged, and invalid under valid checksums.
 
-use super::super::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
+use super::super::choices::ErrorMetric;
+use super::super::mesh::{Births, Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use super::super::order::{OrderOptions, classical, order};
 use super::super::run::State;
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::write::chunk_checksum;
-use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES};
+use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES, version};
 use crate::math::ragged::Ragged;
 use crate::model::named;
 use glam::DVec3;
@@ -202,6 +203,24 @@ fn a_mesh_reads_back_bit_for_bit() {
 }
 
 #[test]
+fn a_file_keeps_the_metric_and_rejects_flags_that_its_version_does_not_have() {
+    for births in [Births::Tail, Births::InPlace] {
+        let old = ProgressiveMesh { births, ..example() };
+        assert_eq!(version(&old), if births == Births::InPlace { 2 } else { 1 });
+        for metric in [None, Some(ErrorMetric::Geometry), Some(ErrorMetric::Appearance)] {
+            let mesh = ProgressiveMesh { metric, ..old.clone() };
+            let (mut bytes, _) = mesh.to_bytes();
+            assert_eq!(ProgressiveMesh::from_bytes(&bytes).unwrap().mesh, mesh);
+            assert_eq!(u32::from(bytes[8]), if metric.is_some() { 3 } else { version(&old) });
+            bytes[12] ^= if metric.is_some() { 1 << 5 } else { 1 << 3 };
+            reseal(&mut bytes);
+            let flaw = Flaw::Header("attributes or flags of an unknown kind");
+            assert_eq!(ProgressiveMesh::from_bytes(&bytes), Err(flaw));
+        }
+    }
+}
+
+#[test]
 fn the_beginning_of_a_file_is_a_coarser_mesh() {
     let mesh = mesh(7, 60, [true; 3]);
     let (bytes, contents) = mesh.to_bytes();
@@ -296,7 +315,11 @@ fn mutate(bytes: &mut Vec<u8>, random: &mut Random) {
 fn ten_thousand_mutated_files_are_rejected_or_valid() {
     let originals: Vec<Vec<u8>> = [(20, 0), (21, 30), (22, 120)]
         .iter()
-        .map(|&(seed, splits)| mesh(seed, splits, [seed == 21, seed != 22, seed == 21]).to_bytes().0)
+        .map(|&(seed, splits)| {
+            let metric = (seed == 21).then_some(ErrorMetric::Appearance);
+            let mesh = mesh(seed, splits, [seed == 21, seed != 22, seed == 21]);
+            ProgressiveMesh { metric, ..mesh }.to_bytes().0
+        })
         .collect();
     let mut random = Random(99);
     let (mut valid, mut refused) = (0, 0);

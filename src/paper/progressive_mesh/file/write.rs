@@ -3,9 +3,11 @@
 use super::coder::{Coder, Encoder};
 use super::level::{Growing, Has, Left};
 use super::{
-    CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, ITEMS_PER_BYTE, MAGIC, version,
+    APPEARANCE, CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, IN_PLACE, ITEMS_PER_BYTE,
+    MAGIC, version,
 };
-use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
+use crate::paper::progressive_mesh::choices::ErrorMetric;
+use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use crate::picture::write::{FileError, write_whole};
 use std::io::Write;
 use std::ops::Range;
@@ -45,7 +47,7 @@ impl ProgressiveMesh {
         };
         let mut growing = Growing::new(Some(self), has);
         growing.mesh.vertices.centre = self.vertices.centre;
-        growing.mesh.births = self.births;
+        (growing.mesh.births, growing.mesh.metric) = (self.births, self.metric);
         let chunks = chunks(&self.levels);
         let mut bytes = vec![0; HEADER_BYTES];
         for (number, levels) in chunks.iter().enumerate() {
@@ -128,8 +130,8 @@ pub(super) fn chunk_checksum(number: u32, chunk: &[u8]) -> u64 {
 
 fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u8> {
     let mut header = MAGIC.to_vec();
-    header.extend(version(mesh.births).to_le_bytes());
-    header.extend(has.flags().to_le_bytes());
+    header.extend(version(mesh).to_le_bytes());
+    header.extend((has.flags() | flags(mesh)).to_le_bytes());
     mesh.vertices.centre.to_array().iter().for_each(|number| header.extend(number.to_le_bytes()));
     [whole.vertices, whole.faces, whole.levels, whole.chunks]
         .iter()
@@ -137,6 +139,13 @@ fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u
     header.extend(length.to_le_bytes());
     header.extend(xxh3_64(&header).to_le_bytes());
     header
+}
+
+/// The header's flags beyond those of [`Has`].
+fn flags(mesh: &ProgressiveMesh) -> u32 {
+    let Some(metric) = mesh.metric else { return 0 };
+    let in_place = if mesh.births == Births::InPlace { IN_PLACE } else { 0 };
+    in_place | if metric == ErrorMetric::Appearance { APPEARANCE } else { 0 }
 }
 
 impl Left {

@@ -42,7 +42,7 @@ pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arran
         faces.map(|&face| down.faces[face as usize].map(|wedge| order.vertex[wedge as usize])).collect();
     let (splits, swaps) = slots(collapses, arrangement, &order, &down.changed, &levels);
     let vertices = vertices(model, &order.wedges);
-    ProgressiveMesh { vertices, faces, levels, splits, swaps, births: Births::Tail }
+    ProgressiveMesh { vertices, faces, levels, splits, swaps, births: Births::Tail, metric: collapses.metric }
 }
 
 /// Wedges in the order of appearance.

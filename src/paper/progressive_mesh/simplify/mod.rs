@@ -6,7 +6,8 @@
 //! removed position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
 //! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in the
 //! sequence (`pace`), so that the stated error rises evenly. With [`ErrorMetric::Appearance`] the distance is at least
-//! the radius of the region in which normals differ visibly (`shading`).
+//! the radius of the region in which normals differ visibly (`shading`), and the distance by which texture coordinates
+//! shift (`texture`).
 //!
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
 //! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
@@ -29,6 +30,7 @@ mod start;
 mod stated;
 mod step;
 mod surface;
+mod texture;
 mod triangle;
 
 use super::choices::{BuildEffort, ErrorMetric};
@@ -44,8 +46,8 @@ pub struct Collapses {
     /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
     /// remaining faces are measured at sample points: the distance to a replaced face plus that face's own
     /// distance from the model. A component that vanishes counts with its extent, regardless of its distance
-    /// from the rest. With [`ErrorMetric::Appearance`] the shading error counts too. Positive errors rise evenly
-    /// with every collapse (`stated`), so every level can be selected by its error.
+    /// from the rest. With [`ErrorMetric::Appearance`] the shading error and the shift of the texture count
+    /// too. Positive errors rise evenly with every collapse (`stated`), so every level can be selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one
@@ -53,6 +55,8 @@ pub struct Collapses {
     pub wedges: Ragged<[u32; 2]>,
     /// For each collapse the faces that it removes: at least one.
     pub faces: Ragged<u32>,
+    /// What the errors count; `None` if it is not known.
+    pub metric: Option<ErrorMetric>,
 }
 
 impl Collapses {

@@ -34,7 +34,7 @@ pub struct Sequence<'a> {
     /// Each face's normal in the model; zero if it has no area.
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
-    /// Set if errors count normals.
+    /// Set if errors count normals and texture coordinates.
     pub(super) shading: Option<Shading>,
     /// Vanished positions by face, and by border edge.
     pub(super) lost: Lists,
@@ -136,7 +136,7 @@ impl<'a> Sequence<'a> {
             left: Vec::new(),
             pace,
             log: Vec::new(),
-            collapses: Collapses::default(),
+            collapses: Collapses { metric: Some(options.metric), ..Collapses::default() },
             report: SimplifyReport {
                 target_faces: options.target_faces,
                 seed: options.seed,
@@ -310,7 +310,7 @@ impl<'a> Sequence<'a> {
         self.shape.spread(&self.hub, &self.surface, end);
         off.clear();
         off.extend((0..self.shape.fan).map(|index| (self.shape.new[index].0, self.off_model(index, 0.0))));
-        let shading = self.squared_shading_error(end, |_| false).sqrt();
+        let appearance = self.squared_appearance_error(end, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners
             .filter_map(|(at, corner)| {
@@ -320,7 +320,7 @@ impl<'a> Sequence<'a> {
             })
             .collect();
         self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
-        let mut most = shading;
+        let mut most = appearance;
         for (face, bound) in dropped {
             most = most.max(bound);
             self.lost.inherit(face, bound);

@@ -12,8 +12,8 @@
 //! look different are 10 pixels wide.
 
 use super::sequence::{Near, Sequence};
-use super::start::{Shading, nearest_wedge};
-use glam::DVec3;
+use super::start::nearest_wedge;
+use super::texture::Shown;
 use std::f64::consts::PI;
 
 /// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes
@@ -27,9 +27,10 @@ pub(super) fn visible(squared: f64) -> f64 {
 }
 
 impl Sequence<'_> {
-    /// The squared shading error of the collapse of the hub onto `end`, around which the triangles are spread. Stops
-    /// early, with an error that is too small, once `enough` returns true for it. 0 without [`Shading`].
-    pub(super) fn squared_shading_error(&self, end: u32, enough: impl Fn(f64) -> bool) -> f64 {
+    /// The larger of the squared shading error and the squared shift of the texture by the collapse of the hub onto
+    /// `end`, around which the triangles are spread. Stops early, with an error that is too small, once `enough` returns
+    /// true for it. 0 without [`Shading`](super::start::Shading).
+    pub(super) fn squared_appearance_error(&self, end: u32, enough: impl Fn(f64) -> bool) -> f64 {
         let Some(shading) = &self.shading else { return 0.0 };
         let torn = self.may_tear();
         // A part of the surface that vanishes shows nothing.
@@ -39,22 +40,27 @@ impl Sequence<'_> {
         let Some(pairs) = self.hub.wedge_pairs(&self.surface, end, torn) else { return 0.0 };
         let choices = self.wedges.of(end);
         let target = |wedge| pairs.target(wedge).unwrap_or_else(|| nearest_wedge(self.model, wedge, choices));
-        let mut error = 0.0;
+        let (mut error, mut shift): (f64, f64) = (0.0, 0.0);
         for near in &self.points {
-            if enough(error) {
+            if enough(error.max(shift)) {
                 break;
             }
-            let shown = self.shown_normal(shading, near, target);
-            let own = self.wedges.of(near.position).iter().map(|&wedge| shading.normals[wedge as usize]);
+            let shown = self.shown(near, target);
+            let own = self.wedges.of(near.position);
+            let normal = shown.mean(|wedge| shading.normals[wedge as usize]).normalize_or_zero();
+            let normals = own.iter().map(|&wedge| shading.normals[wedge as usize]);
             // On a crease, the normal of the shown side.
-            let squared = own.map(|own| own.distance_squared(shown)).fold(f64::INFINITY, f64::min);
+            let squared = normals.map(|own| own.distance_squared(normal)).fold(f64::INFINITY, f64::min);
             error += shading.areas[near.position as usize] * visible(squared) / PI;
+            if let Some(texture) = &shading.texture {
+                shift = shift.max(texture.squared_shift(near.point, own, &shown));
+            }
         }
-        error
+        error.max(shift)
     }
 
-    /// The normal that the new faces show at the point nearest to a vanished position.
-    fn shown_normal(&self, shading: &Shading, near: &Near, target: impl Fn(u32) -> u32) -> DVec3 {
+    /// What the new faces show at the point nearest to a vanished position.
+    fn shown(&self, near: &Near, target: impl Fn(u32) -> u32) -> Shown<'_> {
         let (_, index) = self.shape.nearest(near.point, near.corner);
         let (face, triangle) = &self.shape.new[index];
         let wedges = match index < self.shape.fan {
@@ -65,8 +71,6 @@ impl Sequence<'_> {
             }
             false => [0, 1, 2].map(|corner| self.surface.wedge(*face, corner)),
         };
-        let weighted =
-            wedges.map(|wedge| shading.normals[wedge as usize]).into_iter().zip(triangle.weights(near.point));
-        weighted.map(|(normal, weight)| normal * weight).sum::<DVec3>().normalize_or_zero()
+        Shown { wedges, weights: triangle.weights(near.point), triangle }
     }
 }

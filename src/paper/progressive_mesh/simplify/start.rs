@@ -4,6 +4,7 @@ use super::curve::Curve;
 use super::hub::{EdgeKind, Hub};
 use super::quadric::Quadric;
 use super::surface::WorkingMesh;
+use super::texture::Texture;
 use crate::model::Model;
 use glam::DVec3;
 
@@ -56,13 +57,15 @@ pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
-/// The model's normals, and the area for which each position stands.
+/// The model's normals and texture coordinates, and the area for which each position stands.
 pub struct Shading {
     /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
     /// at the position.
     pub normals: Vec<DVec3>,
     /// A third of the area of each position's faces in the model.
     pub areas: Vec<f64>,
+    /// Set if the model has texture coordinates.
+    pub texture: Option<Texture>,
 }
 
 impl Shading {
@@ -88,7 +91,7 @@ impl Shading {
                 }
             }
         }
-        Shading { normals, areas }
+        Shading { normals, areas, texture: Texture::of(model, surface) }
     }
 }
 

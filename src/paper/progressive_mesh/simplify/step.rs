@@ -138,7 +138,7 @@ impl Sequence<'_> {
     }
 
     /// The cost of a collapse with its deviation, and the deviation. It measures vanished positions against
-    /// the new faces, samples of the new faces against the old ones, and the shading error. Stops early, with
+    /// the new faces, samples of the new faces against the old ones, and the appearance. Stops early, with
     /// a deviation that is too small, once the cost exceeds `limit`.
     fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> (f64, f64) {
         let factor = DEVIATION_WEIGHT * area;
@@ -166,7 +166,7 @@ impl Sequence<'_> {
             }
         }
         if self.shading.is_some() && !enough(most) {
-            most = most.max(self.squared_shading_error(edge.end, enough));
+            most = most.max(self.squared_appearance_error(edge.end, enough));
         }
         (least + factor * most, most.sqrt())
     }

@@ -371,3 +371,70 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
         }
     }
 }
+
+/// A flat square. The texture is stretched: s grows faster towards the east, in strips between columns of positions.
+fn stretched() -> Model {
+    let mut model = named("grid:17").unwrap();
+    let most = model.positions.iter().map(|p| p.x).fold(0.0, f64::max);
+    model.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x / most, p.y / most, 0.0));
+    let st = |&position: &u32| {
+        let p = model.positions[position as usize];
+        [(p.x + 0.3 * p.x * p.x) as f32, p.y as f32]
+    };
+    model.attributes.coordinates = model.wedge_positions.iter().map(st).collect();
+    model.attributes.normals = vec![[0.0, 0.0, 1.0]; model.wedge_positions.len()];
+    model
+}
+
+/// The largest distance from where faces show a texel of [`stretched`] to where the model does, at its positions.
+fn largest_shift(model: &Model, faces: &[[u32; 3]]) -> f64 {
+    let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
+    let st = |wedge: u32| {
+        let [s, t] = model.attributes.coordinates[wedge as usize].map(f64::from);
+        DVec3::new(s, t, 0.0)
+    };
+    let mut columns: Vec<f64> = model.positions.iter().map(|p| p.x).collect();
+    columns.sort_by(f64::total_cmp);
+    columns.dedup();
+    let texels: Vec<f64> = columns.iter().map(|x| f64::from((x + 0.3 * x * x) as f32)).collect();
+    let east_of = |s: f64| {
+        let after = texels.partition_point(|texel| *texel < s).clamp(1, texels.len() - 1);
+        let part = (s - texels[after - 1]) / (texels[after] - texels[after - 1]);
+        columns[after - 1] + part * (columns[after] - columns[after - 1])
+    };
+    let triangles: Vec<Triangle> = faces.iter().map(|face| Triangle::new(face.map(at))).collect();
+    let shift = |p: &DVec3| {
+        let squared = triangles.iter().map(|triangle| triangle.squared_to(*p)).enumerate();
+        let nearest = squared.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap().0;
+        let corners = faces[nearest].map(st).into_iter().zip(triangles[nearest].weights(*p));
+        let texel: DVec3 = corners.map(|(st, weight)| st * weight).sum();
+        DVec3::new(east_of(texel.x), texel.y, 0.0).distance(*p)
+    };
+    model.positions.iter().map(shift).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_stretched_texture_is_an_error_of_the_appearance() {
+    let model = stretched();
+    assert!(*to(&model, 2).collapses.errors.last().unwrap() < 1e-12);
+    let collapses = by_appearance(&model, 2);
+    for wanted in [2, 4, 10, 50].map(|part| model.faces.len() / part) {
+        let (faces, error) = left(&model, &collapses, wanted);
+        let found = largest_shift(&model, &faces);
+        // To first order: a texel shifts by up to a sixth of the square, and s changes 4 times as fast in the east.
+        assert!(found <= 1.2 * error, "at {wanted}: {found} found, {error} stated");
+        let (faces, _) = left(&model, &to(&model, 2).collapses, wanted);
+        let by_distance = largest_shift(&model, &faces);
+        assert!(by_distance > 1.2 * error, "at {wanted}: {by_distance} by distance, {error} stated");
+    }
+    // A texture that is nowhere stretched costs nothing, and one texel everywhere neither.
+    for stretch in [[2.0, 0.5], [0.0, 3.0], [0.0, 0.0]] {
+        let mut model = stretched();
+        let st = |&position: &u32| {
+            let p = model.positions[position as usize];
+            [(stretch[0] * p.x) as f32, (stretch[1] * p.y) as f32]
+        };
+        model.attributes.coordinates = model.wedge_positions.iter().map(st).collect();
+        assert!(*by_appearance(&model, 2).errors.last().unwrap() < 1e-6, "{stretch:?}");
+    }
+}

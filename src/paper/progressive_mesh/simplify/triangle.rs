@@ -86,6 +86,12 @@ impl Triangle {
         [1.0 - v - w, v, w]
     }
 
+    /// True if the triangle is so thin, or the sides at the first corner are so different, that [`Self::weights`] are
+    /// those of this corner.
+    pub fn is_thin(&self) -> bool {
+        self.inverse == 0.0
+    }
+
     /// An upper bound of the squared distance: that to some point of the triangle, found without a branch.
     pub fn at_most(&self, p: DVec3) -> f64 {
         let [_, v, w] = self.weights(p);

@@ -1,0 +1,96 @@
+//! Texture coordinates: how far a collapse shifts the texture.
+//!
+//! A face interpolates the texture coordinates of its corners. Near a vanished position a level therefore shows another
+//! texel than the model. The shift is the distance from where the texel is shown to where the model shows it. The latter
+//! is extrapolated from the position along the model's faces there, so the shift is exact to first order.
+
+use super::surface::WorkingMesh;
+use super::triangle::Triangle;
+use crate::model::Model;
+use glam::{DMat2, DVec2, DVec3};
+use std::iter::Sum;
+use std::ops::Mul;
+
+/// Weight that makes directions without texture coordinates solvable, relative to the other directions.
+const REGULAR: f64 = 1e-9;
+
+/// The square of the largest possible distance of two positions: a [`Frame`](super::surface::Frame) has side 2.
+const FARTHEST_SQUARED: f64 = 12.0;
+
+/// The model's texture coordinates.
+pub struct Texture {
+    /// Of each wedge.
+    coordinates: Vec<DVec2>,
+    /// For each wedge how the position changes with s and with t.
+    slopes: Vec<[DVec3; 2]>,
+}
+
+impl Texture {
+    /// `None` without texture coordinates. `surface` has all of the model's faces.
+    pub fn of(model: &Model, surface: &WorkingMesh) -> Option<Texture> {
+        let own = |st: &[f32; 2]| DVec2::from(st.map(f64::from));
+        let coordinates: Vec<DVec2> = model.attributes.coordinates.iter().map(own).collect();
+        if coordinates.is_empty() {
+            return None;
+        }
+        // The least squares over the edges of the faces at the wedge.
+        let mut squares = vec![DMat2::ZERO; coordinates.len()];
+        let mut products = vec![[DVec3::ZERO; 2]; coordinates.len()];
+        for face in 0..surface.faces() as u32 {
+            let points = surface.triangle(face);
+            let wedges = [0, 1, 2].map(|corner| surface.wedge(face, corner) as usize);
+            for (corner, other) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
+                let edge = points[other] - points[corner];
+                let step = coordinates[wedges[other]] - coordinates[wedges[corner]];
+                squares[wedges[corner]] += DMat2::from_cols(step * step.x, step * step.y);
+                let product = &mut products[wedges[corner]];
+                *product = [product[0] + edge * step.x, product[1] + edge * step.y];
+            }
+        }
+        let slope = |(square, product): (DMat2, [DVec3; 2])| {
+            let trace = square.x_axis.x + square.y_axis.y;
+            let inverse = (square + DMat2::from_diagonal(DVec2::splat(REGULAR * trace))).inverse();
+            let column = |row: DVec2| product[0] * row.x + product[1] * row.y;
+            // A wedge whose faces show one texel has no slope.
+            if trace > 0.0 { [column(inverse.x_axis), column(inverse.y_axis)] } else { [DVec3::ZERO; 2] }
+        };
+        Some(Texture { slopes: squares.into_iter().zip(products).map(slope).collect(), coordinates })
+    }
+
+    /// The squared distance from a point of a new face to where the model shows its texel. `point` is a vanished
+    /// position near it, and `own` the wedges there.
+    pub fn squared_shift(&self, point: DVec3, own: &[u32], shown: &Shown) -> f64 {
+        // The weights of a thin face are those of a corner, which shows its own texel.
+        if shown.triangle.is_thin() {
+            return 0.0;
+        }
+        let texel = shown.mean(|wedge| self.coordinates[wedge as usize]);
+        let from_point = shown.point() - point;
+        let squared = |&wedge: &u32| {
+            let ([s, t], off) = (self.slopes[wedge as usize], texel - self.coordinates[wedge as usize]);
+            let is_plain = [s, t] == [DVec3::ZERO; 2];
+            if is_plain { 0.0 } else { (s * off.x + t * off.y - from_point).length_squared() }
+        };
+        // On a seam, the texel of the shown side.
+        own.iter().map(squared).fold(FARTHEST_SQUARED, f64::min)
+    }
+}
+
+/// A point of a face, from which attributes are interpolated.
+pub struct Shown<'a> {
+    pub wedges: [u32; 3],
+    pub weights: [f64; 3],
+    pub triangle: &'a Triangle,
+}
+
+impl Shown<'_> {
+    /// The mean of the wedges' values.
+    pub fn mean<T: Sum + Mul<f64, Output = T>>(&self, value: impl Fn(u32) -> T) -> T {
+        self.wedges.into_iter().zip(self.weights).map(|(wedge, weight)| value(wedge) * weight).sum()
+    }
+
+    /// The point.
+    pub fn point(&self) -> DVec3 {
+        self.triangle.corners().into_iter().zip(self.weights).map(|(corner, weight)| corner * weight).sum()
+    }
+}
