@@ -33,10 +33,6 @@ pub const FILTERS: Figure = Figure {
             pixels.",
     scenes: &["earth/oblique", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([FLOOR.into()]).collect(),
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(NMSE).log_y().floor(FLOOR),
@@ -72,6 +68,7 @@ pub const FILTERS: Figure = Figure {
             ],
         ),
     ],
+    ..Figure::BASE
 };
 
 const TWO: &str = "ellipse, 2 texels";

@@ -32,8 +32,6 @@ pub const DEDUP: Figure = Figure {
     },
     paper: &["geometry, p = 3, memo"],
     ours: &["runs"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(TIME).log_y().floor("empty pass"),
@@ -74,6 +72,7 @@ pub const DEDUP: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 /// Quantities.

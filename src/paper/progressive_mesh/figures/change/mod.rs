@@ -45,9 +45,7 @@ pub const CHANGE: Figure = Figure {
             single frame.",
     scenes: &["bunny", "torus:96"],
     variants,
-    paper: &[],
     ours: &["tail-23"],
-    full_only: &[],
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
     measure,
     plots: &[
@@ -140,6 +138,7 @@ pub const CHANGE: Figure = Figure {
         .at(Places::ALL.x(1.0, 1.0))
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];

@@ -39,9 +39,6 @@ pub const POP: Figure = Figure {
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
     claims: &[Claim::ours(
@@ -49,6 +46,7 @@ pub const POP: Figure = Figure {
         "Tiles that are shown as soon as they arrive pop visibly: a pixel jumps by more than 8 levels of 255.",
         &[Test::value(one(LARGEST, FADES[0].1), Above(8.0))],
     )],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {
