@@ -188,6 +188,22 @@ impl Plot {
 }
 
 impl Figure {
+    /// What a figure without special variants, sweep and plots leaves out.
+    pub const BASE: Figure = Figure {
+        id: "",
+        title: "",
+        about: "",
+        scenes: &[],
+        variants: Vec::new,
+        paper: &[],
+        ours: &[],
+        full_only: &[],
+        sweep: None,
+        measure: |_, _| Ok(Vec::new()),
+        plots: &[],
+        claims: &[],
+    };
+
     /// The CSS class of a variant, with a space before it: the paper's own, ours, or none.
     fn highlight(&self, variant: &str) -> &'static str {
         match (self.paper.contains(&variant), self.ours.contains(&variant)) {

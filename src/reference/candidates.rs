@@ -38,8 +38,10 @@ impl ReferenceView {
             .map(|(x, y)| DVec2::new(x, y) * radius_px)
             .to_vec();
         let least_area = LEAST_PART * 4.0 * radius_px * radius_px;
-        let regions: Vec<Region> =
-            self.near(x, y).filter_map(|setup| Region::new(self, setup, x, y, &square)).collect();
+        let regions: Vec<Region> = self
+            .near([x as i32, y as i32], radius_px)
+            .filter_map(|setup| Region::new(self, setup, x, y, &square))
+            .collect();
         let samples = regions
             .iter()
             .filter(|region| region.is_visible(&regions, least_area))

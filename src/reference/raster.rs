@@ -74,8 +74,10 @@ pub struct ReferenceView {
     size: [u32; 2],
     setups: Vec<Setup>,
     bin_columns: u32,
-    /// Indices into `setups`, in the mesh's order.
-    bins: Vec<Vec<u32>>,
+    /// Indices into `setups`, in the mesh's order, each with its box: first and last pixel column and row (left, top, right,
+    /// bottom) that the triangle may touch, with margin, also beyond the picture. A dense mesh has hundreds of triangles
+    /// in a bin, of which a pixel needs few.
+    bins: Vec<Vec<([i32; 4], u32)>>,
 }
 
 /// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest triangle
@@ -104,10 +106,11 @@ impl ReferenceView {
             let corners = vertices.map(|vertex| clip[vertex as usize]);
             let coordinates = vertices.map(|vertex| mesh.coordinates[vertex as usize]);
             let Some(setup) = Setup::new(triangle as u32, &corners, coordinates) else { continue };
-            let Some([left, top, right, bottom]) = pixel_box(&corners, size) else { continue };
-            for row in top / BIN_PX..=bottom / BIN_PX {
-                for column in left / BIN_PX..=right / BIN_PX {
-                    bins[(row * bin_columns + column) as usize].push(setups.len() as u32);
+            let Some(reach) = pixel_box(&corners, size) else { continue };
+            let bin = |n: usize| reach[n].clamp(0, size[n % 2] as i32 - 1) as u32 / BIN_PX;
+            for row in bin(1)..=bin(3) {
+                for column in bin(0)..=bin(2) {
+                    bins[(row * bin_columns + column) as usize].push((reach, setups.len() as u32));
                 }
             }
             setups.push(setup);
@@ -122,24 +125,24 @@ impl ReferenceView {
 
     /// The visible sample at the centre of one pixel.
     pub fn sample(&self, x: u32, y: u32) -> Option<Sample> {
+        assert!(x < self.size[0] && y < self.size[1], "pixel ({x}, {y}) of {:?}", self.size);
         let centre = self.centre(i64::from(x), i64::from(y));
-        self.nearest([x, y], centre).map(|setup| self.sample_of(setup, x, y))
+        self.nearest([x as i32, y as i32], centre).map(|setup| self.sample_of(setup, x, y))
     }
 
     /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
     /// [`MARGIN_PX`] beyond the picture use triangles that reach into it.
     pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let pixel = |at: f64, side: u32| (at.max(0.0) as u32).min(side - 1);
         let place =
             DVec3::new(2.0 * x / f64::from(self.size[0]) - 1.0, 2.0 * y / f64::from(self.size[1]) - 1.0, 1.0);
-        let setup = self.nearest([pixel(x, self.size[0]), pixel(y, self.size[1])], place)?;
+        let setup = self.nearest([x.floor() as i32, y.floor() as i32], place)?;
         Some((setup.coordinates[0] + setup.coordinate_from_first(place)).to_array())
     }
 
-    /// The nearest of the triangles near a pixel that cover a position.
-    fn nearest(&self, [x, y]: [u32; 2], place: DVec3) -> Option<&Setup> {
+    /// The nearest of the triangles that cover a position in a pixel.
+    fn nearest(&self, pixel: [i32; 2], place: DVec3) -> Option<&Setup> {
         let mut nearest: Option<(f64, &Setup)> = None;
-        for setup in self.near(x, y) {
+        for setup in self.near(pixel, 0.0) {
             if !setup.misses(place)
                 && let Some(inverse_w) = setup.covers(place)
                 && nearest.is_none_or(|(nearest, _)| inverse_w > nearest)
@@ -156,11 +159,17 @@ impl ReferenceView {
         (0..width * height).into_par_iter().map(|pixel| self.sample(pixel % width, pixel / width)).collect()
     }
 
-    /// Triangles that may touch a pixel's neighbourhood of [`MARGIN_PX`].
-    pub(super) fn near(&self, x: u32, y: u32) -> impl Iterator<Item = &Setup> {
-        assert!(x < self.size[0] && y < self.size[1], "pixel ({x}, {y}) of {:?}", self.size);
-        let bin = (y / BIN_PX) * self.bin_columns + x / BIN_PX;
-        self.bins[bin as usize].iter().map(|&setup| &self.setups[setup as usize])
+    /// Triangles that may touch the square of `radius_px` (at most [`MARGIN_PX`]) around a pixel, which lies in the picture
+    /// or up to [`MARGIN_PX`] beyond it.
+    pub(super) fn near(&self, [x, y]: [i32; 2], radius_px: f64) -> impl Iterator<Item = &Setup> {
+        let bin = |at: i32, axis: usize| at.clamp(0, self.size[axis] as i32 - 1) as u32 / BIN_PX;
+        let spare = (MARGIN_PX - radius_px) as i32;
+        self.bins[(bin(y, 1) * self.bin_columns + bin(x, 0)) as usize]
+            .iter()
+            .filter(move |([left, top, right, bottom], _)| {
+                (left + spare..=right - spare).contains(&x) && (top + spare..=bottom - spare).contains(&y)
+            })
+            .map(|&(_, setup)| &self.setups[setup as usize])
     }
 
     /// A pixel's centre in normalised device coordinates. Quads also need pixels beyond the picture's edge.
@@ -283,14 +292,15 @@ impl Setup {
     }
 }
 
-/// First and last pixel column and row (left, top, right, bottom) that a triangle may touch, with margin.
-/// `None` if it lies wholly beyond one side of the picture or behind the eye.
-fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[u32; 4]> {
+/// The box of [`ReferenceView::bins`]. `None` if the triangle lies wholly beyond one side of the picture or behind the eye.
+fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[i32; 4]> {
     if corners.iter().all(|corner| corner.w <= 0.0) {
         return None;
     }
     let crosses_the_eyes_plane = corners.iter().any(|corner| corner.w <= 0.0);
-    let mut found = [0, 0, size[0] - 1, size[1] - 1];
+    // Half the range, so that neither a margin nor a spare overflows.
+    let limits = [i32::MIN / 2, i32::MAX / 2];
+    let mut found = [limits[0], limits[0], limits[1], limits[1]];
     for axis in 0..2 {
         let side = f64::from(size[axis]);
         // One pixel more than the margin, so that rejected triangles are outside despite rounding.
@@ -308,9 +318,9 @@ fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[u32; 4]> {
         let places = corners.map(|corner| (corner[axis] / corner.w + 1.0) * 0.5 * side);
         let low = places.into_iter().fold(f64::INFINITY, f64::min) - margin_px;
         let high = places.into_iter().fold(f64::NEG_INFINITY, f64::max) + margin_px;
-        // Float-to-integer casts saturate, so far values end at the picture's edge.
-        found[axis] = (low.floor() as u32).min(size[axis] - 1);
-        found[axis + 2] = (high.ceil() as u32).min(size[axis] - 1);
+        // Float-to-integer casts saturate.
+        found[axis] = (low.floor() as i32).clamp(limits[0], limits[1]);
+        found[axis + 2] = (high.ceil() as i32).clamp(limits[0], limits[1]);
     }
     Some(found)
 }

@@ -10,6 +10,7 @@ mod resize;
 mod window;
 
 use ortelius::scene::SHIPPED;
+use rayon::prelude::*;
 use std::ffi::{OsStr, OsString};
 use std::fmt::Display;
 use std::fs::File;
@@ -167,16 +168,18 @@ fn sweep(kind: &str) {
         assert_eq!(undisturbed.code, Some(0), "{shown}: {}", undisturbed.stderr);
         let count = undisturbed.calls.len();
         let taken = count.min(most);
-        let mut failed = 0;
-        for number in (0..taken).map(|n| 1 + n * count / taken) {
+        // A run uses one processor for most of its time.
+        let numbers = (0..taken).into_par_iter().map(|n| 1 + n * count / taken);
+        let has_failed = |number: &usize| {
             let ended = run(&arguments, kind, number);
             // A run with fewer frames than the undisturbed one does not reach the last calls.
-            let Some(call) = ended.calls.first() else { continue };
-            failed += 1;
+            let Some(call) = ended.calls.first() else { return false };
             if let Some(complaint) = complaint(&ended, &undisturbed, kind) {
                 panic!("{shown}: {kind} at {call}, call {number}: {complaint}: {}", ended.stderr);
             }
-        }
+            true
+        };
+        let failed = numbers.filter(has_failed).count();
         println!("{shown}: {kind}: {failed} of {count} calls failed");
         assert!(
             failed > 0 && 4 * failed >= 3 * taken,
@@ -304,12 +307,12 @@ fn every_scene_renders_with_vectors_of_128_and_256_bits_after_a_run_with_mesas_o
     let globe = "render globe --size 64x36 -o a.png";
     let (code, words) = with_vectors(&cache, None, globe);
     assert_eq!(code, Some(0), "{words}");
-    for (width, (scene, _)) in ["128", "256"].iter().flat_map(|w| SHIPPED.iter().map(move |s| (w, s))) {
+    SHIPPED.par_iter().flat_map(|(scene, _)| [("128", scene), ("256", scene)]).for_each(|(width, scene)| {
         let (code, words) = with_vectors(&cache, Some(width), &globe.replace("globe", scene));
         assert_eq!(code, Some(0), "{scene} at {width} bits: {words}");
         let is_heeded = !words.contains("llvmpipe") || words.contains(&format!("{width} bits"));
         assert!(is_heeded && !words.contains("WARN"), "{scene}: {words}");
-    }
+    });
 }
 
 /// tests/window has the same test for `view`.

@@ -4,7 +4,7 @@ use super::{Ended, run_with};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-const RECORD: [&str; 12] = [
+const RECORD: [&str; 14] = [
     "view",
     "earth",
     "--size",
@@ -17,6 +17,8 @@ const RECORD: [&str; 12] = [
     "paths.orbit.frames=6",
     "-D",
     "surface.land.filter={max_anisotropy=1}",
+    "-D",
+    "surface.land.geometry={kind='ellipsoid',columns=96,rows=48}",
 ];
 
 /// A virtual display.

@@ -16,7 +16,7 @@ use ortelius::picture::Target;
 use ortelius::reference::Sample;
 use ortelius::reference::filter::{Edges, Texture, sample_count, srgb8_to_linear};
 use ortelius::reference::supersample::{Density, Kernel, supersample};
-use ortelius::texture::source::{TileError, TileFormat, TileSource};
+use ortelius::texture::source::{TileError, TileSource};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -421,9 +421,6 @@ impl TileSource for Constant {
     }
     fn pyramid(&self) -> Pyramid {
         self.0
-    }
-    fn format(&self) -> TileFormat {
-        TileFormat::Rgba8
     }
     fn read_tile(&self, _: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
         bytes.fill(119);

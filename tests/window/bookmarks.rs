@@ -24,7 +24,7 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
     let display = Display::start();
     let config = tempfile::tempdir().unwrap();
     let home = [("XDG_CONFIG_HOME", config.path().to_str().unwrap())];
-    let arguments = ["globe", "--size", "200x150", "--no-panels"];
+    let arguments = ["globe", "--size", "200x150", "--no-panels", "-D", FAST];
     let mut window = Program::start(&display, &arguments, &home);
     let start = window.settled_picture();
     window.wheel([100, 70], 4);

@@ -217,7 +217,7 @@ fn vectors_of_512_bits_are_refused() {
 #[test]
 fn a_measurement_prints_its_passes_and_ends() {
     let display = Display::start();
-    let arguments = ["globe", "--size", "96x54", "--measure"];
+    let arguments = ["globe", "--size", "96x54", "--measure", "-D", FAST];
     let mut window = open(&display, &arguments);
     for pass in ["cold caches: 240 frames, median ", "warm caches: 240", "panels open: 240"] {
         window.printed(pass);

@@ -1,7 +1,7 @@
 //! The panels are used with the pointer: the trade's slider, and the governor's rows.
 
 use crate::display::{Display, key};
-use crate::program::Program;
+use crate::program::{COARSE, Program};
 use crate::{FAST, differing, open, rendered_again};
 use ortelius::figure::{Errors, Machine, Trade, Traded};
 use ortelius::picture::write::read_png;
@@ -95,6 +95,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     let render = |changes: &[&str], name: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-D", FAST, "-o", name]);
+        command.args(["-D", COARSE]);
         assert!(command.args(changes).output().unwrap().status.success());
         read_png(&folder.path().join(name)).unwrap()
     };

@@ -12,6 +12,10 @@ use tempfile::TempDir;
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{self, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask};
 
+/// Value of `-D` with a coarser grid than that of the shipped ellipsoids, 75,000 quads, which would take most of the time of
+/// a small picture.
+pub const COARSE: &str = "surface.land.geometry={kind='ellipsoid',columns=96,rows=48}";
+
 type Words = Arc<Mutex<String>>;
 
 pub struct Program<'a> {
@@ -52,6 +56,9 @@ impl<'a> Program<'a> {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.arg("view").args(arguments).current_dir(&folder);
+        if matches!(arguments[0], "earth" | "globe") {
+            command.args(["-D", COARSE]);
+        }
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
         // Each run has its own bookmarks.
         command.env("XDG_CONFIG_HOME", folder.path());

@@ -40,10 +40,6 @@ pub const FILTERS: Figure = Figure {
             pixels.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([EXACT, FLOOR].map(str::to_owned)).collect(),
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(NMSE).log_y().floor(FLOOR),
@@ -90,6 +86,7 @@ pub const FILTERS: Figure = Figure {
             ],
         ),
     ],
+    ..Figure::BASE
 };
 
 const TWO: &str = "ellipse, 2 texels";

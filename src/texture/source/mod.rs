@@ -53,7 +53,9 @@ pub trait TileSource: Send + Sync {
 
     fn pyramid(&self) -> Pyramid;
 
-    fn format(&self) -> TileFormat;
+    fn format(&self) -> TileFormat {
+        TileFormat::Rgba8
+    }
 
     /// Writes one stored tile into `bytes`, whose length is exactly [`TileFormat::tile_bytes`]. Borders hold
     /// the neighbours' texels: columns wrap at the antimeridian; a row beyond a pole is the mirrored row half

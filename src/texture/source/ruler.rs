@@ -2,7 +2,7 @@
 //! returned.
 
 use super::border::Square;
-use super::{TileError, TileFormat, TileSource};
+use super::{TileError, TileSource};
 use crate::math::mix::mix;
 use crate::math::pyramid::{Pyramid, TileId};
 
@@ -34,10 +34,6 @@ impl TileSource for Ruler {
 
     fn pyramid(&self) -> Pyramid {
         self.pyramid
-    }
-
-    fn format(&self) -> TileFormat {
-        TileFormat::Rgba8
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {

@@ -23,9 +23,6 @@ pub const BUILD: Figure = Figure {
             of that process.",
     scenes: &["torus", "dragon"],
     variants,
-    paper: &[],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "faces",
         quick: &[11_102.0, 47_794.0, 202_520.0],
@@ -53,6 +50,7 @@ pub const BUILD: Figure = Figure {
         .at(Places::scenes(&["dragon"]).x(871_414.0, 871_414.0))
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 const TIME: &str = "time";

@@ -28,10 +28,8 @@ pub const CONTINUITY: Figure = Figure {
             before a jump are raised by up to 2.5 times.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
-    paper: &[],
     ours: &["best"],
     full_only: &[scans::LARGE],
-    sweep: None,
     measure,
     plots: &[Plot::curves(FACES, "wanted error, diagonals").log_x().log_y(), Plot::bars(NONE)],
     claims: &[
@@ -56,6 +54,7 @@ pub const CONTINUITY: Figure = Figure {
         )
         .at(Places::mean(&MODELS)),
     ],
+    ..Figure::BASE
 };
 
 const BEST: &str = BuildEffort::Best.name();

@@ -51,10 +51,7 @@ pub const GOVERNOR: Figure = Figure {
             cost (the geometric mean of the error)?",
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
-    paper: &[],
     ours: &[PLANNED],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
     claims: &[
@@ -81,6 +78,7 @@ pub const GOVERNOR: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 /// Walks along the path: the smallest number with a 95 % confidence interval.

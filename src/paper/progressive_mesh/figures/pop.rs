@@ -55,8 +55,6 @@ pub const POP: Figure = Figure {
     variants,
     paper: &[AT_ONCE],
     ours: &["geomorph"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(ALONG, "error, pixels").log_x(),
@@ -107,6 +105,7 @@ pub const POP: Figure = Figure {
             &[Test::value(one(VISIBLE, AT_ONCE_SLOWLY), Above(1.0))],
         ),
     ],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {

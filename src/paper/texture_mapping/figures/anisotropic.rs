@@ -28,8 +28,6 @@ pub const ANISOTROPIC: Figure = Figure {
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || FORMS.map(|(name, _)| name.to_string()).to_vec(),
     paper: &[INCREMENTAL],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.02, 0.05],
@@ -67,6 +65,7 @@ pub const ANISOTROPIC: Figure = Figure {
             &[Test::value(each(OFF, others), AtMost(1e-3))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const TIME: &str = "time per pixel";

@@ -36,8 +36,6 @@ pub const COORDINATES: Figure = Figure {
         FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
     },
     paper: &["row constants", "sequential"],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "screen area, 10^6 pixels",
         quick: &[0.25, 0.5, 0.9],
@@ -98,6 +96,7 @@ pub const COORDINATES: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 /// Quantities.

@@ -28,8 +28,6 @@ pub const DRIFT: Figure = Figure {
         Form::ALL.map(Form::name).into_iter().chain(methods).collect()
     },
     paper: &["sequential"],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "row, pixels",
         quick: &[1920.0, 16384.0],
@@ -78,6 +76,7 @@ pub const DRIFT: Figure = Figure {
             )],
         ),
     ],
+    ..Figure::BASE
 };
 
 const NEAR: &str = "8192 texels";

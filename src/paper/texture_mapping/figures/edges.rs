@@ -23,8 +23,6 @@ pub const EDGES: Figure = Figure {
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
     measure,
     plots: &[
@@ -58,6 +56,7 @@ pub const EDGES: Figure = Figure {
             &[Test::ratio(one(NMSE_EWA, "area ramp"), one(NMSE_EWA, EXACT), AtMost(1.1))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];

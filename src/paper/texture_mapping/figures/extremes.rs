@@ -39,8 +39,6 @@ pub const EXTREMES: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
     paper: &["as printed, rows"],
     ours: &["ellipse"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],
     claims: &[
@@ -78,6 +76,7 @@ pub const EXTREMES: Figure = Figure {
         )
         .at(Places::scenes(&["overdraw-100"])),
     ],
+    ..Figure::BASE
 };
 
 const AS_PRINTED: &str = "as printed, rows";

@@ -28,8 +28,6 @@ pub const PARETO: Figure = Figure {
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
     ours: &[OURS],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(BY_TEXELS, "texels fetched per pixel").log_x().log_y().floor(FLOOR),
@@ -67,6 +65,7 @@ pub const PARETO: Figure = Figure {
             &[Test::ratio(one(NMSE, FLOOR), best(NMSE, names), AtMost(0.1))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const CHEAP: &str = "ellipse, ratio 4";

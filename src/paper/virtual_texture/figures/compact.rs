@@ -31,8 +31,6 @@ pub const COMPACT: Figure = Figure {
     },
     paper: &["transform-feedback, blocks of 4 x 4"],
     ours: &["append"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],
     claims: &[
@@ -66,6 +64,7 @@ pub const COMPACT: Figure = Figure {
             ],
         ),
     ],
+    ..Figure::BASE
 };
 
 /// Quantities: the time of stage 3 and the length of the list, by tile address.

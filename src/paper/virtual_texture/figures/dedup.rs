@@ -34,8 +34,6 @@ pub const DEDUP: Figure = Figure {
     },
     paper: &["geometry, p = 3, memo"],
     ours: &["runs"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(TIME).log_y().floor("empty pass"),
@@ -76,6 +74,7 @@ pub const DEDUP: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 /// Quantities.

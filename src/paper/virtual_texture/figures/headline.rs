@@ -31,8 +31,6 @@ pub const HEADLINE: Figure = Figure {
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],
     ours: &["fused, exact"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(STANDING),
@@ -59,6 +57,7 @@ pub const HEADLINE: Figure = Figure {
             &[Test::value(one(MEMORY, THE_PAPER), AtMost(1024.0))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const SCENE: &str = "earth/headline";

@@ -22,8 +22,6 @@ pub const PIPELINE: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["fused, exact"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],
     claims: &[
@@ -71,6 +69,7 @@ pub const PIPELINE: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {

@@ -35,7 +35,7 @@ mod refine;
 mod tests;
 
 use super::border::Square;
-use super::{TileError, TileFormat, TileSource};
+use super::{TileError, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
 use base::{BASE_WIDTH_LOG2, Base, level_size};
@@ -112,10 +112,6 @@ impl TileSource for Earth {
 
     fn pyramid(&self) -> Pyramid {
         self.pyramid
-    }
-
-    fn format(&self) -> TileFormat {
-        TileFormat::Rgba8
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {

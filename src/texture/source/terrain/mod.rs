@@ -30,7 +30,7 @@ mod refine;
 mod tests;
 
 use super::border::{Square, true_texel};
-use super::{TileError, TileFormat, TileSource};
+use super::{TileError, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use base::{BASE_LOG2, Base};
 use refine::Region;
@@ -136,10 +136,6 @@ impl TileSource for Terrain {
 
     fn pyramid(&self) -> Pyramid {
         self.pyramid
-    }
-
-    fn format(&self) -> TileFormat {
-        TileFormat::Rgba8
     }
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {

@@ -42,9 +42,7 @@ pub const CHANGE: Figure = Figure {
             of a walk, the worst change that of a single frame.",
     scenes: &["bunny", "torus:96"],
     variants,
-    paper: &[],
     ours: &["tail-23"],
-    full_only: &[],
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
     measure,
     plots: &[
@@ -137,6 +135,7 @@ pub const CHANGE: Figure = Figure {
         .at(Places::ALL.x(1.0, 1.0))
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 const STEPS: [f64; 4] = [ONE, 1.0, 10.0, ALL];

@@ -85,8 +85,6 @@ pub const DRAW: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["tail-23"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(SHADED), Plot::bars(TIME)],
     claims: &[
@@ -147,6 +145,7 @@ pub const DRAW: Figure = Figure {
         .at(Places::scenes(&["pixels"]))
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {

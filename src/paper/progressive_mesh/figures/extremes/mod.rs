@@ -29,10 +29,7 @@ pub const EXTREMES: Figure = Figure {
             stated error does not include it. Rows of `the mesh` describe the mesh before cleaning and simplification.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
-    paper: &[],
     ours: &["ours"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(FACES).floor(TARGET)],
     claims: &[
@@ -55,6 +52,7 @@ pub const EXTREMES: Figure = Figure {
             &[Test::difference(one(CROWDED, OURS), one(CROWDED, MESH), AtMost(0.0))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const OURS: &str = "ours";

@@ -38,11 +38,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
-    plots: &[],
     claims: &[
         Claim::paper(
             "2.1",
@@ -78,6 +74,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             &[Test::value(every(UNREASONED), Equal(0.0))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const EXACT: &[Test] = &[

@@ -29,8 +29,6 @@ pub const FEEDBACK: Figure = Figure {
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
     measure,
     plots: &[
@@ -63,6 +61,7 @@ pub const FEEDBACK: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 const RECALL: &str = "recall after a cut";

@@ -26,10 +26,6 @@ pub const FILTER: Figure = Figure {
             because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::bars(AREA_NMSE).log_y(),
@@ -69,6 +65,7 @@ pub const FILTER: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 const VARIANTS: [Variant; 10] = [

@@ -32,8 +32,6 @@ pub const NA: Figure = Figure {
     scenes: &["earth/pan", "plane/pan"],
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
     paper: &[LARGEST],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "tilt, degrees",
         quick: &[0.0, 80.0],
@@ -78,6 +76,7 @@ pub const NA: Figure = Figure {
         )
         .at(Places::ALL.x(0.0, 0.0)),
     ],
+    ..Figure::BASE
 };
 
 const NAS: [(&str, u32); 5] = [("NA 1", 1), ("NA 2", 2), ("NA 4", 4), ("NA 8", 8), (LARGEST, 16)];

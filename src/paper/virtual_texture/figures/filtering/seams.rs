@@ -25,10 +25,6 @@ pub const SEAMS: Figure = Figure {
             count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(WORST, BORDER_AXIS),
@@ -60,6 +56,7 @@ pub const SEAMS: Figure = Figure {
             &[Test::value(along(WORST), AtMost(STEP)), Test::value(along(ELSEWHERE), AtMost(STEP))],
         ),
     ],
+    ..Figure::BASE
 };
 
 const VARIANTS: [Variant; 7] = [

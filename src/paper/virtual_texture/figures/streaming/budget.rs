@@ -53,9 +53,6 @@ pub const BUDGET: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(ERROR, "frame").log_y(),
@@ -80,6 +77,7 @@ pub const BUDGET: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

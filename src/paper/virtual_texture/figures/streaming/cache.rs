@@ -38,10 +38,7 @@ pub const CACHE: Figure = Figure {
             are coarser than listed by a level bias, which each frame reports. Pixels have one sample (NA = 1).",
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
-    paper: &[],
     ours: &["LRU, stand-ins kept (as built)"],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(FAULTS, "N1 / largest visible set").log_y(),
@@ -77,6 +74,7 @@ pub const CACHE: Figure = Figure {
             &[Test::value(one(MISREPORTED, HALVED), Equal(0.0))],
         ),
     ],
+    ..Figure::BASE
 };
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -46,9 +46,6 @@ pub const DISK: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[
         Plot::curves(ERROR, "time, ms").log_x().log_y(),
@@ -74,6 +71,7 @@ pub const DISK: Figure = Figure {
         )
         .timed(),
     ],
+    ..Figure::BASE
 };
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -33,7 +33,7 @@ use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, Target, srgb};
 use crate::scene::Scene;
 use crate::scene::path::Path;
-use crate::texture::source::{TileError, TileFormat, TileSource};
+use crate::texture::source::{TileError, TileSource};
 use anyhow::Context;
 use std::sync::Arc;
 
@@ -187,9 +187,6 @@ impl TileSource for Blank {
     }
     fn pyramid(&self) -> Pyramid {
         self.0
-    }
-    fn format(&self) -> TileFormat {
-        TileFormat::Rgba8
     }
     fn read_tile(&self, _: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
         bytes.fill(0);

@@ -40,9 +40,6 @@ pub const POP: Figure = Figure {
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
     claims: &[Claim::ours(
@@ -50,6 +47,7 @@ pub const POP: Figure = Figure {
         "Tiles that are shown as soon as they arrive pop visibly: a pixel jumps by more than 8 levels of 255.",
         &[Test::value(one(LARGEST, FADES[0].1), Above(8.0))],
     )],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {

@@ -37,10 +37,6 @@ pub const PREFETCH: Figure = Figure {
             360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
     claims: &[
@@ -55,6 +51,7 @@ pub const PREFETCH: Figure = Figure {
             &[Test::ratio(one(COPIES, EIGHT), one(COPIES, NONE), AtMost(1.25))],
         ),
     ],
+    ..Figure::BASE
 };
 
 fn variants() -> Vec<String> {
