@@ -114,9 +114,9 @@ settings! {
         /// the wanted error, the drawn error reaches it over several frames. Changes of the governor's factor are not
         /// limited. By default 1/16 with `geomorph`, and no limit without.
         octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
-        /// What the errors of the levels count. A `.pmesh` file keeps the metric with which it was built; if the key is
-        /// given, it must be that metric.
-        metric: ErrorMetric = ErrorMetric::Geometry;
+        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it was
+        /// built; if the key is given, it must be that metric.
+        metric: Option<ErrorMetric> = None;
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
         /// classical order.
         order: FaceOrder = DEFAULT_ORDER;

@@ -62,8 +62,9 @@ pub enum LoadError {
 /// [`LoadError`] names the surface's key, and the file or the model.
 pub fn load(scene: &Scene) -> Result<Vec<LoadedMesh>, LoadError> {
     let load = |name: &str| {
-        let surface = config::surface(scene, name)?;
+        let mut surface = config::surface(scene, name)?;
         let (mesh, cut_from) = mesh(scene, name, &surface)?;
+        surface.metric = mesh.metric;
         let stands = stands(scene, &surface);
         Ok(LoadedMesh { name: name.to_owned(), mesh, cut_from, stands, surface, textured: None })
     };
@@ -128,10 +129,12 @@ fn mesh(
             let (order, file) = (surface.order.name(), path.display().to_string());
             return Err(LoadError::Order { place: place("order"), order, file });
         }
-        if scene.has(&["surface", name, "geometry", "metric"]) && read.mesh.metric != Some(surface.metric) {
+        if let Some(wanted) = surface.metric
+            && read.mesh.metric != Some(wanted)
+        {
             let recorded = |metric: ErrorMetric| format!("--metric {}", metric.name());
             let built = read.mesh.metric.map_or("a metric that it does not record".into(), recorded);
-            let (wanted, file) = (surface.metric.name(), path.display().to_string());
+            let (wanted, file) = (wanted.name(), path.display().to_string());
             return Err(LoadError::Metric { place: place("metric"), wanted, file, built });
         }
         let Some(missing) = read.contents.missing() else { return Ok((read.mesh, None)) };
@@ -144,7 +147,10 @@ fn mesh(
     };
     let (model, report) = read.map_err(|error| LoadError::Model { place: place("source"), error })?;
     report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
-    let options = SimplifyOptions { metric: surface.metric, ..SimplifyOptions::default() };
+    let options = SimplifyOptions {
+        metric: surface.metric.unwrap_or(ErrorMetric::Geometry),
+        ..SimplifyOptions::default()
+    };
     let simplified = simplify(&model, &options, &mut |_, _| ());
     Ok((ordered(&model, &simplified.collapses, surface.order), None))
 }
