@@ -7,7 +7,6 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const uint METHOD = 0;
 const uint POINT = 0, UNPERTURBED = 1, WHOLE = 2, VISIBLE = 3, PROJECTED = 4;
-const uint MOST_TEXELS = 1024;  // per row of texels
 
 layout(push_constant, scalar) uniform Parallax {
     uint side;         // texels
@@ -43,6 +42,8 @@ Texel sample_row(int x, float y) {
 // The x at which the ray that hits this point enters the top plane.
 float entry(float x, float height) { return x - (view.depth - height) * view.cotangent; }
 
+float descent() { return view.depth * view.cotangent; }
+
 #include "texture_mapping/relief_width.glsl"
 
 Sum add_texel(Sum sum, Texel texel) { return Sum(sum.colour + texel.colour, sum.weight + 1.0, sum.texels + 1.0); }
@@ -53,7 +54,7 @@ Sum box(Sum sum, float a, float b, float y, bool visible) {
     float highest = -3.4e38;
     int first = int(ceil(a));
     if (visible) {
-        int reach = int(min(ceil(view.depth * view.cotangent), float(MOST_TEXELS)));
+        int reach = int(min(ceil(descent()), float(MOST_TEXELS)));
         for (int x = first - reach; x < first; x++) highest = max(highest, entry(float(x), sample_row(x, y).height));
     }
     for (uint n = 0; n < MOST_TEXELS; n++) {
@@ -90,11 +91,6 @@ void main() {
         if (METHOD == VISIBLE) sum = box(sum, a, b, y, true);
     }
     // A footprint without a visible texel shows the colour at the centre ray's hit.
-    if (sum.weight == 0.0) {
-        int x = int(floor(centre));
-        float between = centre - floor(centre);
-        float colour = mix(sample_row(x, middle.y).colour, sample_row(x + 1, middle.y).colour, between);
-        sum = Sum(colour, 1.0, sum.texels + 2.0);
-    }
+    if (sum.weight == 0.0) sum = Sum(colour_at(centre, middle.y), 1.0, sum.texels + 2.0);
     pixels.values[pixel.y * view.columns + pixel.x] = vec3(sum.colour, sum.weight, sum.texels);
 }

@@ -41,9 +41,8 @@ float work = 0.0;
 #include "texture_mapping/relief_heights.glsl"
 #include "texture_mapping/relief_ray.glsl"
 
-// MOST_TEXELS limits loops. If a footprint exceeds MOST_ALONG texels along the view direction or MOST_ACROSS texels
-// across it, the relief counts as flat.
-const uint MOST_TEXELS = 1024;
+// If a footprint exceeds MOST_ALONG texels along the view direction or MOST_ACROSS texels across it, the relief counts
+// as flat.
 const float MOST_ALONG = 64.0, MOST_ACROSS = 16.0;
 
 float height_at(vec2 at) {
@@ -90,6 +89,8 @@ Texel sample_row(int x, float y) {
 
 float entry(float x, float height) { return x - (relief.depth - height) * steps_down; }
 
+float descent() { return relief.depth * steps_down; }
+
 #include "texture_mapping/relief_width.glsl"
 
 // The footprint is the rectangle along the view direction that contains the pixel's parallelogram.
@@ -116,6 +117,8 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
         sum = projected(sum, (middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, y);
     }
     work = sum.texels;
+    // In f32 a very small footprint may have no width.
+    if (sum.weight == 0.0) return colour_at(hit(middle.x / step_texels, middle.y), middle.y);
     return sum.colour / sum.weight;
 }
 

@@ -1,6 +1,7 @@
 // Weights texels along the view direction by their visible width: relief/parallax.rs has the method. Needs a struct
-// Texel with `height` and `colour` of type COLOUR, `Texel sample_row(int x, float y)`, `MOST_TEXELS`, and `float
-// entry(float x, float height)`.
+// Texel with `height` and `colour` of type COLOUR, `Texel sample_row(int x, float y)`, `float entry(float x, float
+// height)`, and `float descent()`, the x that a ray covers from the top plane to height 0. x counts steps along the view
+// direction: texels, or shares of a texel.
 
 struct Sum {
     COLOUR colour;  // times weights
@@ -8,37 +9,68 @@ struct Sum {
     float texels;   // visited
 };
 
+// Limits loops; the strides below need fewer.
+const uint MOST_TEXELS = 4096;
+// A deep relief in an oblique, near view has descents of thousands of steps, nearly all of them hidden. A descent takes
+// at most this many of the longest strides. Up to this descent, a stride is one step.
+const float MOST_STRIDES = 1024.0;
+// A stride of several steps shows at most this share of the footprint.
+const float MOST_SHARE = 1.0 / 64.0;
+
+int longest_stride() { return 1 << uint(ceil(clamp(log2(max(descent() / MOST_STRIDES, 1.0)), 0.0, 20.0))); }
+
+// Strides end at their multiples, so that neighbouring pixels sample the same positions.
+int after(int x, int stride) { return (x | (stride - 1)) + 1; }
+
 // The x at which the ray that enters at `s` hits the line of texels at y.
 float hit(float s, float y) {
-    int x = int(floor(s));
+    int x = int(floor(s)), stride = longest_stride();
     float from = entry(float(x), sample_row(x, y).height);
     for (uint n = 0; n < MOST_TEXELS; n++) {
-        float to = entry(float(x + 1), sample_row(x + 1, y).height);
-        if (to >= s) return float(x) + (to > from ? clamp((s - from) / (to - from), 0.0, 1.0) : 1.0);
-        from = to;
-        x++;
+        int next = after(x, stride);
+        float to = entry(float(next), sample_row(next, y).height);
+        if (to < s) {
+            from = to;
+            x = next;
+        } else if (next == x + 1) {
+            return float(x) + (to > from ? clamp((s - from) / (to - from), 0.0, 1.0) : 1.0);
+        } else {
+            stride /= 2;
+        }
     }
     return float(x);
 }
 
+// The colour at a hit.
+COLOUR colour_at(float x, float y) {
+    int before = int(floor(x));
+    return mix(sample_row(before, y).colour, sample_row(before + 1, y).colour, x - floor(x));
+}
+
 // Adds the segments between texels, weighted by their visible width within the pixel's interval a .. b.
 Sum projected(Sum sum, float a, float b, float y) {
-    int x = int(floor(a));
+    int x = int(floor(a)), longest = longest_stride(), stride = longest;
     Texel from = sample_row(x, y);
-    float from_entry = entry(float(x), from.height), seen = max(a, from_entry);
+    float from_entry = entry(float(x), from.height), seen = max(a, from_entry), most = MOST_SHARE * (b - a);
     for (uint n = 0; n < MOST_TEXELS && seen < b; n++) {
-        Texel to = sample_row(x + 1, y);
-        float to_entry = entry(float(x + 1), to.height), end = min(to_entry, b);
+        int next = after(x, stride);
+        Texel to = sample_row(next, y);
+        float to_entry = entry(float(next), to.height), end = min(to_entry, b);
+        sum.texels += 1.0;
+        if (end - seen > most && next > x + 1) {
+            stride /= 2;
+            continue;
+        }
         if (end > seen) {
             float middle = (0.5 * (seen + end) - from_entry) / (to_entry - from_entry);
             sum.colour += mix(from.colour, to.colour, middle) * (end - seen);
             sum.weight += end - seen;
         }
         seen = max(seen, end);
-        sum.texels += 1.0;
         from = to;
         from_entry = to_entry;
-        x++;
+        x = next;
+        stride = min(2 * stride, longest);
     }
     return sum;
 }

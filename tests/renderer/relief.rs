@@ -105,6 +105,30 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
 }
 
 #[test]
+fn a_near_oblique_view_of_a_deep_relief_has_a_colour_in_every_pixel() {
+    // A step is a 32nd of a texel here, and descents are thousands of steps long.
+    let near = |map: &str| {
+        let maps = ["texture.source=bricks", "relief.depth_m=0.5", &format!("relief.map={map}")]
+            .map(|change| format!("surface.SURFACE.{change}"));
+        let camera =
+            ["north_m=0.0", "altitude_m=0.02", "tilt_deg=75"].map(|change| format!("cameras.low.{change}"));
+        unlit("relief-brick", &maps.iter().chain(&camera).map(String::as_str).collect::<Vec<_>>())
+    };
+    for map in ["bricks", "pillars"] {
+        let mut renderer = settled(&near(map), Target::Linear32);
+        let values: Vec<f32> =
+            renderer.picture_bytes().unwrap().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        silent(&renderer);
+        assert_eq!(values.iter().filter(|value| !value.is_finite()).count(), 0, "{map}");
+    }
+    let (scene, side) = (near("bricks"), side_of(ReliefKind::Bricks));
+    let truth = truth(&scene, ReliefKind::Bricks.relief(side), (side, ReliefKind::Bricks.picture(side)), 0.5);
+    let own = nmse(&scene, &truth);
+    println!("{own:.2e}, the truth's own {:.2e}", truth.own_nmse);
+    assert!(own < 2e-2, "{own:.2e}");
+}
+
+#[test]
 fn a_surface_that_cannot_carry_a_relief_says_why() {
     let brick = Scene::embedded("relief-brick").unwrap();
     let refused = |changes: &[&str]| {

@@ -2,12 +2,17 @@
 //!
 //! f32 computes the place where a point's ray enters the top plane with an error of at most a slack. The hit of a ray
 //! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
-//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
-//! Where the slack decides, the texel may count or not, and the range contains all outcomes.
+//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it. Where
+//! the slack decides, the texel may count or not, and the range contains all outcomes.
+//!
+//! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer strides.
 
 use super::Relief;
 use super::parallax::{ParallaxFilter, View};
 use rayon::prelude::*;
+
+/// Longest descent in texels for which the GPU visits every texel: `MOST_STRIDES` of relief_width.glsl.
+pub const MOST_DESCENT: f64 = 1024.0;
 
 /// A filtered pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +28,7 @@ pub struct Pixel {
 pub fn pixels(relief: &Relief, colours: &[f32], view: &View, method: ParallaxFilter) -> Vec<Pixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
+    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of {MOST_DESCENT}");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
     // A position has half an ulp of error. A height, interpolated and times the cotangent, has at most six roundings.
     let slack = f64::from(f32::EPSILON) * (extent + 6.0 * descent);

@@ -1,7 +1,9 @@
 //! A relief below a plane of a scene: the inputs of its shader.
 //!
 //! The plane is the relief's top and rays descend from it, so the plane's outline stays straight. The relief repeats
-//! beyond the outline. Projected widths treat the view as parallel within each pixel.
+//! beyond the outline. Projected widths treat the view as parallel within each pixel. Long descents are searched in
+//! strides of several steps where the relief is hidden. A stride is at most a texel long up to descents of 1024 texels;
+//! a longer one can miss a narrower peak.
 
 use super::Relief;
 use super::maps::{Fan, Holds};
