@@ -3,10 +3,22 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Limit of a file of results, fronts or bookmarks. The largest results of all figures have 2 MB.
 pub const MOST_RESULTS_BYTES: u64 = 256 << 20;
+
+/// A folder for files that the program can make again: `ortelius/NAME` below `XDG_CACHE_HOME`, else below
+/// `HOME/.cache`. `ORTELIUS_CACHE` replaces the folder `ortelius`; if it is empty, nothing is kept.
+pub fn cache_folder(name: &str) -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).map(PathBuf::from);
+    let absolute = |name| variable(name).filter(|path| path.is_absolute());
+    let own = variable("ORTELIUS_CACHE").or_else(|| {
+        let cache = absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))?;
+        Some(cache.join("ortelius"))
+    })?;
+    (!own.as_os_str().is_empty()).then(|| own.join(name))
+}
 
 /// Opens a regular file for reading. The check is on the open file, so the file cannot be replaced between check
 /// and reading. Opening never waits for the other end of a FIFO.

@@ -7,6 +7,7 @@ mod command;
 mod view;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use command::progress::keep_meshes;
 use command::{
     bake, compare, demo, doctor, exit, fetch, interrupt, keys, list, manual, merge, mesh, page, render,
     reproduce, trade, verify,
@@ -131,6 +132,10 @@ fn main() -> ExitCode {
 }
 
 fn run(line: &CommandLine) -> anyhow::Result<()> {
+    // `reproduce` measures what this program builds.
+    if !matches!(line.command, Command::Reproduce(_)) {
+        keep_meshes();
+    }
     match &line.command {
         Command::Demo(args) => demo::run(args),
         Command::Render(args) => render::run(args),

@@ -5,6 +5,7 @@ use super::device::DeviceArgs;
 use super::progress::Bar;
 use anyhow::bail;
 use clap::Args;
+use ortelius::file::cache_folder;
 use ortelius::math::camera::Pose;
 use ortelius::picture::Target;
 use ortelius::renderer::figures::FAMILIES;
@@ -179,7 +180,7 @@ impl Asked {
             pose: *self.poses()?.first().expect("there is at least one pose"),
             size: self.run.size,
             device: device.device.as_deref(),
-            cache: auto::cache_folder(),
+            cache: cache_folder("fronts"),
         };
         let bar = Bar::counting("filters");
         let auto::Chosen { scene, words } =

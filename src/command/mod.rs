@@ -17,7 +17,7 @@ pub mod merge;
 pub mod mesh;
 mod outputs;
 pub mod page;
-mod progress;
+pub mod progress;
 mod records;
 pub mod render;
 mod report;

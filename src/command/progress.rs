@@ -1,9 +1,21 @@
 //! The progress bar: work done, total work, time left. Only on a terminal, and not with --quiet.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use ortelius::file::cache_folder;
+use ortelius::paper::progressive_mesh::keep::{Builds, Progress, keep};
 use std::time::Duration;
 
 pub struct Bar(ProgressBar);
+
+/// Keeps meshes that are built for scenes in the user's cache folder, and shows a bar during a build.
+pub fn keep_meshes() {
+    let step = |name| -> Progress {
+        let bar = Bar::counting("faces");
+        bar.phase(name, None);
+        Box::new(move |done, all| bar.set(done, all))
+    };
+    keep(Builds { folder: cache_folder("meshes"), step: Box::new(step) });
+}
 
 impl Bar {
     /// Counts items of a kind, for example "faces".

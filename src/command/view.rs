@@ -12,8 +12,9 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: the scene's own, and
-    /// every other value of variant.dedup, of a mesh's geometry.apply, of relief.method, or of filter.kind
+    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: the scene's own,
+    /// other filters of a virtual texture, and every other value of variant.dedup, of a mesh's geometry.apply, of
+    /// relief.method, or of filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// When a finished picture replaces the displayed one. Default: fifo; with --measure, which must not wait for the

@@ -35,13 +35,6 @@ pub struct Chosen {
 /// Larger than any front.
 const MOST_BYTES: u64 = 1 << 24;
 
-/// The folder of measured fronts: `ortelius/fronts` below `XDG_CACHE_HOME`, else below `HOME/.cache`.
-pub fn cache_folder() -> Option<PathBuf> {
-    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let cache = variable("XDG_CACHE_HOME").or_else(|| Some(variable("HOME")?.join(".cache")))?;
-    Some(cache.join("ortelius/fronts"))
-}
-
 /// The surface whose filter is `"auto"`, and its bound.
 pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
     scene.surfaces.values().find_map(|surface| Some((&*surface.name, surface.auto?)))

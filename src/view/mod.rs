@@ -13,6 +13,7 @@ mod control;
 mod encode;
 mod eye;
 mod film;
+mod filters;
 mod inspector;
 mod judge;
 mod labels;

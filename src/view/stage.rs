@@ -1,5 +1,6 @@
 //! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
 
+use super::filters::other_filters;
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
 use ortelius::frame::{Records, Technique};
@@ -255,8 +256,8 @@ fn go_on(
     Ok(kept)
 }
 
-/// The scene's own variant, then one for each other value of the setting that its paper compares: the method
-/// that lists visible tiles, the processor that applies changes of the level of detail, the filter of a relief, or
+/// The scene's own variant, then other filters of a virtual texture, which change the picture, then one variant for each
+/// other value of the setting that its paper compares: the method that lists visible tiles, the processor that applies changes of the level of detail, the filter of a relief, or
 /// that of a plain texture.
 fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
@@ -289,7 +290,9 @@ fn own_variants(scene: &Scene) -> Vec<Variant> {
         Variant { name: value.to_owned(), changes }
     };
     let others = values.iter().filter(|(value, _)| Some(*value) != now).map(|(value, _)| variant(value));
-    std::iter::once(own).chain(others).collect()
+    let filters =
+        other_filters(scene).map(|(name, change)| Variant { name: name.to_owned(), changes: vec![change] });
+    std::iter::once(own).chain(filters).chain(others).collect()
 }
 
 /// The changes without which a value of `variant.dedup` does not fit the scene's other settings.
@@ -309,11 +312,18 @@ mod tests {
     use super::*;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
+    /// The variants that show the same picture.
+    fn methods(scene: &Scene) -> Vec<Variant> {
+        let is_method = |variant: &Variant| !variant.changes.iter().any(|change| change.contains(".filter="));
+        own_variants(scene).into_iter().filter(is_method).collect()
+    }
+
     #[test]
     fn a_setting_holds_for_every_variant_and_a_wrong_one_changes_nothing() {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
         let base = Scene::embedded("globe").unwrap();
-        let mut stage = Stage::new(&gpu, base, Vec::new(), [32, 18], true).unwrap();
+        let variants = methods(&base);
+        let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
         let bias = |stage: &Stage| {
             let texture = stage.renderer.technique.texture.as_ref().unwrap();
             texture.settings.streaming.level_bias
@@ -346,7 +356,8 @@ mod tests {
         // At this size, the resident mip tail holds the whole globe.
         let base = Scene::embedded("earth").unwrap();
         let pose = base.pose(0).unwrap();
-        let mut stage = Stage::new(&gpu, base, Vec::new(), [64, 36], true).unwrap();
+        let variants = methods(&base);
+        let mut stage = Stage::new(&gpu, base, variants, [64, 36], true).unwrap();
         let loads = |stage: &mut Stage| -> usize {
             stage.renderer.keep(Records::all());
             stage.renderer.settle(&pose).unwrap();
@@ -380,7 +391,8 @@ mod tests {
                     longitude_deg=9.5}}";
         let base = base.with(&[mesh.to_owned()]).unwrap();
         let pose = base.pose(0).unwrap();
-        let mut stage = Stage::new(&gpu, base, Vec::new(), [64, 36], false).unwrap();
+        let variants = methods(&base);
+        let mut stage = Stage::new(&gpu, base, variants, [64, 36], false).unwrap();
         let loads = |renderer: &mut Renderer| -> usize {
             renderer.keep(Records::all());
             renderer.settle(&pose).unwrap();
@@ -438,7 +450,9 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        assert_eq!(globe.len(), Dedup::ALL.len(), "{globe:?}");
+        assert_eq!(globe.len(), Dedup::ALL.len() + 2, "{globe:?}");
+        assert_eq!(methods(&Scene::embedded("globe").unwrap()).len(), Dedup::ALL.len());
+        assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");
         let herd = names("herd");
         assert!(herd.len() >= 2, "{herd:?}");
     }

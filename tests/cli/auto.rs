@@ -6,7 +6,7 @@ use serde_json::Value;
 /// Runs `render` with the cache folder `cache`.
 fn render(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = ortelius(folder, &[&["render"], arguments].concat());
-    command.env("XDG_CACHE_HOME", folder.path().join("cache"));
+    command.env("XDG_CACHE_HOME", folder.path().join("cache")).env_remove("ORTELIUS_CACHE");
     command
 }
 

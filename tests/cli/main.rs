@@ -30,6 +30,8 @@ fn ortelius(folder: &TempDir, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     // Validation is on in every test that draws; any message of the layer is an error.
     command.current_dir(folder).args(arguments).env("ORTELIUS_VALIDATE", "1");
+    // Nothing is kept for other runs.
+    command.env("ORTELIUS_CACHE", "");
     command
 }
 
@@ -42,7 +44,8 @@ fn ortelius_writing_to(target: &str, output: &str, folder: &TempDir, arguments: 
         .arg(env!("CARGO_BIN_EXE_ortelius"))
         .current_dir(folder)
         .args(arguments)
-        .env("ORTELIUS_VALIDATE", "1");
+        .env("ORTELIUS_VALIDATE", "1")
+        .env("ORTELIUS_CACHE", "");
     command
 }
 

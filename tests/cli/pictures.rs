@@ -71,6 +71,24 @@ fn every_shipped_scene_renders_outside_the_repository() {
 }
 
 #[test]
+fn a_mesh_is_built_once_and_then_gives_the_same_picture() {
+    let folder = folder();
+    let render = |picture: &str| {
+        let small = "-Dsurface.bunny.geometry.source=sphere:2";
+        let mut command = ortelius(&folder, &["render", "bunny", small, "--size", "64x36", "-o", picture]);
+        let ran = command.env("ORTELIUS_CACHE", folder.path().join("cache")).output().unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        String::from_utf8(ran.stderr).unwrap()
+    };
+    assert!(render("built.png").contains("sphere:2: building"));
+    assert_eq!(std::fs::read_dir(folder.path().join("cache/meshes")).unwrap().count(), 1);
+    assert!(!render("kept.png").contains("building"));
+    let [built, kept] =
+        ["built.png", "kept.png"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    assert!(built == kept);
+}
+
+#[test]
 fn earth_renders_without_validation_messages() {
     let folder = folder();
     let words = rendered(&folder, &["earth", "--size", "160x90", "--validate", "-o", "a.png"]);

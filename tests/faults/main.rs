@@ -80,7 +80,7 @@ fn run_without(masked: &str, arguments: &[&str], kind: &str, call: impl Display)
 fn run_with(environment: &[(&str, &str)], arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     let (folder, log) = (tempfile::tempdir().unwrap(), tempfile::NamedTempFile::new().unwrap());
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
-    command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE");
+    command.current_dir(&folder).args(arguments).env_remove("ORTELIUS_VALIDATE").env("ORTELIUS_CACHE", "");
     load_layer(&mut command);
     command.env("ORTELIUS_FAULT", format!("{kind}:{call}")).env("ORTELIUS_FAULT_LOG", log.path());
     command.envs(environment.iter().copied());
@@ -292,7 +292,10 @@ fn with_vectors(cache: &TempDir, width: Option<&str>, arguments: &str) -> (Optio
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
     command.current_dir(&folder).args(arguments.split(' ')).env("MESA_SHADER_CACHE_DIR", cache.path());
-    command.env_remove("MESA_SHADER_CACHE_DISABLE").env_remove("LP_NATIVE_VECTOR_WIDTH");
+    command
+        .env_remove("MESA_SHADER_CACHE_DISABLE")
+        .env_remove("LP_NATIVE_VECTOR_WIDTH")
+        .env("ORTELIUS_CACHE", "");
     if let Some(width) = width {
         command.env("LP_NATIVE_VECTOR_WIDTH", width);
     }

@@ -1,13 +1,13 @@
 //! Loads a scene's progressive meshes.
 
-use super::choices::{ErrorMetric, FaceOrder};
+use super::choices::ErrorMetric;
 use super::config::{self, ModelSource, ProgressiveSurface};
 use super::file::{Extent, PmeshError};
 use super::ground::Heights;
+use super::keep::kept_or_built;
 use super::mesh::ProgressiveMesh;
-use super::order::{OrderOptions, classical, order};
 use super::place::{Bounds, Placement};
-use super::simplify::{Collapses, SimplifyOptions, simplify};
+use super::simplify::SimplifyOptions;
 use super::stand::{Stand, stands};
 use crate::model::{self, ModelError};
 use crate::scene::{Geometry, Plane, Scene, SceneError};
@@ -151,14 +151,5 @@ fn mesh(
         metric: surface.metric.unwrap_or(ErrorMetric::Geometry),
         ..SimplifyOptions::default()
     };
-    let simplified = simplify(&model, &options, &mut |_, _| ());
-    Ok((ordered(&model, &simplified.collapses, surface.order), None))
-}
-
-/// A model's progressive mesh with the given order of faces. Baselines get the classical order.
-pub fn ordered(model: &model::Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
-    match OrderOptions::of(face_order) {
-        Some(options) => order(model, collapses, &options, &mut |_, _| ()),
-        None => classical(model, collapses),
-    }
+    Ok((kept_or_built(&source, &model, &options, surface.order), None))
 }

@@ -21,7 +21,7 @@
 //! finds the tswaps. The result is a [`mesh`]. [`check`] validates it, [`run`] executes it on the CPU and
 //! [`apply`] on the GPU. [`cache`] counts what an order costs; [`baselines`] has the alternatives.
 //! [`reference`](mod@reference) rebuilds a level from scratch, and [`file`](mod@file) is the storage format.
-//! [`load`](mod@load) builds the meshes of a scene; [`stand`], [`ground`] and [`place`] position their
+//! [`load`](mod@load) builds the meshes of a scene and [`keep`] keeps them for the next run; [`stand`], [`ground`] and [`place`] position their
 //! instances. A [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the
 //! [`governor`] keeps its time budget. [`faces`] exposes the faces of a frame.
 
@@ -36,6 +36,7 @@ pub mod figures;
 pub mod file;
 pub mod governor;
 pub mod ground;
+pub mod keep;
 pub mod load;
 pub mod mesh;
 pub mod order;
@@ -49,7 +50,8 @@ pub mod surface;
 pub mod technique;
 
 pub use config::ProgressiveMeshSettings;
-pub use load::{LoadError, LoadedMesh, Textured, load, ordered};
+pub use keep::ordered;
+pub use load::{LoadError, LoadedMesh, Textured, load};
 pub use record::FrameRecord;
 pub use surface::{Change, MeshOnDevice, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

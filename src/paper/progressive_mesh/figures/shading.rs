@@ -3,7 +3,8 @@
 use super::super::cache::live_faces;
 use super::super::choices::{ErrorMetric, FaceOrder};
 use super::super::config::{self, ProgressiveSurface};
-use super::super::load::{LoadedMesh, ordered};
+use super::super::keep::ordered;
+use super::super::load::LoadedMesh;
 use super::super::mesh::{Level, ProgressiveMesh, Vertices};
 use super::super::place::{Bounds, Placement};
 use super::super::run::level_for_error;

@@ -97,7 +97,12 @@ pub const EXTREMES: &[Extreme] = &[
         "plane",
         &["view.camera=grazing", "cameras.grazing.tilt_deg=89.999"],
     ),
-    plain("pole", "All columns of the first row of tiles meet in a point of the picture", "pole", &[]),
+    plain(
+        "pole",
+        "All columns of the first row of tiles meet in a point of the picture",
+        "pole",
+        &["view.camera=above"],
+    ),
     plain("south-pole", "t = 1 exactly, on the axis in the picture's middle", "pole", &["view.camera=south"]),
     plain(
         "antimeridian",

@@ -1,0 +1,51 @@
+//! Filters to compare with a scene's own.
+
+use ortelius::paper::virtual_texture::{Filtering, VirtualTextureSettings};
+use ortelius::picture::Target;
+use ortelius::renderer::sections;
+use ortelius::scene::{Scene, Surface};
+
+/// Names, and values of `surface.NAME.filter`.
+const FILTERS: [(&str, &str); 3] = [
+    ("paper 3: ellipse", "{ kind = 'ellipse', max_anisotropy = 16 }"),
+    ("paper 1: up to 16 trilinear samples", "{}"),
+    ("one trilinear sample", "{ max_anisotropy = 1 }"),
+];
+
+/// Filters of the scene's virtual texture that differ from its own, with the change that selects each. Unlike the values
+/// of `variant.dedup`, they change the picture.
+pub fn other_filters(scene: &Scene) -> impl Iterator<Item = (&'static str, String)> {
+    let is_virtual = |surface: &&Surface| scene.texture_kind(surface) == Some("virtual");
+    let surface = scene.surfaces.values().find(is_virtual);
+    let changes = surface.into_iter().flat_map(|surface| FILTERS.map(|(name, value)| (name, surface, value)));
+    let changes =
+        changes.map(|(name, surface, value)| (name, format!("surface.{}.filter={value}", surface.name)));
+    changes.filter(|(_, change)| {
+        let other =
+            scene.with(std::slice::from_ref(change)).ok().filter(|other| sections::check(other).is_ok());
+        other.is_some_and(|other| filter(&other) != filter(scene))
+    })
+}
+
+/// The filter of the scene's virtual texture, by the settings that [`FILTERS`] vary.
+fn filter(scene: &Scene) -> Option<(Filtering, u32)> {
+    let filter = VirtualTextureSettings::of_scene(scene, Target::Srgb8).ok()?.config.filter;
+    Some((filter.kind, filter.max_anisotropy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_filters_differ_from_the_scenes_own() {
+        let names = |scene: &Scene| other_filters(scene).map(|(name, _)| name).collect::<Vec<_>>();
+        let [ellipse, papers, one] = FILTERS.map(|(name, _)| name);
+        let globe = Scene::embedded("globe").unwrap();
+        assert_eq!(names(&globe), [papers, one]);
+        assert_eq!(names(&Scene::embedded("pole").unwrap()), [ellipse, one]);
+        let changed = globe.with(&["surface.land.filter={max_anisotropy=1}".to_owned()]).unwrap();
+        assert_eq!(names(&changed), [ellipse, papers]);
+        assert!(names(&Scene::embedded("herd").unwrap()).is_empty(), "no virtual texture");
+    }
+}
