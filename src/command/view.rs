@@ -30,9 +30,10 @@ pub struct ViewArgs {
     /// Record the scene's path into the folder of -o, as R does, and close
     #[arg(long, conflicts_with = "measure")]
     record: bool,
-    /// Print frame times along the scene's path, with cold caches, warm caches and open panels; then close
-    #[arg(long)]
-    measure: bool,
+    /// Print frame times along the scene's path with cold and warm caches, and with closed and open panels; then close.
+    /// With a name, also write them as JSON
+    #[arg(long, value_name = "JSON", num_args = 0..=1, require_equals = true)]
+    measure: Option<Option<PathBuf>>,
     /// Folder of screenshots (F12) and recordings (R)
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     output: PathBuf,
@@ -61,7 +62,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         deterministic: asked.run.deterministic,
         scene: asked.scene,
         variants: args.variant.iter().map(variant).collect(),
-        present: match (args.present, args.measure) {
+        present: match (args.present, args.measure.is_some()) {
             (Some(Present::Fifo), _) | (None, false) => vec![PresentMode::Fifo],
             (Some(Present::Mailbox), _) => vec![PresentMode::Mailbox],
             (Some(Present::Immediate), _) => vec![PresentMode::Immediate],
@@ -69,7 +70,8 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         },
         panels: !args.no_panels,
         record: args.record,
-        measure: args.measure,
+        measure: args.measure.is_some(),
+        times: args.measure.clone().flatten(),
         trade: args.trade.as_deref().map(|path| trade::read("--trade", path)).transpose()?,
         device: args.device.device.clone(),
         validate: args.device.validate,

@@ -1,11 +1,11 @@
 //! Executes the window's actions.
 
 use super::action::Action;
-use super::film::Film;
+use super::film;
 use super::inspector;
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
-use super::shot::Shot;
+use super::shot;
 use anyhow::{Context, anyhow, bail};
 use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
@@ -17,6 +17,7 @@ impl Live {
     pub(super) fn say(&mut self, text: String) {
         tracing::info!("{text}");
         self.panels.say(text, false);
+        self.echo = ECHO;
     }
 
     pub(super) fn act(&mut self, action: Action) -> anyhow::Result<()> {
@@ -74,20 +75,6 @@ impl Live {
         self.say(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
     }
 
-    /// Renders a frame of the screenshot in progress. Saves it once no tile is missing.
-    pub(super) fn step_shot(&mut self) -> anyhow::Result<()> {
-        let Some(mut shot) = self.shot.take() else { return Ok(()) };
-        match shot.step()? {
-            None => self.shot = Some(shot),
-            Some(picture) => {
-                self.echo = ECHO;
-                self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report are saved", picture.display()));
-            }
-        }
-        Ok(())
-    }
-
     /// Actions that write files, print lines, or start a capture.
     fn hand_out(&mut self, action: Action) -> anyhow::Result<()> {
         match action {
@@ -95,7 +82,7 @@ impl Live {
                 bail!("the last screenshot still waits for its tiles")
             }
             Action::Screenshot => {
-                self.shot = Some(Shot::new(&self.stage, &self.eye.camera, &self.folder)?);
+                self.shot = Some(shot::start(&self.stage, &self.eye.camera, &self.folder)?);
             }
             Action::CopyCamera => {
                 let text = self.eye.camera.to_toml("NAME");
@@ -216,10 +203,8 @@ impl Live {
                 self.player.choose(&self.stage.scene, &name);
                 self.follow_path();
             }
-            _ => {
-                let film = Film::new(&self.stage, &path.unwrap_or_default(), &self.folder)?;
-                self.film = Some(film);
-            }
+            _ if self.film.is_some() => bail!("the last recording still goes on"),
+            _ => self.film = Some(film::start(&self.stage, &path.unwrap_or_default(), &self.folder)?),
         }
         Ok(())
     }

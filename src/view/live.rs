@@ -5,18 +5,17 @@ use super::action::{Action, Comparison};
 use super::bookmarks::Bookmarks;
 use super::control::{self, Hold, Pane};
 use super::eye::{self, Eye};
-use super::film::Film;
+use super::job::{self, Job};
 use super::judge::{self, Judge, Question, Subject};
 use super::labels::Labels;
 use super::levels::Levels;
-use super::measure::Measure;
+use super::measure::{Measure, PanelsCost};
 use super::overlay::Overlay;
 use super::panels::Panels;
 use super::path::Player;
 use super::probe::{Found, LaidOpen, Probe};
 use super::reload::{self, Reload};
-use super::screen::{Arrangement, Pictures, Screen};
-use super::shot::Shot;
+use super::screen::{Arrangement, PANELS_PASS, Pictures, Screen};
 use super::shown::{Front, Shown};
 use super::stage::{Second, Stage};
 use super::terrain::Terrain;
@@ -48,8 +47,8 @@ const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
     pub(super) stage: Stage,
-    pub(super) film: Option<Film>,
-    pub(super) shot: Option<Shot>,
+    pub(super) film: Option<Job>,
+    pub(super) shot: Option<Job>,
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
     /// Changes to the panels' textures that no frame has uploaded yet.
@@ -69,6 +68,8 @@ pub struct Live {
     last_pose: Option<Pose>,
     terrain: Terrain,
     measure: Option<Measure>,
+    /// Of this frame.
+    panels_cost: PanelsCost,
     /// Close the window once the path is recorded.
     records_alone: bool,
     pub(super) overlay: Option<Overlay>,
@@ -117,7 +118,8 @@ impl Live {
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
-        let measure = opening.measure.then(|| Measure::new(&stage.scene)).transpose()?;
+        let measure = || Measure::new(&stage.scene, opening.times.clone());
+        let measure = opening.measure.then(measure).transpose()?;
         let (bookmarks, read) = Bookmarks::open(&stage.scene);
         let mut panels = Panels::new(opening.panels);
         if let Err(error) = read {
@@ -127,6 +129,7 @@ impl Live {
         Ok(Live {
             terrain: Terrain::of(&stage.scene),
             measure,
+            panels_cost: PanelsCost::default(),
             records_alone: false,
             player: Player::new(&stage.scene),
             stage,
@@ -195,34 +198,68 @@ impl Live {
     /// True if the next frame may differ from the last one without any event.
     fn is_busy(&self) -> bool {
         let moves = self.eye.is_under_way() || self.player.is_playing();
-        let moves = moves || self.film.is_some() || self.shot.is_some();
-        let moves = moves || self.measure.is_some() || self.records_alone;
+        let moves = moves || self.measure.is_some();
         let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
         moves || self.echo > 0 || !self.stage.settled() || unjudged
     }
 
-    /// Delay until the next frame is due; `None` if only an event can cause one.
-    pub fn wakes_in(&self) -> Option<Duration> {
+    /// When the next frame is due; `None` if only an event can cause one.
+    pub fn frame_due(&self) -> Option<Instant> {
         if self.is_hidden() {
             return None;
         }
-        match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.frames > 0) {
-            true => Some(Duration::ZERO),
-            false if self.judge.is_at_work() => Some(judge::REFRESH),
-            false if self.reload.is_under_way() => Some(reload::LOOK_AGAIN),
-            false => {
-                let repaint = self.laid_out.as_ref().map(|laid_out| laid_out.repaint);
-                repaint.filter(|repaint| *repaint < Duration::from_secs(3600))
+        let delay = match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.frames > 0)
+        {
+            true => Duration::ZERO,
+            false if self.judge.is_at_work() => judge::REFRESH,
+            false if self.reload.is_under_way() => reload::LOOK_AGAIN,
+            false => self.laid_out.as_ref()?.repaint,
+        };
+        self.last_frame.checked_add(delay)
+    }
+
+    /// When [`Live::take_results`] must be called again; `None` if no screenshot or recording is under way.
+    pub fn results_due(&self) -> Option<Instant> {
+        (self.film.is_some() || self.shot.is_some()).then(|| Instant::now() + job::LOOK_AGAIN)
+    }
+
+    /// Reports a screenshot or a recording that has ended. Returns false if the window must close.
+    ///
+    /// # Errors
+    /// The error of a recording without interaction; stdout cannot be written.
+    pub fn take_results(&mut self) -> anyhow::Result<bool> {
+        match Job::take_ended(&mut self.shot) {
+            Some(Ok(picture)) => {
+                self.print(&picture.display().to_string())?;
+                self.say(format!("{} and its report are saved", picture.display()));
             }
+            Some(Err(error)) => self.report(&error),
+            None => {}
         }
+        match Job::take_ended(&mut self.film) {
+            Some(Ok(folder)) => {
+                self.print(&folder.display().to_string())?;
+                self.say(format!("{}: pictures and a report", folder.display()));
+            }
+            Some(Err(error)) if self.records_alone => return Err(error),
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        Ok(!self.records_alone || self.film.is_some())
+    }
+
+    /// Shows an error in the status line.
+    fn report(&mut self, error: &anyhow::Error) {
+        tracing::warn!("{error:#}");
+        self.panels.say(format!("{error:#}"), true);
+        self.echo = ECHO;
     }
 
     /// True if this frame must lay out the panels: for input, for something that follows the picture, because egui
     /// asked for it, because the values are old, or because no further frame is due.
     fn is_layout_due(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
-        let follows =
-            self.magnifies || self.frozen.is_some() || self.overlay.is_some() || self.film.is_some();
+        let follows = self.magnifies || self.frozen.is_some() || self.overlay.is_some();
         let answers = self.measure.as_ref().is_some_and(|measure| measure.response.is_some());
         let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
         let age = laid_out.at.elapsed();
@@ -246,17 +283,16 @@ impl Live {
         if self.is_hidden() {
             return Ok(true);
         }
-        if self.records_alone && self.film.is_none() {
-            return Ok(false);
-        }
         if let Some(open) = self.measure.as_mut().and_then(|measure| measure.begin(&mut self.player)) {
-            self.panels.open = open;
+            if self.panels.open != open {
+                (self.panels.open, self.laid_out) = (open, None);
+            }
             self.follow_path();
         }
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let mut done = vec![self.take_shaders(), self.step_shot()];
+        let mut done = vec![self.take_shaders()];
         let mut output = None;
         let mut actions = Vec::new();
         if self.is_layout_due() {
@@ -278,16 +314,26 @@ impl Live {
             done.push(self.act(action));
         }
         for error in done.into_iter().filter_map(Result::err) {
-            tracing::warn!("{error:#}");
-            self.panels.say(format!("{error:#}"), true);
-            self.echo = ECHO;
+            self.report(&error);
         }
         let drawn = self.draw(output)?;
         self.count_response()?;
-        if let Some(part) = self.measure.as_mut().filter(|_| drawn).and_then(Measure::end) {
-            self.print(&part)?;
-        }
+        self.end_measured_frame(drawn)?;
         Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
+    }
+
+    /// Records the times of the frame, and prints a part of the report that is complete.
+    fn end_measured_frame(&mut self, drawn: bool) -> anyhow::Result<()> {
+        let cost = std::mem::take(&mut self.panels_cost);
+        let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };
+        let renderer = &self.stage.renderer;
+        let passes = renderer.records.last().map(|record| &record.passes);
+        let pass = passes.and_then(|passes| passes.iter().find(|pass| pass.label == PANELS_PASS));
+        let Some(part) = measure.end(cost, pass.and_then(|pass| pass.ns)) else { return Ok(()) };
+        if measure.has_ended() {
+            measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
+        }
+        self.print(&part)
     }
 
     /// The input since the last frame, and the keys that a measurement presses.
@@ -316,13 +362,14 @@ impl Live {
 
     /// Passes the input to the panels. Returns their output and the requested actions.
     fn lay_out(&mut self, raw: RawInput) -> (FullOutput, Vec<Action>) {
+        let begin = Instant::now();
         let context = self.input.egui_ctx().clone();
         let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
         let shown = Shown {
             stage: &self.stage,
             camera: &self.eye.camera,
             player: &self.player,
-            film: self.film.as_ref().map(Film::progress),
+            film: self.film.as_ref().map(Job::progress),
             comparison: self.comparison,
             judged,
             trade: self.trade.as_ref(),
@@ -344,6 +391,7 @@ impl Live {
         self.textures.append(std::mem::take(&mut output.textures_delta));
         let platform = std::mem::take(&mut output.platform_output);
         self.input.handle_platform_output(&self.window, platform);
+        self.panels_cost.layout = begin.elapsed();
         (output, actions)
     }
 
@@ -403,7 +451,7 @@ impl Live {
             _ => return None,
         };
         let (pose, size) = (self.eye.camera.pose(), self.stage.renderer.size());
-        self.film.is_none().then_some(Subject { question, pose, size, edition: self.edition })
+        Some(Subject { question, pose, size, edition: self.edition })
     }
 
     /// Draws the picture and the panels, whose last layout stays if there is no `output`. Returns false if no image was
@@ -424,8 +472,10 @@ impl Live {
         let points = self.input.egui_ctx().pixels_per_point();
         match output {
             Some(output) => {
+                let begin = Instant::now();
                 let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
                 self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
+                self.panels_cost.triangles = begin.elapsed();
             }
             None if self.screen.painter.fits(size) => {
                 self.laid_out.iter_mut().for_each(|laid_out| laid_out.frames += 1);
@@ -439,7 +489,6 @@ impl Live {
             self.screen.swapchain.resize(window)?;
             self.echo = ECHO;
         }
-        self.write_film()?;
         Ok(true)
     }
 
@@ -447,7 +496,7 @@ impl Live {
     fn prepare_overlays(&mut self) -> anyhow::Result<()> {
         let renderer = &self.stage.renderer;
         let (gpu, target) = (&renderer.gpu, renderer.target());
-        let wanted = (self.overlay.is_some() || self.magnifies) && self.film.is_none();
+        let wanted = self.overlay.is_some() || self.magnifies;
         let texture = renderer.technique.texture.as_ref().filter(|_| wanted);
         self.levels = match (texture, self.levels.take().filter(|levels| levels.fits(target))) {
             (Some(texture), None) => Some(Levels::new(gpu, texture, target)?),
@@ -489,19 +538,13 @@ impl Live {
         self.judge.start_arrived(&self.stage);
         let frozen = self.frozen.as_ref().map(Camera::pose);
         self.stage.renderer.technique.frozen = frozen;
-        let (mut second, films) = (None, self.film.is_some());
-        if let Some(Second { renderer, .. }) = self.stage.second.as_mut().filter(|_| !films) {
+        let mut second = None;
+        if let Some(Second { renderer, .. }) = &mut self.stage.second {
             renderer.technique.frozen = frozen;
             renderer.frame(&pose)?;
             second = Some(renderer.target().color.clone());
         }
-        let (renderer, pose) = match &mut self.film {
-            Some(film) => {
-                let pose = film.pose().unwrap_or(pose);
-                (&mut film.renderer, pose)
-            }
-            None => (&mut self.stage.renderer, pose),
-        };
+        let renderer = &mut self.stage.renderer;
         let (steps, labels) = (&self.steps, &mut self.labels);
         let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
         let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
@@ -542,33 +585,14 @@ impl Live {
     }
 
     fn arrangement(&self, size: [u32; 2], points: f32) -> Arrangement {
-        let compares = self.stage.second.is_some() && self.film.is_none();
+        let compares = self.stage.second.is_some();
         let pointer = self.input.egui_ctx().pointer_latest_pos();
         let magnified = pointer.map(|at| [at.x, at.y].map(|at| (at * points) as i32));
         Arrangement {
             split: if compares { (self.divider * size[0] as f32) as u32 } else { size[0] + 1 },
             gain: if compares && self.comparison == Comparison::Difference { 8.0 } else { 0.0 },
             magnified: magnified.filter(|_| self.magnifies),
-            overlay: self.overlay.filter(|_| self.film.is_none()).map_or(0, Overlay::number),
+            overlay: self.overlay.map_or(0, Overlay::number),
         }
-    }
-
-    fn write_film(&mut self) -> anyhow::Result<()> {
-        let Some(film) = &mut self.film else { return Ok(()) };
-        match film.write() {
-            Ok(None) => {}
-            Ok(Some(folder)) => {
-                let folder = folder.display().to_string();
-                self.film = None;
-                self.print(&folder)?;
-                self.say(format!("{folder}: pictures and a report"));
-            }
-            Err(error) if self.records_alone => return Err(error),
-            Err(error) => {
-                self.film = None;
-                self.panels.say(format!("{error:#}"), true);
-            }
-        }
-        Ok(())
     }
 }

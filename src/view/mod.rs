@@ -14,6 +14,7 @@ mod encode;
 mod eye;
 mod film;
 mod inspector;
+mod job;
 mod judge;
 mod labels;
 mod levels;
@@ -61,6 +62,8 @@ pub struct Opening {
     pub record: bool,
     /// Print frame times along the path, then close the window.
     pub measure: bool,
+    /// The file that these times are also written to.
+    pub times: Option<PathBuf>,
     /// Part of the device's name, or its index.
     pub device: Option<String>,
     pub validate: bool,

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
-use ortelius::frame::{Records, Technique};
+use ortelius::frame::Technique;
 use ortelius::paper::virtual_texture::MaskLayout;
 use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
 use ortelius::picture::Target;
@@ -190,16 +190,6 @@ impl Stage {
         Ok(())
     }
 
-    /// A new renderer for another scene, on the same device and of the same size. It keeps all records, for a report.
-    ///
-    /// # Errors
-    /// As [`Renderer::open`].
-    pub fn another(&self, scene: &Scene, deterministic: bool) -> Result<Renderer, RenderError> {
-        let mut renderer = Renderer::on(&self.gpu, scene, &options(self.renderer.size(), deterministic))?;
-        renderer.keep(Records::all());
-        Ok(renderer)
-    }
-
     pub fn deterministic(&self) -> bool {
         self.deterministic
     }
@@ -227,7 +217,11 @@ impl Stage {
     }
 }
 
-fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
+/// A new renderer of `size` pixels.
+///
+/// # Errors
+/// As [`Renderer::open`].
+pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
     Renderer::on(gpu, scene, &options(size, deterministic))
 }
 
@@ -306,6 +300,7 @@ fn companions(scene: &Scene, dedup: &str) -> impl Iterator<Item = &'static str> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     #[test]
@@ -359,7 +354,7 @@ mod tests {
         assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants[1].name);
         assert!(first == stage.renderer.picture_bytes().unwrap());
         stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
-        let fresh = stage.another(&stage.scene, true).unwrap();
+        let fresh = open(&gpu, &stage.scene, [64, 36], true).unwrap();
         let old = std::mem::replace(&mut stage.renderer, fresh);
         assert!(loads(&mut stage) > 0, "a new renderer has empty caches");
         let opened = stage.renderer.picture_bytes().unwrap();
@@ -408,7 +403,7 @@ mod tests {
         ];
         for (key, value, kept) in changes {
             assert_eq!(stage.set(key, value).unwrap(), kept, "{key} = {value}");
-            let mut fresh = stage.another(&stage.scene, false).unwrap();
+            let mut fresh = open(&gpu, &stage.scene, [64, 36], false).unwrap();
             fresh.settle(&pose).unwrap();
             let expected = fresh.picture_bytes().unwrap();
             let second = &mut stage.second.as_mut().unwrap().renderer;
