@@ -1,7 +1,7 @@
 //! `ortelius view`: a scene in a window.
 
-use super::asked::{Asked, SceneArgs};
 use super::device::DeviceArgs;
+use super::request::{RunRequest, SceneArgs};
 use super::trade;
 use crate::view::{self, Opening, Variant};
 use clap::{Args, ValueEnum};
@@ -52,15 +52,15 @@ enum Present {
 }
 
 pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
-    let asked = Asked::of_scene(&args.scene, &args.device)?;
-    let camera = asked.camera()?;
+    let request = RunRequest::of_scene(&args.scene, &args.device)?;
+    let camera = request.camera()?;
     let variant =
         |text: &String| Variant { name: text.clone(), changes: text.split(',').map(str::to_owned).collect() };
     view::open(Opening {
         camera,
-        size: asked.run.size,
-        deterministic: asked.run.deterministic,
-        scene: asked.scene,
+        size: request.run.size,
+        deterministic: request.run.deterministic,
+        scene: request.scene,
         variants: args.variant.iter().map(variant).collect(),
         present: match (args.present, args.measure.is_some()) {
             (Some(Present::Fifo), _) | (None, false) => vec![PresentMode::Fifo],

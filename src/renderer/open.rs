@@ -84,7 +84,7 @@ impl Renderer {
 /// What stays when a renderer goes on with another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kept {
-    /// Nothing. [`Renderer::go_on_with`] has changed nothing: the other scene must be opened.
+    /// Nothing. [`Renderer::switch_scene`] has changed nothing: the other scene must be opened.
     Nothing,
     /// The tiles of the virtual texture. Meshes and plain textures were created again.
     Tiles,
@@ -98,7 +98,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then still shows `now`.
-    pub fn go_on_with(
+    pub fn switch_scene(
         &mut self,
         now: &Scene,
         next: &Scene,

@@ -3,6 +3,7 @@
 use super::action::Action;
 use super::film;
 use super::inspector;
+use super::job::Job;
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
 use super::shot;
@@ -14,9 +15,41 @@ use std::io::Write;
 use winit::window::Fullscreen;
 
 impl Live {
-    pub(super) fn say(&mut self, text: String) {
+    pub(super) fn show_message(&mut self, text: String) {
         tracing::info!("{text}");
-        self.panels.say(text, false);
+        self.panels.show_message(text, false);
+        self.echo = ECHO;
+    }
+
+    /// Reports a screenshot or a recording that has ended. Returns false if the window must close.
+    ///
+    /// # Errors
+    /// The error of a recording without interaction; stdout cannot be written.
+    pub fn take_results(&mut self) -> anyhow::Result<bool> {
+        match Job::take_ended(&mut self.shot) {
+            Some(Ok(picture)) => {
+                self.print(&picture.display().to_string())?;
+                self.show_message(format!("{} and its report are saved", picture.display()));
+            }
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        match Job::take_ended(&mut self.film) {
+            Some(Ok(folder)) => {
+                self.print(&folder.display().to_string())?;
+                self.show_message(format!("{}: pictures and a report", folder.display()));
+            }
+            Some(Err(error)) if self.records_alone => return Err(error),
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        Ok(!self.records_alone || self.film.is_some())
+    }
+
+    /// Shows an error in the status line.
+    pub(super) fn report(&mut self, error: &anyhow::Error) {
+        tracing::warn!("{error:#}");
+        self.panels.show_message(format!("{error:#}"), true);
         self.echo = ECHO;
     }
 
@@ -57,7 +90,7 @@ impl Live {
             Action::FlyTo(camera) => self.fly_to(camera),
             Action::Save(n) => {
                 self.bookmarks.save(n, self.eye.camera)?;
-                self.say(format!("bookmark {}", n + 1));
+                self.show_message(format!("bookmark {}", n + 1));
             }
             Action::Recall(n) => {
                 let camera = self.bookmarks.get(n)?;
@@ -72,7 +105,7 @@ impl Live {
 
     fn colour(&mut self, overlay: Option<Overlay>) {
         self.overlay = overlay;
-        self.say(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
+        self.show_message(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
     }
 
     /// Actions that write files, print lines, or start a capture.
@@ -88,7 +121,7 @@ impl Live {
                 let text = self.eye.camera.to_toml("NAME");
                 self.input.egui_ctx().copy_text(text.clone());
                 self.print(&text)?;
-                self.say("camera copied to the clipboard".to_owned());
+                self.show_message("camera copied to the clipboard".to_owned());
             }
             Action::PrintPixel => {
                 let empty = || anyhow!("no pixel is magnified: press Z and point at one");
@@ -100,7 +133,7 @@ impl Live {
                 self.print(&line)?;
             }
             Action::Capture => match renderdoc::capture_next_frame() {
-                true => self.say("RenderDoc captures the next frame".to_owned()),
+                true => self.show_message("RenderDoc captures the next frame".to_owned()),
                 false => bail!("RenderDoc is not loaded: start `ortelius view` from RenderDoc"),
             },
             other => unreachable!("{other:?} has no output"),
@@ -138,7 +171,7 @@ impl Live {
             Action::Show(variant) => (self.stage.show(variant)?, self.variants()),
             _ => (self.show_next()?, self.variants()),
         };
-        self.say(match kept {
+        self.show_message(match kept {
             Kept::Everything => what,
             Kept::Tiles => format!("{what} (meshes were loaded again)"),
             Kept::Nothing => format!("{what} (the scene was opened again; its caches are empty)"),
@@ -161,7 +194,7 @@ impl Live {
             return Err(error);
         }
         (self.levels, self.faces, self.steps) = (None, None, None);
-        self.say(format!("{count} shaders differ from the built ones"));
+        self.show_message(format!("{count} shaders differ from the built ones"));
         Ok(())
     }
 

@@ -3,24 +3,23 @@
 use super::Opening;
 use super::action::{Action, Comparison};
 use super::bookmarks::Bookmarks;
-use super::control::{self, Hold, Pane};
-use super::eye::{self, Eye};
+use super::control::{self, Hold};
+use super::eye::Eye;
 use super::job::{self, Job};
-use super::judge::{self, Judge, Question, Subject};
+use super::judge::{self, Judge};
 use super::labels::Labels;
 use super::levels::Levels;
 use super::measure::{Measure, PanelsCost};
 use super::overlay::Overlay;
 use super::panels::Panels;
 use super::path::Player;
-use super::probe::{Found, LaidOpen, Probe};
+use super::probe::Probe;
 use super::reload::{self, Reload};
-use super::screen::{Arrangement, PANELS_PASS, Pictures, Screen};
-use super::shown::{Front, Shown};
-use super::stage::{Second, Stage};
+use super::screen::Screen;
+use super::shown::Front;
+use super::stage::Stage;
 use super::terrain::Terrain;
-use egui::{FullOutput, Pos2, RawInput, TexturesDelta, ViewportId};
-use glam::DVec2;
+use egui::{TexturesDelta, ViewportId};
 use ortelius::math::camera::Pose;
 use ortelius::paper::progressive_mesh::faces::Faces;
 use ortelius::renderer::relief_steps::ReliefSteps;
@@ -52,29 +51,29 @@ pub struct Live {
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
     /// Changes to the panels' textures that no frame has uploaded yet.
-    textures: TexturesDelta,
+    pub(super) textures: TexturesDelta,
     pub(super) eye: Eye,
-    hold: Option<Hold>,
+    pub(super) hold: Option<Hold>,
     pub(super) player: Player,
     pub(super) panels: Panels,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
     pub(super) comparison: Comparison,
     pub(super) trade: Option<Front>,
-    judge: Judge,
+    pub(super) judge: Judge,
     /// Increases with each change that alters the picture of a fixed pose.
     pub(super) edition: u64,
     /// The pose of the last frame.
-    last_pose: Option<Pose>,
-    terrain: Terrain,
-    measure: Option<Measure>,
+    pub(super) last_pose: Option<Pose>,
+    pub(super) terrain: Terrain,
+    pub(super) measure: Option<Measure>,
     /// Of this frame.
-    panels_cost: PanelsCost,
+    pub(super) panels_cost: PanelsCost,
     /// Close the window once the path is recorded.
-    records_alone: bool,
+    pub(super) records_alone: bool,
     pub(super) overlay: Option<Overlay>,
-    probe: Probe,
-    labels: Labels,
+    pub(super) probe: Probe,
+    pub(super) labels: Labels,
     pub(super) levels: Option<Levels>,
     pub(super) faces: Option<Faces>,
     pub(super) steps: Option<ReliefSteps>,
@@ -82,25 +81,25 @@ pub struct Live {
     /// The camera that streaming and culling keep after F. The picture is drawn from another camera.
     pub(super) frozen: Option<Camera>,
     /// Position of the divider, as a share of the width.
-    divider: f32,
+    pub(super) divider: f32,
     pub(super) folder: PathBuf,
-    last_frame: Instant,
+    pub(super) last_frame: Instant,
     /// Frames still to draw without further changes.
     pub(super) echo: u32,
     /// The last layout of the panels; `None`: the next frame lays them out.
-    laid_out: Option<LaidOut>,
+    pub(super) laid_out: Option<LaidOut>,
     pub(super) window: Arc<Window>,
 }
 
 /// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
-struct LaidOut {
-    at: Instant,
+pub(super) struct LaidOut {
+    pub(super) at: Instant,
     /// Delay until the panels need a redraw.
-    repaint: Duration,
+    pub(super) repaint: Duration,
     /// It had input, whose effects end in the next layout.
-    had_input: bool,
+    pub(super) had_input: bool,
     /// Later frames that have drawn it.
-    frames: u32,
+    pub(super) frames: u32,
 }
 
 impl Live {
@@ -124,7 +123,7 @@ impl Live {
         let mut panels = Panels::new(opening.panels);
         if let Err(error) = read {
             tracing::warn!("{error:#}");
-            panels.say(format!("{error:#}"), true);
+            panels.show_message(format!("{error:#}"), true);
         }
         Ok(Live {
             terrain: Terrain::of(&stage.scene),
@@ -223,38 +222,6 @@ impl Live {
         (self.film.is_some() || self.shot.is_some()).then(|| Instant::now() + job::LOOK_AGAIN)
     }
 
-    /// Reports a screenshot or a recording that has ended. Returns false if the window must close.
-    ///
-    /// # Errors
-    /// The error of a recording without interaction; stdout cannot be written.
-    pub fn take_results(&mut self) -> anyhow::Result<bool> {
-        match Job::take_ended(&mut self.shot) {
-            Some(Ok(picture)) => {
-                self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report are saved", picture.display()));
-            }
-            Some(Err(error)) => self.report(&error),
-            None => {}
-        }
-        match Job::take_ended(&mut self.film) {
-            Some(Ok(folder)) => {
-                self.print(&folder.display().to_string())?;
-                self.say(format!("{}: pictures and a report", folder.display()));
-            }
-            Some(Err(error)) if self.records_alone => return Err(error),
-            Some(Err(error)) => self.report(&error),
-            None => {}
-        }
-        Ok(!self.records_alone || self.film.is_some())
-    }
-
-    /// Shows an error in the status line.
-    fn report(&mut self, error: &anyhow::Error) {
-        tracing::warn!("{error:#}");
-        self.panels.say(format!("{error:#}"), true);
-        self.echo = ECHO;
-    }
-
     /// True if this frame must lay out the panels: for input, for something that follows the picture, because egui
     /// asked for it, because the values are old, or because no further frame is due.
     fn is_layout_due(&self) -> bool {
@@ -320,279 +287,5 @@ impl Live {
         self.count_response()?;
         self.end_measured_frame(drawn)?;
         Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
-    }
-
-    /// Records the times of the frame, and prints a part of the report that is complete.
-    fn end_measured_frame(&mut self, drawn: bool) -> anyhow::Result<()> {
-        let cost = std::mem::take(&mut self.panels_cost);
-        let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };
-        let renderer = &self.stage.renderer;
-        let passes = renderer.records.last().map(|record| &record.passes);
-        let pass = passes.and_then(|passes| passes.iter().find(|pass| pass.label == PANELS_PASS));
-        let Some(part) = measure.end(cost, pass.and_then(|pass| pass.ns)) else { return Ok(()) };
-        if measure.has_ended() {
-            measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
-        }
-        self.print(&part)
-    }
-
-    /// The input since the last frame, and the keys that a measurement presses.
-    fn take_input(&mut self) -> RawInput {
-        let mut raw = self.input.take_egui_input(&self.window);
-        if let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) {
-            raw.events.extend(response.events());
-            if response.rests() {
-                self.panels.hush();
-            }
-        }
-        raw
-    }
-
-    /// Compares the presented picture with the one before, during the last part of a measurement.
-    fn count_response(&mut self) -> anyhow::Result<()> {
-        let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) else {
-            return Ok(());
-        };
-        if let Some(buffer) = self.screen.take_read() {
-            self.stage.renderer.drain()?;
-            response.see(&buffer.mapped(), self.stage.settled());
-        }
-        Ok(())
-    }
-
-    /// Passes the input to the panels. Returns their output and the requested actions.
-    fn lay_out(&mut self, raw: RawInput) -> (FullOutput, Vec<Action>) {
-        let begin = Instant::now();
-        let context = self.input.egui_ctx().clone();
-        let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
-        let shown = Shown {
-            stage: &self.stage,
-            camera: &self.eye.camera,
-            player: &self.player,
-            film: self.film.as_ref().map(Job::progress),
-            comparison: self.comparison,
-            judged,
-            trade: self.trade.as_ref(),
-            overlay: self.overlay,
-            found: self.probe.found.as_ref().filter(|_| self.magnifies),
-            outline: self.outline(context.pixels_per_point()),
-            labels: &self.labels.found,
-        };
-        let panels = &mut self.panels;
-        let mut actions = Vec::new();
-        let has_events = !raw.events.is_empty();
-        // egui may run the layout twice. The last run counts.
-        let mut output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
-        let scrolls = context.input(|input| input.smooth_scroll_delta != egui::Vec2::ZERO);
-        let repaint =
-            output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
-        let had_input = has_events || scrolls;
-        self.laid_out = Some(LaidOut { at: Instant::now(), repaint, had_input, frames: 0 });
-        self.textures.append(std::mem::take(&mut output.textures_delta));
-        let platform = std::mem::take(&mut output.platform_output);
-        self.input.handle_platform_output(&self.window, platform);
-        self.panels_cost.layout = begin.elapsed();
-        (output, actions)
-    }
-
-    /// The values of the magnified pixel.
-    pub(super) fn found(&self) -> Option<&Found> {
-        self.probe.found.as_ref().filter(|_| self.magnifies)
-    }
-
-    /// The outline of the frozen camera's view, in points of the window.
-    fn outline(&self, pixels_per_point: f32) -> Vec<Option<Pos2>> {
-        let Some(frozen) = &self.frozen else { return Vec::new() };
-        let edge = eye::outline(frozen, &self.eye.camera, self.stage.renderer.size());
-        let points = |at: DVec2| Pos2::new(at.x as f32, at.y as f32) / pixels_per_point;
-        edge.into_iter().map(|at| at.map(points)).collect()
-    }
-
-    fn move_eye(&mut self, seconds: f64) {
-        let context = self.input.egui_ctx().clone();
-        let before = self.eye.camera;
-        self.eye.advance(seconds);
-        let pane = Pane {
-            size: self.stage.renderer.size(),
-            pixels_per_point: context.pixels_per_point(),
-            divider: self.stage.second.as_ref().map(|_| self.divider),
-        };
-        let was = (self.eye.camera, self.eye.is_under_way());
-        let divider = control::steer(&context, &mut self.eye, &mut self.hold, &pane, seconds);
-        if (self.eye.camera, self.eye.is_under_way()) != was {
-            self.player.stop();
-        }
-        self.divider = divider.unwrap_or(self.divider);
-        if self.player.is_playing() {
-            self.player.advance(seconds);
-            self.follow_path();
-        } else {
-            self.eye.rise_above(self.terrain.height_m(&self.eye.camera));
-        }
-        if self.eye.camera != before {
-            self.terrain.begin();
-        }
-        if self.eye.camera != before || divider.is_some() {
-            self.echo = ECHO;
-        }
-    }
-
-    pub(super) fn follow_path(&mut self) {
-        if let Some(camera) = self.player.camera() {
-            self.eye.set(camera);
-        }
-    }
-
-    /// What the judge computes for the current comparison or overlay.
-    fn subject(&self) -> Option<Subject> {
-        let question = match self.comparison {
-            Comparison::Flip if self.stage.second.is_some() => Question::Flip,
-            _ if self.overlay == Some(Overlay::Error) => Question::Error,
-            _ => return None,
-        };
-        let (pose, size) = (self.eye.camera.pose(), self.stage.renderer.size());
-        Some(Subject { question, pose, size, edition: self.edition })
-    }
-
-    /// Draws the picture and the panels, whose last layout stays if there is no `output`. Returns false if no image was
-    /// available.
-    fn draw(&mut self, output: Option<FullOutput>) -> anyhow::Result<bool> {
-        let window: [u32; 2] = self.window.inner_size().into();
-        let Some(number) = self.screen.acquire(window)? else {
-            (self.echo, self.laid_out) = (ECHO, None);
-            return Ok(false);
-        };
-        if self.measure.as_ref().is_some_and(|measure| measure.response.is_some()) {
-            self.screen.read_next(&self.stage.renderer.gpu)?;
-        }
-        let size = self.screen.swapchain.size();
-        if self.stage.renderer.size() != size {
-            self.stage.resize(size)?;
-        }
-        let points = self.input.egui_ctx().pixels_per_point();
-        match output {
-            Some(output) => {
-                let begin = Instant::now();
-                let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
-                self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
-                self.panels_cost.triangles = begin.elapsed();
-            }
-            None if self.screen.painter.fits(size) => {
-                self.laid_out.iter_mut().for_each(|laid_out| laid_out.frames += 1);
-            }
-            None => self.laid_out = None,
-        }
-        let arrangement = self.arrangement(size, points);
-        self.render(number, &arrangement)?;
-        self.screen.painter.drawn(&std::mem::take(&mut self.textures));
-        if !self.screen.swapchain.present(number, window)? {
-            self.screen.swapchain.resize(window)?;
-            self.echo = ECHO;
-        }
-        Ok(true)
-    }
-
-    /// Creates the passes that the overlay or the magnifier needs, and drops those that are no longer needed.
-    fn prepare_overlays(&mut self) -> anyhow::Result<()> {
-        let renderer = &self.stage.renderer;
-        let (gpu, target) = (&renderer.gpu, renderer.target());
-        let wanted = self.overlay.is_some() || self.magnifies;
-        let texture = renderer.technique.texture.as_ref().filter(|_| wanted);
-        self.levels = match (texture, self.levels.take().filter(|levels| levels.fits(target))) {
-            (Some(texture), None) => Some(Levels::new(gpu, texture, target)?),
-            (texture, levels) => texture.and(levels),
-        };
-        let shows_faces = self.magnifies || self.overlay.is_some_and(Overlay::is_of_meshes);
-        let meshes = renderer.technique.meshes.as_ref().filter(|_| wanted && shows_faces);
-        self.faces = match (meshes, self.faces.take().filter(|faces| faces.fits(target))) {
-            (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
-            (meshes, faces) => meshes.and(faces),
-        };
-        if let Some(faces) = &mut self.faces {
-            faces.counts_misses = self.magnifies || self.overlay == Some(Overlay::Misses);
-        }
-        let reliefs = self.overlay == Some(Overlay::Steps) && wanted;
-        let plain = renderer.technique.plain.as_ref().filter(|_| reliefs);
-        self.steps = match (plain, self.steps.take().filter(|steps| steps.fits(target))) {
-            (Some(plain), None) => Some(ReliefSteps::new(gpu, plain, target)?),
-            (plain, steps) => plain.and(steps),
-        };
-        Ok(())
-    }
-
-    /// The pose of the next frame, and what its error is measured for if its picture is complete.
-    fn next_pose(&mut self) -> (Pose, Option<Subject>) {
-        let pose: Pose = self.eye.camera.pose();
-        // The last frame reports whether its picture is complete. That holds for this frame only if the pose
-        // is the same.
-        let is_still = self.last_pose == Some(pose);
-        self.stage.lift_budgets(is_still);
-        let subject = self.subject().filter(|_| is_still && self.stage.settled());
-        self.last_pose = Some(pose);
-        (pose, subject)
-    }
-
-    fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
-        self.prepare_overlays()?;
-        let (pose, subject) = self.next_pose();
-        self.judge.start_arrived(&self.stage);
-        let frozen = self.frozen.as_ref().map(Camera::pose);
-        self.stage.renderer.technique.frozen = frozen;
-        let mut second = None;
-        if let Some(Second { renderer, .. }) = &mut self.stage.second {
-            renderer.technique.frozen = frozen;
-            renderer.frame(&pose)?;
-            second = Some(renderer.target().color.clone());
-        }
-        let renderer = &mut self.stage.renderer;
-        let (steps, labels) = (&self.steps, &mut self.labels);
-        let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
-        let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
-        let [acquired, drawn] = screen.swapchain.semaphores(number);
-        renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
-            let levels = levels.as_ref().zip(surfaces.texture.as_ref());
-            if let Some((levels, texture)) = levels {
-                levels.draw(frame, texture, view)?;
-            }
-            let levels = levels.map(|(levels, _)| levels);
-            let named = levels.filter(|_| overlay == Some(Overlay::Levels));
-            labels.step(&gpu, frame, view, (named.map(|levels| &levels.shown.image), arrangement.split))?;
-            if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
-                faces.record(&gpu, frame, meshes, view)?;
-            }
-            let faces = faces.as_ref().map(|faces| &faces.image);
-            if let Some(steps) = steps {
-                steps.record(frame, surfaces, view)?;
-            }
-            let pictures = Pictures {
-                left: &target.color,
-                right: second.as_ref().unwrap_or(&target.color),
-                words: match overlay {
-                    Some(overlay) if overlay.is_of_meshes() => faces,
-                    Some(Overlay::Steps) => steps.as_ref().map(|steps| &steps.image),
-                    _ => levels.map(|levels| &levels.shown.image),
-                },
-            };
-            judge.step(&gpu, frame, view, [pictures.left, pictures.right], subject)?;
-            let at = arrangement.magnified;
-            let is_right = at.is_some_and(|at| at[0] >= arrangement.split as i32);
-            let picture = if is_right { pictures.right } else { pictures.left };
-            let laid_open = LaidOpen { levels, faces };
-            probe.step(&gpu, frame, view, (target, picture, laid_open), at)?;
-            screen.record(frame, number, pictures, arrangement)
-        })?;
-        Ok(())
-    }
-
-    fn arrangement(&self, size: [u32; 2], points: f32) -> Arrangement {
-        let compares = self.stage.second.is_some();
-        let pointer = self.input.egui_ctx().pointer_latest_pos();
-        let magnified = pointer.map(|at| [at.x, at.y].map(|at| (at * points) as i32));
-        Arrangement {
-            split: if compares { (self.divider * size[0] as f32) as u32 } else { size[0] + 1 },
-            gain: if compares && self.comparison == Comparison::Difference { 8.0 } else { 0.0 },
-            magnified: magnified.filter(|_| self.magnifies),
-            overlay: self.overlay.map_or(0, Overlay::number),
-        }
     }
 }

@@ -51,12 +51,12 @@ impl Panels {
     }
 
     /// Shows a message in the status line for some seconds.
-    pub fn say(&mut self, text: String, is_error: bool) {
+    pub fn show_message(&mut self, text: String, is_error: bool) {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
     /// Hides the message.
-    pub fn hush(&mut self) {
+    pub fn hide_message(&mut self) {
         self.status = None;
     }
 
