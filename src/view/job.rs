@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn a_job_reports_its_steps_and_ends_with_its_path() {
         let (go, wait) = channel();
-        let work = move |progress: &Progress| {
+        let work = move |progress: &Progress| -> anyhow::Result<PathBuf> {
             wait.recv().unwrap();
             progress.advance();
             Ok(PathBuf::from("picture.png"))
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_dropped_job_stops() {
-        let work = |progress: &Progress| {
+        let work = |progress: &Progress| -> anyhow::Result<PathBuf> {
             loop {
                 progress.check()?;
                 std::thread::yield_now();

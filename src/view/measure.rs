@@ -49,7 +49,7 @@ impl Pass {
             0 => Some((Pass::Cold, n)),
             1 => Some((Pass::Warm, n - STEPS)),
             2 | 3 => {
-                let is_open = (within >= BLOCK) != (block % 2 == 1);
+                let is_open = (within >= BLOCK) == (block % 2 == 1);
                 let step = (block - STEPS / BLOCK) * BLOCK + within % BLOCK;
                 Some((if is_open { Pass::Open } else { Pass::Closed }, step))
             }

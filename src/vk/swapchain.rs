@@ -357,7 +357,7 @@ impl Swapchain {
 
     /// Waits until the GPU and the presentation engine no longer use the images.
     fn clear_images(&mut self) -> Result<()> {
-        let ring = self.lock_between_frames();
+        let ring = lock_between_frames(&self.gpu);
         // Presentation signals no fence or semaphore. Its semaphores are free only when the queue is idle.
         // SAFETY: the queue is used only under the ring's lock.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
@@ -369,26 +369,26 @@ impl Swapchain {
         Ok(())
     }
 
-    /// The lock of the ring, at a time when no thread records a frame, which could keep dropped objects.
-    fn lock_between_frames(&self) -> MutexGuard<'_, Ring> {
-        let begin = Instant::now();
-        loop {
-            let ring = self.gpu.lock_ring();
-            let recording = self.gpu.device.objects().recording;
-            if recording == 0 {
-                return ring;
-            }
-            drop(ring);
-            let is_soon = begin.elapsed() < LONGEST_RECORDING;
-            assert!(is_soon, "the window's images are replaced while {recording} frames are recorded");
-            std::thread::sleep(Duration::from_micros(100));
-        }
-    }
-
     fn destroy(&mut self) {
         // SAFETY: nothing names its images any more; null is ignored.
         unsafe { self.calls.destroy_swapchain(self.handle, None) };
         self.handle = vk::SwapchainKHR::null();
+    }
+}
+
+/// The lock of the ring, at a time when no thread records a frame, which could keep dropped objects.
+fn lock_between_frames(gpu: &Gpu) -> MutexGuard<'_, Ring> {
+    let begin = Instant::now();
+    loop {
+        let ring = gpu.lock_ring();
+        let recording = gpu.device.objects().recording;
+        if recording == 0 {
+            return ring;
+        }
+        drop(ring);
+        let is_soon = begin.elapsed() < LONGEST_RECORDING;
+        assert!(is_soon, "the window's images are replaced while {recording} frames are recorded");
+        std::thread::sleep(Duration::from_micros(100));
     }
 }
 

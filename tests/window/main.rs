@@ -165,6 +165,7 @@ fn a_minimised_window_finishes_its_screenshot() {
     let mut window = open(&display, &["earth", "--size", "256x144", "--no-panels", "-D", "disk.delay_ms=20"]);
     window.settled_picture();
     window.press(key::F12);
+    window.handled();
     window.minimise();
     let png = window.printed(".png");
     window.restore();
