@@ -71,7 +71,7 @@ pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::asked::Asked;
+    use super::super::request::RunRequest;
     use super::*;
     use ortelius::figure::choose;
     use ortelius::renderer::figures::FAMILIES;
@@ -86,7 +86,7 @@ mod tests {
     /// The number of frames of a picture's command line.
     fn frames(picture: &[&str]) -> anyhow::Result<usize> {
         let RenderLine { args } = RenderLine::try_parse_from([&["render"], picture].concat())?;
-        Ok(Asked::of(&args.run, &args.device, None)?.poses()?.len())
+        Ok(RunRequest::of(&args.run, &args.device, None)?.poses()?.len())
     }
 
     #[test]

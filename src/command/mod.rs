@@ -1,6 +1,5 @@
 //! The subcommands, one file each.
 
-mod asked;
 pub mod bake;
 pub mod compare;
 pub mod demo;
@@ -22,6 +21,7 @@ mod records;
 pub mod render;
 mod report;
 pub mod reproduce;
+mod request;
 pub mod trade;
 pub mod verify;
 #[cfg(feature = "window")]

@@ -1,12 +1,12 @@
 //! `ortelius render`: renders a scene to a picture, with a report.
 
 use super::Usage;
-use super::asked::{Asked, RunArgs};
 use super::device::DeviceArgs;
 use super::explain::explain;
 use super::outputs::{Outputs, write_visible};
 use super::progress::Bar;
 use super::records::Lines;
+use super::request::{RunArgs, RunRequest};
 use anyhow::{Context, bail};
 use clap::Args;
 use ortelius::frame::{Records, View};
@@ -72,13 +72,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     if !outputs.any() && !args.explain {
         bail!(Usage(args.run.of.nothing_to_write()?));
     }
-    let asked = Asked::of(&args.run, &args.device, outputs.target())?;
-    if args.compare_plain && !asked.settles() {
+    let request = RunRequest::of(&args.run, &args.device, outputs.target())?;
+    if args.compare_plain && !request.settles() {
         bail!(Usage("--compare-plain measures the settled frame: add --settle, or omit --frames".into()));
     }
-    check_options(args, &asked.scene, &outputs)?;
-    let poses = asked.poses()?;
-    let mut renderer = open(args, &asked)?;
+    check_options(args, &request.scene, &outputs)?;
+    let poses = request.poses()?;
+    let mut renderer = open(args, &request)?;
     if args.explain {
         explain(&renderer)?;
     }
@@ -92,18 +92,18 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(lines) => lines.tap(records),
         None => records,
     });
-    let frames = run_frames(&asked, &mut renderer, &poses, &outputs)?;
+    let frames = run_frames(&request, &mut renderer, &poses, &outputs)?;
     lines.map_or(Ok(()), Lines::finish)?;
     let last = poses.last().expect("there is at least one pose");
-    outputs.write_last(&mut renderer, asked.settles().then_some(frames))?;
+    outputs.write_last(&mut renderer, request.settles().then_some(frames))?;
     if let Some(path) = outputs.visible() {
         // With --settle, only the last frame is written: the settled one.
-        write_visible(path, &renderer.records, asked.settles())?;
+        write_visible(path, &renderer.records, request.settles())?;
     }
     outputs.write_footprint(&renderer)?;
-    let plain = compare_plain(args, &asked, &renderer, last);
-    let mut report = Report::of(&renderer, &args.run.of.scene, asked.eye(), plain);
-    report.run = Some(asked.run);
+    let plain = compare_plain(args, &request, &renderer, last);
+    let mut report = Report::of(&renderer, &args.run.of.scene, request.eye(), plain);
+    report.run = Some(request.run);
     outputs.write_report(&report)?;
     check_run(args, &renderer)
 }
@@ -149,7 +149,7 @@ fn check_options(args: &RenderArgs, scene: &Scene, outputs: &Outputs) -> anyhow:
 /// `--compare-plain`, after the picture is written, so that an error here costs only the comparison.
 fn compare_plain(
     args: &RenderArgs,
-    asked: &Asked,
+    request: &RunRequest,
     renderer: &Renderer,
     pose: &Pose,
 ) -> Option<PlainComparison> {
@@ -159,8 +159,8 @@ fn compare_plain(
     let gpu = &renderer.gpu;
     // As many samples as the plain texture takes: the scene's own filter may take many.
     let compared = || -> anyhow::Result<_> {
-        let scene = with_one_sample(&asked.scene)?;
-        let mut sampled_once = Renderer::on(gpu, &scene, &options(args, asked))?;
+        let scene = with_one_sample(&request.scene)?;
+        let mut sampled_once = Renderer::on(gpu, &scene, &options(args, request))?;
         sampled_once.settle(pose)?;
         sampled_once.drain()?;
         let target = sampled_once.target().clone();
@@ -188,17 +188,17 @@ fn compare_plain(
     }
 }
 
-fn options<'a>(args: &'a RenderArgs, asked: &Asked) -> Options<'a> {
+fn options<'a>(args: &'a RenderArgs, request: &RunRequest) -> Options<'a> {
     Options {
-        target: asked.target(),
-        size: Some(asked.run.size),
+        target: request.target(),
+        size: Some(request.run.size),
         device: args.device.device.as_deref(),
         validate: args.device.validate,
-        deterministic: asked.run.deterministic,
+        deterministic: request.run.deterministic,
     }
 }
 
-fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
+fn open(args: &RenderArgs, request: &RunRequest) -> anyhow::Result<Renderer> {
     let named = |error| match error {
         RenderError::Texture(TextureError::Scene(error)) => error.into(),
         RenderError::Texture(error @ TextureError::Differs { .. }) => error.into(),
@@ -206,7 +206,7 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
         RenderError::Texture(_) => anyhow::Error::new(error).context(format!("scene {}", args.run.of.scene)),
         error => error.into(),
     };
-    let renderer = Renderer::open(&asked.scene, &options(args, asked)).map_err(named)?;
+    let renderer = Renderer::open(&request.scene, &options(args, request)).map_err(named)?;
     if let Some(texture) = &renderer.technique.texture
         && args.compare_plain
         && texture.source.format() != TileFormat::Rgba8
@@ -219,19 +219,19 @@ fn open(args: &RenderArgs, asked: &Asked) -> anyhow::Result<Renderer> {
 
 /// Renders the sequence, then settles if requested. Returns the sequence's length.
 fn run_frames(
-    asked: &Asked,
+    request: &RunRequest,
     renderer: &mut Renderer,
     poses: &[Pose],
     outputs: &Outputs,
 ) -> anyhow::Result<usize> {
     // Without --frames, a single camera only has to settle; a path is rendered first.
-    let sequence = if asked.run.frames.is_some() || poses.len() > 1 { poses } else { &[] };
+    let sequence = if request.run.frames.is_some() || poses.len() > 1 { poses } else { &[] };
     let bar = (sequence.len() > 1).then(|| Bar::counting("frames"));
     if let Some(bar) = &bar {
         bar.phase("", Some(sequence.len() as u64));
     }
     for (frame, pose) in sequence.iter().enumerate() {
-        match asked.run.settle_each {
+        match request.run.settle_each {
             true => drop(renderer.settle(pose)?),
             false => renderer.frame(pose)?,
         }
@@ -245,7 +245,7 @@ fn run_frames(
             sequence.len()
         );
     }
-    if asked.settles() {
+    if request.settles() {
         let frames = renderer.settle(poses.last().expect("there is at least one pose"))?;
         if let Some(texture) = &renderer.technique.texture {
             tracing::info!("settled after {frames} frames, level bias {}", texture.bias());

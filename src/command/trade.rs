@@ -1,9 +1,9 @@
 //! `ortelius trade`: time and error of a scene's settings, and the best choice.
 
-use super::asked::parse_size;
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
 use super::progress::Bar;
+use super::request::parse_size;
 use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, ValueEnum};

@@ -1,7 +1,7 @@
 //! `ortelius view`: a scene in a window.
 
-use super::asked::{Asked, SceneArgs};
 use super::device::DeviceArgs;
+use super::request::{RunRequest, SceneArgs};
 use super::trade;
 use crate::view::{self, Opening, Variant};
 use clap::{Args, ValueEnum};
@@ -31,9 +31,10 @@ pub struct ViewArgs {
     /// Record the scene's path into the folder of -o, as R does, and close
     #[arg(long, conflicts_with = "measure")]
     record: bool,
-    /// Print frame times along the scene's path, with cold caches, warm caches and open panels; then close
-    #[arg(long)]
-    measure: bool,
+    /// Print frame times along the scene's path with cold and warm caches, and with closed and open panels; then close.
+    /// With a name, also write them as JSON
+    #[arg(long, value_name = "JSON", num_args = 0..=1, require_equals = true)]
+    measure: Option<Option<PathBuf>>,
     /// Folder of screenshots (F12) and recordings (R)
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     output: PathBuf,
@@ -52,17 +53,17 @@ enum Present {
 }
 
 pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
-    let asked = Asked::of_scene(&args.scene, &args.device)?;
-    let camera = asked.camera()?;
+    let request = RunRequest::of_scene(&args.scene, &args.device)?;
+    let camera = request.camera()?;
     let variant =
         |text: &String| Variant { name: text.clone(), changes: text.split(',').map(str::to_owned).collect() };
     view::open(Opening {
         camera,
-        size: asked.run.size,
-        deterministic: asked.run.deterministic,
-        scene: asked.scene,
+        size: request.run.size,
+        deterministic: request.run.deterministic,
+        scene: request.scene,
         variants: args.variant.iter().map(variant).collect(),
-        present: match (args.present, args.measure) {
+        present: match (args.present, args.measure.is_some()) {
             (Some(Present::Fifo), _) | (None, false) => vec![PresentMode::Fifo],
             (Some(Present::Mailbox), _) => vec![PresentMode::Mailbox],
             (Some(Present::Immediate), _) => vec![PresentMode::Immediate],
@@ -70,7 +71,8 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         },
         panels: !args.no_panels,
         record: args.record,
-        measure: args.measure,
+        measure: args.measure.is_some(),
+        times: args.measure.clone().flatten(),
         trade: args.trade.as_deref().map(|path| trade::read("--trade", path)).transpose()?,
         device: args.device.device.clone(),
         validate: args.device.validate,

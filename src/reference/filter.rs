@@ -183,7 +183,11 @@ fn mix(a: [f64; 4], b: [f64; 4], part: f64) -> [f64; 4] {
 
 /// Linear light, 0 ..= 1, of an sRGB byte (IEC 61966-2-1).
 pub fn srgb8_to_linear(byte: u8) -> f64 {
-    let value = f64::from(byte) / 255.0;
+    srgb_to_linear(f64::from(byte) / 255.0)
+}
+
+/// Linear light of an encoded value, both 0.0 ..= 1.0.
+pub fn srgb_to_linear(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -10,6 +10,7 @@ mod open;
 mod picture;
 mod plain;
 pub mod relief_steps;
+mod relief_truth;
 mod technique;
 
 pub use open::{Kept, Options};

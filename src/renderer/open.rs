@@ -84,7 +84,7 @@ impl Renderer {
 /// What stays when a renderer goes on with another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kept {
-    /// Nothing. [`Renderer::go_on_with`] has changed nothing: the other scene must be opened.
+    /// Nothing. [`Renderer::switch_scene`] has changed nothing: the other scene must be opened.
     Nothing,
     /// The tiles of the virtual texture. Meshes and plain textures were created again.
     Tiles,
@@ -99,7 +99,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then still shows `now`.
-    pub fn go_on_with(
+    pub fn switch_scene(
         &mut self,
         now: &Scene,
         next: &Scene,
@@ -421,7 +421,10 @@ fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderE
 }
 
 /// A surface's relief, and the side of its plane.
-fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
+pub(super) fn relief(
+    scene: &Scene,
+    surface: &Surface,
+) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
     let table = ["surface", &surface.name, "relief"];
     let Geometry::Plane(plane) = surface.geometry else { return Ok(None) };
     if !scene.has(&table) {

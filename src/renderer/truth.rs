@@ -3,8 +3,9 @@
 //!
 //! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, whatever the frame shows.
 
-use super::open::{carries_virtual, is_lit, plain_texture};
+use super::open::{carries_virtual, is_lit, plain_texture, relief};
 use super::plain::ALBEDO;
+use super::relief_truth::Below;
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model::mesh::SourceMesh;
@@ -18,7 +19,7 @@ use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
 use crate::reference::{ReferenceView, Sample};
 use crate::scene::{Scene, Surface};
 use crate::texture::plain::PlainTexture;
-use crate::texture::source::{TileFormat, TileSource};
+use crate::texture::source::TileSource;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
@@ -40,6 +41,8 @@ struct Layer<'a> {
     view: ReferenceView,
     triangles: Vec<[u32; 3]>,
     paint: Paint<'a>,
+    /// Below a plane with a plain texture.
+    relief: Option<Below>,
     /// For each vertex, if the surface is lit.
     normals: Option<Vec<DVec3>>,
 }
@@ -58,20 +61,6 @@ struct Plain {
     levels: Vec<Vec<[f64; 4]>>,
 }
 
-/// Checks that a scene with these tiles has a reference.
-///
-/// # Errors
-/// The reason.
-pub fn check(scene: &Scene, tiles: Option<TileFormat>) -> Result<(), &'static str> {
-    if scene.surfaces.keys().any(|name| scene.has(&["surface", name, "relief"])) {
-        return Err("the reference cannot show reliefs");
-    }
-    match tiles {
-        Some(TileFormat::Bc1) => Err("the reference reads RGBA8 tiles, not BC1 tiles"),
-        _ => Ok(()),
-    }
-}
-
 impl<'a> SceneTruth<'a> {
     /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
     ///
@@ -83,7 +72,6 @@ impl<'a> SceneTruth<'a> {
         pose: &Pose,
         size: [u32; 2],
     ) -> Result<SceneTruth<'a>, String> {
-        check(scene, tiles.map(TileSource::format))?;
         let owner = owner(scene).map_err(|error| error.to_string())?;
         let models = progressive_mesh::load(scene).map_err(|error| error.to_string())?;
         let layer = |surface: &Surface| {
@@ -104,7 +92,9 @@ impl<'a> SceneTruth<'a> {
                 (false, _) if surface.texture.is_none() && surface.grid().is_none() => Paint::Grey(ALBEDO),
                 (false, _) => Paint::Plain(Plain::of(scene, surface)?),
             };
+            let relief = relief(scene, surface).map_err(|error| error.to_string())?;
             Ok(Layer {
+                relief: relief.map(|(_, relief, size_m)| Below::new(relief, size_m, pose.eye)),
                 view: ReferenceView::new(&mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size),
                 triangles: mesh.triangles,
                 paint,
@@ -115,22 +105,52 @@ impl<'a> SceneTruth<'a> {
         Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours() })
     }
 
-    /// The linear colour of a pixel; `None` where the background is visible.
-    pub fn pixel(&self, x: u32, y: u32) -> Option<[f64; 4]> {
+    /// True if more rays make pixels more exact.
+    pub fn has_reliefs(&self) -> bool {
+        self.layers.iter().any(|layer| layer.relief.is_some())
+    }
+
+    /// The linear colour of a pixel; `None` where the background is visible. A pixel of a relief is the mean of
+    /// `rays x rays` rays.
+    pub fn pixel(&self, x: u32, y: u32, rays: u32) -> Option<[f64; 4]> {
         let samples = self.layers.iter().filter_map(|layer| Some((layer, layer.view.sample(x, y)?)));
         let (layer, sample) = samples.min_by(|(_, a), (_, b)| a.w_m.total_cmp(&b.w_m))?;
-        let colour = match &layer.paint {
-            Paint::Virtual(texels) => texels.pixel(&sample, ReferenceFilter::Area),
-            Paint::Plain(plain) => plain.pixel(&sample),
-            Paint::Grey(albedo) => [*albedo, *albedo, *albedo, 1.0],
+        let colour = match (&layer.paint, &layer.relief) {
+            (Paint::Plain(plain), Some(below)) => {
+                return Some(self.mean_of_rays(layer, (plain, below), [x, y], rays));
+            }
+            (Paint::Virtual(texels), _) => texels.pixel(&sample, ReferenceFilter::Area),
+            (Paint::Plain(plain), None) => plain.pixel(&sample),
+            (Paint::Grey(albedo), _) => [*albedo, *albedo, *albedo, 1.0],
         };
         let Some(normals) = &layer.normals else { return Some(colour) };
         let corners = layer.triangles[sample.triangle as usize].map(|vertex| normals[vertex as usize]);
         let normal: DVec3 = (0..3).map(|n| corners[n] * sample.weights[n]).sum();
+        Some(self.lit(colour, normal))
+    }
+
+    /// The mean over the rays of a pixel that meet a relief. Each sees a point of the finest level.
+    fn mean_of_rays(
+        &self,
+        layer: &Layer<'_>,
+        (plain, below): (&Plain, &Below),
+        pixel: [u32; 2],
+        rays: u32,
+    ) -> [f64; 4] {
+        let (hits, mut sum) = (below.hits(&layer.view, pixel, rays), [0.0; 4]);
+        for hit in &hits {
+            let albedo = plain.texture().bilinear(0, hit.at[0], hit.at[1]);
+            let colour = if layer.normals.is_some() { self.lit(albedo, hit.normal) } else { albedo };
+            (0..4).for_each(|channel| sum[channel] += colour[channel] / hits.len() as f64);
+        }
+        sum
+    }
+
+    /// A colour in the scene's light.
+    fn lit(&self, [r, g, b, a]: [f64; 4], normal: DVec3) -> [f64; 4] {
         let cosine = normal.normalize_or(DVec3::Z).dot(self.sun).max(0.0);
         let light = |n: usize| f64::from(self.light.sky[n]) + f64::from(self.light.sun[n]) * cosine;
-        let [r, g, b, a] = colour;
-        Some([r * light(0), g * light(1), b * light(2), a])
+        [r * light(0), g * light(1), b * light(2), a]
     }
 
     /// Checks that all texels so far could be read.
@@ -163,13 +183,17 @@ impl Plain {
         Ok(Plain { size_log2: size.map(u32::ilog2), levels })
     }
 
-    /// The mean over the pixel's footprint.
-    fn pixel(&self, sample: &Sample) -> [f64; 4] {
+    fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let [width_log2, height_log2] = self.size_log2;
-        let texel = |level: u32, x: u32, y: u32| {
+        let texel = move |level: u32, x: u32, y: u32| {
             self.levels[level as usize][(y * (1 << width_log2.saturating_sub(level)) + x) as usize]
         };
-        let texture = Texture { width_log2, height_log2, edges: Edges::Columns, texel };
+        Texture { width_log2, height_log2, edges: Edges::Columns, texel }
+    }
+
+    /// The mean over the pixel's footprint.
+    fn pixel(&self, sample: &Sample) -> [f64; 4] {
+        let texture = self.texture();
         texture.area(&sides_of(sample, texture.level_size(0)), sample.s, sample.t)
     }
 }

@@ -1,11 +1,12 @@
 //! Executes the window's actions.
 
 use super::action::Action;
-use super::film::Film;
+use super::film;
 use super::inspector;
+use super::job::Job;
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
-use super::shot::Shot;
+use super::shot;
 use anyhow::{Context, anyhow, bail};
 use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
@@ -14,9 +15,42 @@ use std::io::Write;
 use winit::window::Fullscreen;
 
 impl Live {
-    pub(super) fn say(&mut self, text: String) {
+    pub(super) fn show_message(&mut self, text: String) {
         tracing::info!("{text}");
-        self.panels.say(text, false);
+        self.panels.show_message(text, false);
+        self.echo = ECHO;
+    }
+
+    /// Reports a screenshot or a recording that has ended. Returns false if the window must close.
+    ///
+    /// # Errors
+    /// The error of a recording without interaction; stdout cannot be written.
+    pub fn take_results(&mut self) -> anyhow::Result<bool> {
+        match Job::take_ended(&mut self.shot) {
+            Some(Ok(picture)) => {
+                self.print(&picture.display().to_string())?;
+                self.show_message(format!("{} and its report are saved", picture.display()));
+            }
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        match Job::take_ended(&mut self.film) {
+            Some(Ok(folder)) => {
+                self.print(&folder.display().to_string())?;
+                self.show_message(format!("{}: pictures and a report", folder.display()));
+            }
+            Some(Err(error)) if self.records_alone => return Err(error),
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        Ok(!self.records_alone || self.film.is_some())
+    }
+
+    /// Shows an error in the status line.
+    pub(super) fn report(&mut self, error: &anyhow::Error) {
+        tracing::warn!("{error:#}");
+        self.panels.show_message(format!("{error:#}"), true);
+        self.echo = ECHO;
     }
 
     pub(super) fn act(&mut self, action: Action) -> anyhow::Result<()> {
@@ -56,7 +90,7 @@ impl Live {
             Action::FlyTo(camera) => self.fly_to(camera),
             Action::Save(n) => {
                 self.bookmarks.save(n, self.eye.camera)?;
-                self.say(format!("bookmark {}", n + 1));
+                self.show_message(format!("bookmark {}", n + 1));
             }
             Action::Recall(n) => {
                 let camera = self.bookmarks.get(n)?;
@@ -71,21 +105,7 @@ impl Live {
 
     fn colour(&mut self, overlay: Option<Overlay>) {
         self.overlay = overlay;
-        self.say(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
-    }
-
-    /// Renders a frame of the screenshot in progress. Saves it once no tile is missing.
-    pub(super) fn step_shot(&mut self) -> anyhow::Result<()> {
-        let Some(mut shot) = self.shot.take() else { return Ok(()) };
-        match shot.step()? {
-            None => self.shot = Some(shot),
-            Some(picture) => {
-                self.echo = ECHO;
-                self.print(&picture.display().to_string())?;
-                self.say(format!("{} and its report are saved", picture.display()));
-            }
-        }
-        Ok(())
+        self.show_message(format!("overlay: {}", overlay.map_or("none", |overlay| overlay.about()[0])));
     }
 
     /// Actions that write files, print lines, or start a capture.
@@ -95,13 +115,13 @@ impl Live {
                 bail!("the last screenshot still waits for its tiles")
             }
             Action::Screenshot => {
-                self.shot = Some(Shot::new(&self.stage, &self.eye.camera, &self.folder)?);
+                self.shot = Some(shot::start(&self.stage, &self.eye.camera, &self.folder)?);
             }
             Action::CopyCamera => {
                 let text = self.eye.camera.to_toml("NAME");
                 self.input.egui_ctx().copy_text(text.clone());
                 self.print(&text)?;
-                self.say("camera copied to the clipboard".to_owned());
+                self.show_message("camera copied to the clipboard".to_owned());
             }
             Action::PrintPixel => {
                 let empty = || anyhow!("no pixel is magnified: press Z and point at one");
@@ -113,7 +133,7 @@ impl Live {
                 self.print(&line)?;
             }
             Action::Capture => match renderdoc::capture_next_frame() {
-                true => self.say("RenderDoc captures the next frame".to_owned()),
+                true => self.show_message("RenderDoc captures the next frame".to_owned()),
                 false => bail!("RenderDoc is not loaded: start `ortelius view` from RenderDoc"),
             },
             other => unreachable!("{other:?} has no output"),
@@ -151,7 +171,7 @@ impl Live {
             Action::Show(variant) => (self.stage.show(variant)?, self.variants()),
             _ => (self.show_next()?, self.variants()),
         };
-        self.say(match kept {
+        self.show_message(match kept {
             Kept::Everything => what,
             Kept::Tiles => format!("{what} (meshes were loaded again)"),
             Kept::Nothing => format!("{what} (the scene was opened again; its caches are empty)"),
@@ -174,7 +194,7 @@ impl Live {
             return Err(error);
         }
         (self.levels, self.faces, self.steps) = (None, None, None);
-        self.say(format!("{count} shaders differ from the built ones"));
+        self.show_message(format!("{count} shaders differ from the built ones"));
         Ok(())
     }
 
@@ -216,10 +236,8 @@ impl Live {
                 self.player.choose(&self.stage.scene, &name);
                 self.follow_path();
             }
-            _ => {
-                let film = Film::new(&self.stage, &path.unwrap_or_default(), &self.folder)?;
-                self.film = Some(film);
-            }
+            _ if self.film.is_some() => bail!("the last recording still goes on"),
+            _ => self.film = Some(film::start(&self.stage, &path.unwrap_or_default(), &self.folder)?),
         }
         Ok(())
     }

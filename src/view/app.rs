@@ -1,5 +1,6 @@
 //! The event loop: opens the window once the loop runs, forwards events, and destroys everything in order.
 
+use super::job::Job;
 use super::live::Live;
 use super::{NoDisplay, Opening};
 use anyhow::{Context, bail};
@@ -10,7 +11,7 @@ use std::time::Instant;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
-use winit::event::{StartCause, WindowEvent};
+use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
@@ -115,8 +116,14 @@ impl App {
     }
 
     fn close(&mut self, events: &ActiveEventLoop) {
-        if self.live.as_ref().is_some_and(|live| live.shot.is_some()) {
-            tracing::warn!("the screenshot is not saved: its tiles were still loading");
+        if let Some(live) = &self.live {
+            if live.shot.is_some() {
+                tracing::warn!("the screenshot is not saved: its tiles were still loading");
+            }
+            if let Some((done, all)) = live.film.as_ref().map(Job::progress).filter(|(done, all)| done < all)
+            {
+                tracing::warn!("the recording ends after {done} of {all} frames, without a report");
+            }
         }
         self.live = None;
         events.exit();
@@ -124,12 +131,6 @@ impl App {
 }
 
 impl ApplicationHandler for App {
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if let (StartCause::ResumeTimeReached { .. }, Some(live)) = (cause, &self.live) {
-            live.redraw();
-        }
-    }
-
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.live.is_none() {
             let done = self.start(events).map(|()| true);
@@ -152,14 +153,16 @@ impl ApplicationHandler for App {
 
     /// Redraws at once while the picture changes; otherwise sleeps until the next event or deadline.
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let Some(live) = &self.live else { return };
-        match live.wakes_in() {
-            Some(delay) if delay.is_zero() => {
-                live.redraw();
-                events.set_control_flow(ControlFlow::Poll);
-            }
-            Some(delay) => events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + delay)),
-            None => events.set_control_flow(ControlFlow::Wait),
+        let Some(live) = &mut self.live else { return };
+        let done = live.take_results();
+        let (frame, results) = (live.frame_due(), live.results_due());
+        if frame.is_some_and(|due| due <= Instant::now()) {
+            live.redraw();
+            events.set_control_flow(ControlFlow::Poll);
+        } else {
+            let next = frame.into_iter().chain(results).min();
+            events.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
         }
+        self.after(events, done);
     }
 }

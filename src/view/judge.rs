@@ -8,7 +8,7 @@ use ortelius::frame::{PerFrame, View};
 use ortelius::math::camera::Pose;
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::picture::{Picture, flip, map, srgb};
-use ortelius::renderer::truth::{self, SceneTruth};
+use ortelius::renderer::truth::SceneTruth;
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
@@ -21,6 +21,9 @@ pub const REFRESH: Duration = Duration::from_millis(150);
 
 /// Block side of the first pass, in pixels. Each further pass halves it.
 const FIRST_BLOCK: u32 = 16;
+
+/// Rays along each axis of a pixel of a relief: in the passes over blocks, and in two further passes over all pixels.
+const RAYS: [u32; 3] = [1, 4, 12];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
@@ -64,18 +67,18 @@ struct Map {
     errors: Vec<Option<f32>>,
     /// Pixels covered in the current pass. Early passes fill whole blocks.
     done: usize,
+    /// Rays for each pixel in the current pass; `None` without reliefs.
+    rays: Option<u32>,
     changed: bool,
     ended: bool,
     failed: Option<String>,
 }
 
-/// True if the scene has a reference.
-///
-/// # Errors
-/// The reason why it has none.
-pub fn check(stage: &Stage) -> std::result::Result<(), &'static str> {
-    let texture = stage.renderer.technique.texture.as_ref();
-    truth::check(&stage.scene, texture.map(|texture| texture.source.format()))
+impl Map {
+    fn new([width, height]: [u32; 2]) -> Map {
+        let errors = vec![None; (width * height) as usize];
+        Map { errors, done: 0, rays: None, changed: true, ended: false, failed: None }
+    }
 }
 
 /// The thread's own inputs of the reference.
@@ -142,15 +145,8 @@ impl Judge {
         let [width, height] = subject.size;
         let pictures = copies.iter().map(|copy| Srgb8Picture { width, height, rgba: copy.mapped().to_vec() });
         let pictures: Vec<Srgb8Picture> = pictures.collect();
-        let map = Map {
-            errors: vec![None; (width * height) as usize],
-            done: 0,
-            changed: true,
-            ended: false,
-            failed: None,
-        };
-        let work =
-            Arc::new(Work { size: subject.size, stopped: AtomicBool::new(false), map: Mutex::new(map) });
+        let map = Mutex::new(Map::new(subject.size));
+        let work = Arc::new(Work { size: subject.size, stopped: AtomicBool::new(false), map });
         let theirs = work.clone();
         let judge = move || match subject.question {
             Question::Flip => theirs.flip(&pictures),
@@ -213,10 +209,11 @@ impl Map {
             Question::Error => "error against the reference, linear light",
             Question::Flip => "FLIP, left against right",
         };
+        let rays = self.rays.map_or(String::new(), |rays| format!(", {rays} rays a pixel"));
         let share = 100 * self.done / self.errors.len().max(1);
         let progress = if self.ended { String::new() } else { format!(", {share} % of this pass") };
         format!(
-            "{what}: mean {mean:.5}, largest {most:.4}{progress}; colours: black is 0, dark is 1e-5, light \
+            "{what}: mean {mean:.5}, largest {most:.4}{rays}{progress}; colours: black is 0, dark is 1e-5, light \
              is 1 (logarithmic)"
         )
     }
@@ -243,27 +240,29 @@ impl Work {
         self.end(found.err().map(|error| error.to_string()));
     }
 
-    /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass.
+    /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass. Then takes more rays to
+    /// reliefs.
     fn errors(&self, reference: &Reference, pose: &Pose, shown: &Srgb8Picture) {
         let [width, height] = self.size;
         let truth = match SceneTruth::new(&reference.scene, reference.tiles.as_deref(), pose, self.size) {
             Ok(truth) => truth,
             Err(why) => return self.end(Some(why)),
         };
-        let mut block = FIRST_BLOCK;
-        while block > 0 {
+        let blocks = (0..=FIRST_BLOCK.ilog2()).rev().map(|log2| (1 << log2, RAYS[0]));
+        let finer = RAYS[1..].iter().filter(|_| truth.has_reliefs()).map(|rays| (1, *rays));
+        for (block, rays) in blocks.chain(finer) {
+            self.map().rays = truth.has_reliefs().then_some(rays * rays);
             for y in (0..height).step_by(block as usize) {
                 if self.stopped.load(Ordering::Relaxed) {
                     return;
                 }
-                let is_new =
-                    |x: &u32| block == FIRST_BLOCK || !([*x, y].iter().all(|at| at % (2 * block) == 0));
+                let is_known = |x: u32| rays == RAYS[0] && [x, y].iter().all(|at| at % (2 * block) == 0);
+                let is_new = |x: &u32| block == FIRST_BLOCK || !is_known(*x);
                 let columns = (0..width).step_by(block as usize).filter(is_new);
-                let found = columns.map(|x| (x, truth.pixel(x, y).map(|truth| error(truth, shown, [x, y]))));
-                let found: Vec<(u32, Option<f32>)> = found.collect();
+                let error = |x| truth.pixel(x, y, rays).map(|truth| error(truth, shown, [x, y]));
+                let found: Vec<(u32, Option<f32>)> = columns.map(|x| (x, error(x))).collect();
                 self.fill(&found, y, block);
             }
-            block /= 2;
         }
         self.end(truth.check_read().err());
     }
@@ -297,9 +296,7 @@ mod tests {
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     fn work(size: [u32; 2]) -> Work {
-        let errors = vec![None; (size[0] * size[1]) as usize];
-        let map = Map { errors, done: 0, changed: false, ended: false, failed: None };
-        Work { size, stopped: AtomicBool::new(false), map: Mutex::new(map) }
+        Work { size, stopped: AtomicBool::new(false), map: Mutex::new(Map::new(size)) }
     }
 
     /// The errors of the f64 picture of a scene with one wrong pixel, against the scene's reference.
@@ -310,11 +307,11 @@ mod tests {
         let reference = Reference::of(&stage);
         let truth = SceneTruth::new(scene, reference.tiles.as_deref(), &pose, size).unwrap();
         let background = [0.0, 0.0, 0.0, 1.0];
-        let pixel = |n: u32| truth.pixel(n % 37, n / 37).unwrap_or(background).map(|channel| channel as f32);
+        let truth = |n: u32| truth.pixel(n % 37, n / 37, RAYS[2]);
+        let pixel = |n: u32| truth(n).unwrap_or(background).map(|channel| channel as f32);
         let picture = Picture::new(37, 21, (0..37 * 21).map(pixel).collect());
         let mut shown = Srgb8Picture::from(&picture);
-        let wrong =
-            (0..37 * 21).find(|n| *n > 380 && truth.pixel(*n as u32 % 37, *n as u32 / 37).is_some()).unwrap();
+        let wrong = (381..37 * 21).find(|n| truth(*n as u32).is_some()).unwrap();
         shown.rgba[4 * wrong] ^= 0x80;
         let work = work(size);
         work.errors(&reference, &pose, &shown);
@@ -325,8 +322,8 @@ mod tests {
 
     #[test]
     fn the_reference_itself_has_no_error_and_one_wrong_pixel_is_found_at_its_place() {
-        let bunny = Scene::embedded("bunny").unwrap();
-        for scene in [Scene::embedded("globe").unwrap(), Scene::embedded("plane-tilt").unwrap(), bunny] {
+        for name in ["globe", "plane-tilt", "relief-brick", "bunny"] {
+            let scene = Scene::embedded(name).unwrap();
             let (errors, wrong) = errors(&scene);
             for (n, error) in errors.iter().enumerate() {
                 // Half a code near white is 0.0045 of linear light.
@@ -347,7 +344,7 @@ mod tests {
         let truth = SceneTruth::new(&other, reference.tiles.as_deref(), &pose, size).unwrap();
         let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
         let mut errors: Vec<f32> =
-            pixels.filter_map(|[x, y]| Some(error(truth.pixel(x, y)?, &shown, [x, y]))).collect();
+            pixels.filter_map(|[x, y]| Some(error(truth.pixel(x, y, RAYS[1])?, &shown, [x, y]))).collect();
         errors.sort_by(f32::total_cmp);
         errors[errors.len() / 2]
     }
@@ -364,6 +361,9 @@ mod tests {
             scene("globe", &["surface.land.lit=true"]),
             scene("globe", &[plain, "surface.land.filter={}"]),
             scene("globe", &[plain, "surface.land.filter={kind='ellipse', max_anisotropy=8}"]),
+            scene("globe", &["surface.land.texture.format=bc1", "surface.land.lit=true"]),
+            scene("relief-brick", &[]),
+            scene("relief-rock", &[]),
             scene("bunny", &[]),
             scene("herd", &[]),
         ];
@@ -375,8 +375,29 @@ mod tests {
             let dark = median_error(&gpu, scene, &["sun.colour=[0.0, 0.0, 0.0]".to_owned()]);
             assert!(dark > 2.0 * own, "scene {n}, {}: {own}, without the sun {dark}", scene.name);
         }
-        let relief = Stage::new(&gpu, scene("relief-brick", &[]), Vec::new(), [32, 18], true).unwrap();
-        assert!(check(&relief).unwrap_err().contains("relief"));
+        let own = median_error(&gpu, &scenes[4], &[]);
+        let flat = median_error(&gpu, &scenes[4], &["surface.floor.relief.depth_m=1e-6".to_owned()]);
+        assert!(flat > 2.0 * own, "{}: {own}, without the relief {flat}", scenes[4].name);
+    }
+
+    #[test]
+    fn a_relief_agrees_better_with_more_rays() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let (scene, size) = (Scene::embedded("relief-brick").unwrap(), [96, 54]);
+        let pose = scene.pose(0).unwrap();
+        let mut stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        stage.renderer.settle(&pose).unwrap();
+        let rgba = stage.renderer.picture_bytes().unwrap();
+        let shown = Srgb8Picture { width: size[0], height: size[1], rgba };
+        let truth = SceneTruth::new(&scene, None, &pose, size).unwrap();
+        let mean = |rays: u32| {
+            let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
+            let errors = pixels.filter_map(|[x, y]| Some(error(truth.pixel(x, y, rays)?, &shown, [x, y])));
+            let errors: Vec<f32> = errors.collect();
+            errors.iter().sum::<f32>() / errors.len() as f32
+        };
+        let [one, several, many] = RAYS.map(mean);
+        assert!(one > several && several > many, "{one} {several} {many}");
     }
 
     #[test]

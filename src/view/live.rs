@@ -3,25 +3,23 @@
 use super::Opening;
 use super::action::{Action, Comparison};
 use super::bookmarks::Bookmarks;
-use super::control::{self, Hold, Pane};
-use super::eye::{self, Eye};
-use super::film::Film;
-use super::judge::{self, Judge, Question, Subject};
+use super::control::{self, Hold};
+use super::eye::Eye;
+use super::job::{self, Job};
+use super::judge::{self, Judge};
 use super::labels::Labels;
 use super::levels::Levels;
-use super::measure::Measure;
+use super::measure::{Measure, PanelsCost};
 use super::overlay::Overlay;
 use super::panels::Panels;
 use super::path::Player;
-use super::probe::{Found, LaidOpen, Probe};
+use super::probe::Probe;
 use super::reload::{self, Reload};
-use super::screen::{Arrangement, Pictures, Screen};
-use super::shot::Shot;
-use super::shown::{Front, Shown};
-use super::stage::{Second, Stage};
+use super::screen::Screen;
+use super::shown::Front;
+use super::stage::Stage;
 use super::terrain::Terrain;
-use egui::{FullOutput, Pos2, RawInput, TexturesDelta, ViewportId};
-use glam::DVec2;
+use egui::{TexturesDelta, ViewportId};
 use ortelius::math::camera::Pose;
 use ortelius::paper::progressive_mesh::faces::Faces;
 use ortelius::renderer::relief_steps::ReliefSteps;
@@ -48,32 +46,34 @@ const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
     pub(super) stage: Stage,
-    pub(super) film: Option<Film>,
-    pub(super) shot: Option<Shot>,
+    pub(super) film: Option<Job>,
+    pub(super) shot: Option<Job>,
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
     /// Changes to the panels' textures that no frame has uploaded yet.
-    textures: TexturesDelta,
+    pub(super) textures: TexturesDelta,
     pub(super) eye: Eye,
-    hold: Option<Hold>,
+    pub(super) hold: Option<Hold>,
     pub(super) player: Player,
     pub(super) panels: Panels,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
     pub(super) comparison: Comparison,
     pub(super) trade: Option<Front>,
-    judge: Judge,
+    pub(super) judge: Judge,
     /// Increases with each change that alters the picture of a fixed pose.
     pub(super) edition: u64,
     /// The pose of the last frame.
-    last_pose: Option<Pose>,
-    terrain: Terrain,
-    measure: Option<Measure>,
+    pub(super) last_pose: Option<Pose>,
+    pub(super) terrain: Terrain,
+    pub(super) measure: Option<Measure>,
+    /// Of this frame.
+    pub(super) panels_cost: PanelsCost,
     /// Close the window once the path is recorded.
-    records_alone: bool,
+    pub(super) records_alone: bool,
     pub(super) overlay: Option<Overlay>,
-    probe: Probe,
-    labels: Labels,
+    pub(super) probe: Probe,
+    pub(super) labels: Labels,
     pub(super) levels: Option<Levels>,
     pub(super) faces: Option<Faces>,
     pub(super) steps: Option<ReliefSteps>,
@@ -81,25 +81,25 @@ pub struct Live {
     /// The camera that streaming and culling keep after F. The picture is drawn from another camera.
     pub(super) frozen: Option<Camera>,
     /// Position of the divider, as a share of the width.
-    divider: f32,
+    pub(super) divider: f32,
     pub(super) folder: PathBuf,
-    last_frame: Instant,
+    pub(super) last_frame: Instant,
     /// Frames still to draw without further changes.
     pub(super) echo: u32,
     /// The last layout of the panels; `None`: the next frame lays them out.
-    laid_out: Option<LaidOut>,
+    pub(super) laid_out: Option<LaidOut>,
     pub(super) window: Arc<Window>,
 }
 
 /// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
-struct LaidOut {
-    at: Instant,
+pub(super) struct LaidOut {
+    pub(super) at: Instant,
     /// Delay until the panels need a redraw.
-    repaint: Duration,
+    pub(super) repaint: Duration,
     /// True if it had input. The next frame is then laid out too, because it completes the effects of the input.
-    had_input: bool,
+    pub(super) had_input: bool,
     /// Later frames that have drawn it.
-    frames: u32,
+    pub(super) frames: u32,
 }
 
 impl Live {
@@ -117,16 +117,18 @@ impl Live {
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
-        let measure = opening.measure.then(|| Measure::new(&stage.scene)).transpose()?;
+        let measure = || Measure::new(&stage.scene, opening.times.clone());
+        let measure = opening.measure.then(measure).transpose()?;
         let (bookmarks, read) = Bookmarks::open(&stage.scene);
         let mut panels = Panels::new(opening.panels);
         if let Err(error) = read {
             tracing::warn!("{error:#}");
-            panels.say(format!("{error:#}"), true);
+            panels.show_message(format!("{error:#}"), true);
         }
         Ok(Live {
             terrain: Terrain::of(&stage.scene),
             measure,
+            panels_cost: PanelsCost::default(),
             records_alone: false,
             player: Player::new(&stage.scene),
             stage,
@@ -195,34 +197,36 @@ impl Live {
     /// True if the next frame may differ from the last one without any event.
     fn is_busy(&self) -> bool {
         let moves = self.eye.is_under_way() || self.player.is_playing();
-        let moves = moves || self.film.is_some() || self.shot.is_some();
-        let moves = moves || self.measure.is_some() || self.records_alone;
+        let moves = moves || self.measure.is_some();
         let unjudged = self.subject().is_some_and(|subject| !self.judge.is_about(&subject));
         moves || self.echo > 0 || !self.stage.settled() || unjudged
     }
 
-    /// Delay until the next frame is due; `None` if only an event can cause one.
-    pub fn wakes_in(&self) -> Option<Duration> {
+    /// When the next frame is due; `None` if only an event can cause one.
+    pub fn frame_due(&self) -> Option<Instant> {
         if self.is_hidden() {
             return None;
         }
-        match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.frames > 0) {
-            true => Some(Duration::ZERO),
-            false if self.judge.is_at_work() => Some(judge::REFRESH),
-            false if self.reload.is_under_way() => Some(reload::LOOK_AGAIN),
-            false => {
-                let repaint = self.laid_out.as_ref().map(|laid_out| laid_out.repaint);
-                repaint.filter(|repaint| *repaint < Duration::from_secs(3600))
-            }
-        }
+        let delay = match self.is_busy() || self.laid_out.as_ref().is_none_or(|laid_out| laid_out.frames > 0)
+        {
+            true => Duration::ZERO,
+            false if self.judge.is_at_work() => judge::REFRESH,
+            false if self.reload.is_under_way() => reload::LOOK_AGAIN,
+            false => self.laid_out.as_ref()?.repaint,
+        };
+        self.last_frame.checked_add(delay)
+    }
+
+    /// When [`Live::take_results`] must be called again; `None` if no screenshot or recording is under way.
+    pub fn results_due(&self) -> Option<Instant> {
+        (self.film.is_some() || self.shot.is_some()).then(|| Instant::now() + job::LOOK_AGAIN)
     }
 
     /// True if this frame must lay out the panels: for input, for something that follows the picture, because egui
     /// asked for it, because the values are old, or because no further frame is due.
     fn is_layout_due(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
-        let follows =
-            self.magnifies || self.frozen.is_some() || self.overlay.is_some() || self.film.is_some();
+        let follows = self.magnifies || self.frozen.is_some() || self.overlay.is_some();
         let answers = self.measure.as_ref().is_some_and(|measure| measure.response.is_some());
         let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
         let age = laid_out.at.elapsed();
@@ -246,17 +250,16 @@ impl Live {
         if self.is_hidden() {
             return Ok(true);
         }
-        if self.records_alone && self.film.is_none() {
-            return Ok(false);
-        }
         if let Some(open) = self.measure.as_mut().and_then(|measure| measure.begin(&mut self.player)) {
-            self.panels.open = open;
+            if self.panels.open != open {
+                (self.panels.open, self.laid_out) = (open, None);
+            }
             self.follow_path();
         }
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let mut done = vec![self.take_shaders(), self.step_shot()];
+        let mut done = vec![self.take_shaders()];
         let mut output = None;
         let mut actions = Vec::new();
         if self.is_layout_due() {
@@ -278,297 +281,11 @@ impl Live {
             done.push(self.act(action));
         }
         for error in done.into_iter().filter_map(Result::err) {
-            tracing::warn!("{error:#}");
-            self.panels.say(format!("{error:#}"), true);
-            self.echo = ECHO;
+            self.report(&error);
         }
         let drawn = self.draw(output)?;
         self.count_response()?;
-        if let Some(part) = self.measure.as_mut().filter(|_| drawn).and_then(Measure::end) {
-            self.print(&part)?;
-        }
+        self.end_measured_frame(drawn)?;
         Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
-    }
-
-    /// The input since the last frame, and the keys that a measurement presses.
-    fn take_input(&mut self) -> RawInput {
-        let mut raw = self.input.take_egui_input(&self.window);
-        if let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) {
-            raw.events.extend(response.events());
-            if response.rests() {
-                self.panels.hush();
-            }
-        }
-        raw
-    }
-
-    /// Compares the presented picture with the one before, during the last part of a measurement.
-    fn count_response(&mut self) -> anyhow::Result<()> {
-        let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) else {
-            return Ok(());
-        };
-        if let Some(buffer) = self.screen.take_read() {
-            self.stage.renderer.drain()?;
-            response.see(&buffer.mapped(), self.stage.settled());
-        }
-        Ok(())
-    }
-
-    /// Passes the input to the panels. Returns their output and the requested actions.
-    fn lay_out(&mut self, raw: RawInput) -> (FullOutput, Vec<Action>) {
-        let context = self.input.egui_ctx().clone();
-        let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
-        let shown = Shown {
-            stage: &self.stage,
-            camera: &self.eye.camera,
-            player: &self.player,
-            film: self.film.as_ref().map(Film::progress),
-            comparison: self.comparison,
-            judged,
-            trade: self.trade.as_ref(),
-            overlay: self.overlay,
-            found: self.probe.found.as_ref().filter(|_| self.magnifies),
-            outline: self.outline(context.pixels_per_point()),
-            labels: &self.labels.found,
-        };
-        let panels = &mut self.panels;
-        let mut actions = Vec::new();
-        let has_events = !raw.events.is_empty();
-        // egui may run the layout twice. The last run counts.
-        let mut output = context.run_ui(raw, |ui| actions = panels.show(ui, &shown));
-        let scrolls = context.input(|input| input.smooth_scroll_delta != egui::Vec2::ZERO);
-        let repaint =
-            output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
-        let had_input = has_events || scrolls;
-        self.laid_out = Some(LaidOut { at: Instant::now(), repaint, had_input, frames: 0 });
-        self.textures.append(std::mem::take(&mut output.textures_delta));
-        let platform = std::mem::take(&mut output.platform_output);
-        self.input.handle_platform_output(&self.window, platform);
-        (output, actions)
-    }
-
-    /// The values of the magnified pixel.
-    pub(super) fn found(&self) -> Option<&Found> {
-        self.probe.found.as_ref().filter(|_| self.magnifies)
-    }
-
-    /// The outline of the frozen camera's view, in points of the window.
-    fn outline(&self, pixels_per_point: f32) -> Vec<Option<Pos2>> {
-        let Some(frozen) = &self.frozen else { return Vec::new() };
-        let edge = eye::outline(frozen, &self.eye.camera, self.stage.renderer.size());
-        let points = |at: DVec2| Pos2::new(at.x as f32, at.y as f32) / pixels_per_point;
-        edge.into_iter().map(|at| at.map(points)).collect()
-    }
-
-    fn move_eye(&mut self, seconds: f64) {
-        let context = self.input.egui_ctx().clone();
-        let before = self.eye.camera;
-        self.eye.advance(seconds);
-        let pane = Pane {
-            size: self.stage.renderer.size(),
-            pixels_per_point: context.pixels_per_point(),
-            divider: self.stage.second.as_ref().map(|_| self.divider),
-        };
-        let was = (self.eye.camera, self.eye.is_under_way());
-        let divider = control::steer(&context, &mut self.eye, &mut self.hold, &pane, seconds);
-        if (self.eye.camera, self.eye.is_under_way()) != was {
-            self.player.stop();
-        }
-        self.divider = divider.unwrap_or(self.divider);
-        if self.player.is_playing() {
-            self.player.advance(seconds);
-            self.follow_path();
-        } else {
-            self.eye.rise_above(self.terrain.height_m(&self.eye.camera));
-        }
-        if self.eye.camera != before {
-            self.terrain.begin();
-        }
-        if self.eye.camera != before || divider.is_some() {
-            self.echo = ECHO;
-        }
-    }
-
-    pub(super) fn follow_path(&mut self) {
-        if let Some(camera) = self.player.camera() {
-            self.eye.set(camera);
-        }
-    }
-
-    /// What the judge computes for the current comparison or overlay.
-    fn subject(&self) -> Option<Subject> {
-        let question = match self.comparison {
-            Comparison::Flip if self.stage.second.is_some() => Question::Flip,
-            _ if self.overlay == Some(Overlay::Error) => Question::Error,
-            _ => return None,
-        };
-        let (pose, size) = (self.eye.camera.pose(), self.stage.renderer.size());
-        self.film.is_none().then_some(Subject { question, pose, size, edition: self.edition })
-    }
-
-    /// Draws the picture and the panels, whose last layout stays if there is no `output`. Returns false if no image was
-    /// available.
-    fn draw(&mut self, output: Option<FullOutput>) -> anyhow::Result<bool> {
-        let window: [u32; 2] = self.window.inner_size().into();
-        let Some(number) = self.screen.acquire(window)? else {
-            (self.echo, self.laid_out) = (ECHO, None);
-            return Ok(false);
-        };
-        if self.measure.as_ref().is_some_and(|measure| measure.response.is_some()) {
-            self.screen.read_next(&self.stage.renderer.gpu)?;
-        }
-        let size = self.screen.swapchain.size();
-        if self.stage.renderer.size() != size {
-            self.stage.resize(size)?;
-        }
-        let points = self.input.egui_ctx().pixels_per_point();
-        match output {
-            Some(output) => {
-                let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
-                self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
-            }
-            None if self.screen.painter.fits(size) => {
-                self.laid_out.iter_mut().for_each(|laid_out| laid_out.frames += 1);
-            }
-            None => self.laid_out = None,
-        }
-        let arrangement = self.arrangement(size, points);
-        self.render(number, &arrangement)?;
-        self.screen.painter.drawn(&std::mem::take(&mut self.textures));
-        if !self.screen.swapchain.present(number, window)? {
-            self.screen.swapchain.resize(window)?;
-            self.echo = ECHO;
-        }
-        self.write_film()?;
-        Ok(true)
-    }
-
-    /// Creates the passes that the overlay or the magnifier needs, and drops those that are no longer needed.
-    fn prepare_overlays(&mut self) -> anyhow::Result<()> {
-        let renderer = &self.stage.renderer;
-        let (gpu, target) = (&renderer.gpu, renderer.target());
-        let wanted = (self.overlay.is_some() || self.magnifies) && self.film.is_none();
-        let texture = renderer.technique.texture.as_ref().filter(|_| wanted);
-        self.levels = match (texture, self.levels.take().filter(|levels| levels.fits(target))) {
-            (Some(texture), None) => Some(Levels::new(gpu, texture, target)?),
-            (texture, levels) => texture.and(levels),
-        };
-        let shows_faces = self.magnifies || self.overlay.is_some_and(Overlay::is_of_meshes);
-        let meshes = renderer.technique.meshes.as_ref().filter(|_| wanted && shows_faces);
-        self.faces = match (meshes, self.faces.take().filter(|faces| faces.fits(target))) {
-            (Some(meshes), None) => Some(Faces::new(gpu, meshes, target)?),
-            (meshes, faces) => meshes.and(faces),
-        };
-        if let Some(faces) = &mut self.faces {
-            faces.counts_misses = self.magnifies || self.overlay == Some(Overlay::Misses);
-        }
-        let reliefs = self.overlay == Some(Overlay::Steps) && wanted;
-        let plain = renderer.technique.plain.as_ref().filter(|_| reliefs);
-        self.steps = match (plain, self.steps.take().filter(|steps| steps.fits(target))) {
-            (Some(plain), None) => Some(ReliefSteps::new(gpu, plain, target)?),
-            (plain, steps) => plain.and(steps),
-        };
-        Ok(())
-    }
-
-    /// The pose of the next frame, and what its error is measured for if its picture is complete.
-    fn next_pose(&mut self) -> (Pose, Option<Subject>) {
-        let pose: Pose = self.eye.camera.pose();
-        // The last frame reports whether its picture is complete. That holds for this frame only if the pose
-        // is the same.
-        let is_still = self.last_pose == Some(pose);
-        self.stage.lift_budgets(is_still);
-        let subject = self.subject().filter(|_| is_still && self.stage.settled());
-        self.last_pose = Some(pose);
-        (pose, subject)
-    }
-
-    fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
-        self.prepare_overlays()?;
-        let (pose, subject) = self.next_pose();
-        self.judge.start_arrived(&self.stage);
-        let frozen = self.frozen.as_ref().map(Camera::pose);
-        self.stage.renderer.technique.frozen = frozen;
-        let (mut second, films) = (None, self.film.is_some());
-        if let Some(Second { renderer, .. }) = self.stage.second.as_mut().filter(|_| !films) {
-            renderer.technique.frozen = frozen;
-            renderer.frame(&pose)?;
-            second = Some(renderer.target().color.clone());
-        }
-        let (renderer, pose) = match &mut self.film {
-            Some(film) => {
-                let pose = film.pose().unwrap_or(pose);
-                (&mut film.renderer, pose)
-            }
-            None => (&mut self.stage.renderer, pose),
-        };
-        let (steps, labels) = (&self.steps, &mut self.labels);
-        let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
-        let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
-        let [acquired, drawn] = screen.swapchain.semaphores(number);
-        renderer.frame_with(&pose, &[acquired], &[drawn], |frame, view, surfaces, target| {
-            let levels = levels.as_ref().zip(surfaces.texture.as_ref());
-            if let Some((levels, texture)) = levels {
-                levels.draw(frame, texture, view)?;
-            }
-            let levels = levels.map(|(levels, _)| levels);
-            let named = levels.filter(|_| overlay == Some(Overlay::Levels));
-            labels.step(&gpu, frame, view, (named.map(|levels| &levels.shown.image), arrangement.split))?;
-            if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
-                faces.record(&gpu, frame, meshes, view)?;
-            }
-            let faces = faces.as_ref().map(|faces| &faces.image);
-            if let Some(steps) = steps {
-                steps.record(frame, surfaces, view)?;
-            }
-            let pictures = Pictures {
-                left: &target.color,
-                right: second.as_ref().unwrap_or(&target.color),
-                words: match overlay {
-                    Some(overlay) if overlay.is_of_meshes() => faces,
-                    Some(Overlay::Steps) => steps.as_ref().map(|steps| &steps.image),
-                    _ => levels.map(|levels| &levels.shown.image),
-                },
-            };
-            judge.step(&gpu, frame, view, [pictures.left, pictures.right], subject)?;
-            let at = arrangement.magnified;
-            let is_right = at.is_some_and(|at| at[0] >= arrangement.split as i32);
-            let picture = if is_right { pictures.right } else { pictures.left };
-            let laid_open = LaidOpen { levels, faces };
-            probe.step(&gpu, frame, view, (target, picture, laid_open), at)?;
-            screen.record(frame, number, pictures, arrangement)
-        })?;
-        Ok(())
-    }
-
-    fn arrangement(&self, size: [u32; 2], points: f32) -> Arrangement {
-        let compares = self.stage.second.is_some() && self.film.is_none();
-        let pointer = self.input.egui_ctx().pointer_latest_pos();
-        let magnified = pointer.map(|at| [at.x, at.y].map(|at| (at * points) as i32));
-        Arrangement {
-            split: if compares { (self.divider * size[0] as f32) as u32 } else { size[0] + 1 },
-            gain: if compares && self.comparison == Comparison::Difference { 8.0 } else { 0.0 },
-            magnified: magnified.filter(|_| self.magnifies),
-            overlay: self.overlay.filter(|_| self.film.is_none()).map_or(0, Overlay::number),
-        }
-    }
-
-    fn write_film(&mut self) -> anyhow::Result<()> {
-        let Some(film) = &mut self.film else { return Ok(()) };
-        match film.write() {
-            Ok(None) => {}
-            Ok(Some(folder)) => {
-                let folder = folder.display().to_string();
-                self.film = None;
-                self.print(&folder)?;
-                self.say(format!("{folder}: pictures and a report"));
-            }
-            Err(error) if self.records_alone => return Err(error),
-            Err(error) => {
-                self.film = None;
-                self.panels.say(format!("{error:#}"), true);
-            }
-        }
-        Ok(())
     }
 }

@@ -1,100 +1,185 @@
-//! `view --measure`: frame times along the scene's path with cold caches, with warm caches, and with open
-//! panels. All passes have the same steps, so the first differs from the second only by its loads. Then frames
-//! from key presses to changed pictures are counted.
+//! `view --measure`: frame times along the scene's path. Its passes have the same steps:
+//! - with cold caches, then with warm ones, which differ only by the loads of the first pass;
+//! - with closed and with open panels in turn, some steps each, so that a slow machine slows both.
+//!
+//! Then frames from key presses to changed pictures are counted.
 
 use super::path::Player;
 use super::response::Response;
 use anyhow::bail;
+use ortelius::figure::Machine;
+use ortelius::header::JsonFormat;
+use ortelius::picture::write::write_whole;
 use ortelius::scene::Scene;
-use ortelius::stats::percentile;
-use std::time::Instant;
+use ortelius::stats::{Summary, median, median_interval, percentile};
+use ortelius::vk::{FRAMES_IN_FLIGHT, PhysicalDevice};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Steps per pass. Of 240 times, the 99th percentile lies between the fourth- and the third-longest.
 const STEPS: usize = 240;
 
-/// Names of the passes, in order.
-const PASSES: [&str; 3] = ["cold caches", "warm caches", "panels open"];
+/// Steps with closed panels, then as many with open ones; every other time in the other order.
+const BLOCK: usize = 24;
+
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    Cold,
+    Warm,
+    Closed,
+    Open,
+}
+
+impl Pass {
+    const ALL: [(Pass, &str); 4] = [
+        (Pass::Cold, "cold caches"),
+        (Pass::Warm, "warm caches"),
+        (Pass::Closed, "panels closed"),
+        (Pass::Open, "panels open"),
+    ];
+
+    /// The pass and the step of a frame; `None` after the last pass.
+    fn of_frame(n: usize) -> Option<(Pass, usize)> {
+        let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
+        match n / STEPS {
+            0 => Some((Pass::Cold, n)),
+            1 => Some((Pass::Warm, n - STEPS)),
+            2 | 3 => {
+                let is_open = (within >= BLOCK) == (block % 2 == 1);
+                let step = (block - STEPS / BLOCK) * BLOCK + within % BLOCK;
+                Some((if is_open { Pass::Open } else { Pass::Closed }, step))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Time that a frame's processor spent on the panels.
+#[derive(Clone, Copy, Default)]
+pub struct PanelsCost {
+    /// Zero in a frame that draws the last layout.
+    pub layout: Duration,
+    /// Triangles, and their upload.
+    pub triangles: Duration,
+}
+
+/// One measured frame.
+struct Timed {
+    pass: Pass,
+    step: usize,
+    ms: f64,
+    /// Of all threads.
+    processor_ms: Option<f64>,
+    panels: PanelsCost,
+    /// The device's time of the pass that draws the panels.
+    panels_pass_ms: Option<f64>,
+}
 
 /// A measurement in progress.
 pub struct Measure {
-    begun: Instant,
-    /// Frame times of each pass so far, in milliseconds.
-    frames_ms: Vec<Vec<f64>>,
-    /// Processor time of this process at the start, and at the end of each pass, in milliseconds.
-    processor_ms: Vec<Option<f64>>,
+    begun: (Instant, Option<f64>),
+    frames: Vec<Timed>,
     /// After the passes.
     pub response: Option<Response>,
     ended: bool,
+    /// The file of the results.
+    file: Option<PathBuf>,
+}
+
+/// The results, as a file holds them. Times in milliseconds.
+#[derive(Serialize)]
+struct Results<'a> {
+    machine: Machine,
+    scene: &'a str,
+    path: Option<&'a String>,
+    size: [u32; 2],
+    disk_delay_ms: f64,
+    passes: Vec<PassTimes>,
+    /// 99th percentile with cold caches over that with warm ones.
+    cold_over_warm_p99: f64,
+    /// Open minus closed panels, at the same step.
+    panels_ms: Summary,
+    panels_ms_mean: f64,
+    panels_ms_median_interval: [f64; 2],
+    response: Option<String>,
+}
+
+/// Times of a pass, in milliseconds a frame.
+#[derive(Serialize)]
+struct PassTimes {
+    name: &'static str,
+    frame: Summary,
+    p99: f64,
+    processor_mean: Option<f64>,
+    /// Frames that laid out the panels.
+    layouts: usize,
+    layout_mean: f64,
+    triangles_mean: f64,
+    panels_pass_median: Option<f64>,
 }
 
 impl Measure {
     /// # Errors
     /// The scene has no path.
-    pub fn new(scene: &Scene) -> anyhow::Result<Measure> {
+    pub fn new(scene: &Scene, file: Option<PathBuf>) -> anyhow::Result<Measure> {
         if scene.paths.is_empty() {
             bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
-        let processor_ms = vec![processor_ms()];
-        Ok(Measure {
-            begun: Instant::now(),
-            frames_ms: vec![Vec::new()],
-            processor_ms,
-            response: None,
-            ended: false,
-        })
+        let begun = (Instant::now(), processor_ms());
+        Ok(Measure { begun, frames: Vec::new(), response: None, ended: false, file })
     }
 
     /// Called at the start of a frame: moves along the path to the next step. Returns true if the panels are
     /// open in this frame; `None` after the passes.
     pub fn begin(&mut self, player: &mut Player) -> Option<bool> {
-        if self.response.is_some() {
-            return None;
-        }
-        self.begun = Instant::now();
-        let step = self.frames_ms.last().map_or(0, Vec::len);
+        let (pass, step) = Pass::of_frame(self.frames.len())?;
+        self.begun = (Instant::now(), processor_ms());
         if let Some((_, frames)) = player.place() {
             player.seek(frames * step as f64 / (STEPS - 1) as f64);
         }
-        Some(self.frames_ms.len() == PASSES.len())
+        Some(pass == Pass::Open)
     }
 
-    /// Called at the end of a frame: records its time. Returns a part of the report that is complete.
-    pub fn end(&mut self) -> Option<String> {
+    /// Called at the end of a frame: records its times. `panels_pass_ns` is of the frame [`FRAMES_IN_FLIGHT`] before it.
+    /// Returns a part of the report that is complete.
+    pub fn end(&mut self, panels: PanelsCost, panels_pass_ns: Option<u64>) -> Option<String> {
         if let Some(response) = &self.response {
             let report = response.report();
             self.ended = report.is_some();
             return report;
         }
-        let pass = self.frames_ms.last_mut().expect("the first pass exists from the start");
-        pass.push(self.begun.elapsed().as_secs_f64() * 1e3);
-        if pass.len() < STEPS {
-            return None;
+        let (pass, step) = Pass::of_frame(self.frames.len()).expect("the passes have not ended");
+        let processor = processor_ms().zip(self.begun.1);
+        self.frames.push(Timed {
+            pass,
+            step,
+            ms: self.begun.0.elapsed().as_secs_f64() * 1e3,
+            processor_ms: processor.map(|(end, begin)| end - begin),
+            panels,
+            panels_pass_ms: None,
+        });
+        if let Some(earlier) = self.frames.iter_mut().rev().nth(FRAMES_IN_FLIGHT) {
+            earlier.panels_pass_ms = panels_pass_ns.map(|ns| ns as f64 / 1e6);
         }
-        let number = self.frames_ms.len() - 1;
-        let (name, [median, p99]) = (PASSES[number], self.times_ms(number));
-        self.processor_ms.push(processor_ms());
-        let line = format!(
-            "{name}: {STEPS} frames, median {median:.2} ms, 99th percentile {p99:.2} ms{}",
-            self.processor(number).map_or(String::new(), |ms| format!(", processor time {ms:.2} ms a frame"))
-        );
-        if self.frames_ms.len() < PASSES.len() {
-            self.frames_ms.push(Vec::new());
-            return Some(line);
+        match self.frames.len() {
+            STEPS => Some(self.times(Pass::Cold).line()),
+            n if n == 2 * STEPS => {
+                let ratio = self.cold_over_warm();
+                Some(format!(
+                    "{}\n99th percentile, cold over warm: {ratio:.2}",
+                    self.times(Pass::Warm).line()
+                ))
+            }
+            n if n == 4 * STEPS => {
+                self.response = Some(Response::default());
+                Some(self.panels_report())
+            }
+            _ => None,
         }
-        self.response = Some(Response::default());
-        let [cold, warm, open] = [0, 1, 2].map(|pass| self.times_ms(pass));
-        let (ratio, panels) = (cold[1] / warm[1], open[0] - warm[0]);
-        let processor = self.processor(2).zip(self.processor(1));
-        let processor = processor.map(|(open, warm)| format!(", {:+.2} ms of processor time", open - warm));
-        Some(format!(
-            "{line}\n99th percentile, cold over warm: {ratio:.2}; panels: {panels:+.2} ms a frame{}",
-            processor.unwrap_or_default()
-        ))
-    }
-
-    /// Processor time a frame in a pass, milliseconds of all threads.
-    fn processor(&self, pass: usize) -> Option<f64> {
-        Some((self.processor_ms[pass + 1]? - self.processor_ms[pass]?) / STEPS as f64)
     }
 
     /// True after the last part of the report.
@@ -102,9 +187,112 @@ impl Measure {
         self.ended
     }
 
-    /// Median and 99th percentile of a pass.
-    fn times_ms(&self, pass: usize) -> [f64; 2] {
-        [0.5, 0.99].map(|at| percentile(&self.frames_ms[pass], at).unwrap_or(f64::NAN))
+    /// The frames of a pass, in the order of the path.
+    fn of(&self, pass: Pass) -> Vec<&Timed> {
+        let mut frames: Vec<&Timed> = self.frames.iter().filter(|frame| frame.pass == pass).collect();
+        frames.sort_by_key(|frame| frame.step);
+        frames
+    }
+
+    fn ms(&self, pass: Pass) -> Vec<f64> {
+        self.of(pass).into_iter().map(|frame| frame.ms).collect()
+    }
+
+    fn times(&self, pass: Pass) -> PassTimes {
+        let (frames, ms) = (self.of(pass), self.ms(pass));
+        let mean = |part: &dyn Fn(&Timed) -> f64| {
+            frames.iter().map(|frame| part(frame)).sum::<f64>() / frames.len() as f64
+        };
+        let processor: Option<Vec<f64>> = frames.iter().map(|frame| frame.processor_ms).collect();
+        let drawn: Vec<f64> = frames.iter().filter_map(|frame| frame.panels_pass_ms).collect();
+        PassTimes {
+            name: Pass::ALL.into_iter().find(|(named, _)| *named == pass).expect("all are named").1,
+            frame: Summary::of(&ms).expect("a pass has frames"),
+            p99: percentile(&ms, 0.99).expect("a pass has frames"),
+            processor_mean: processor.map(|ms| ms.iter().sum::<f64>() / frames.len() as f64),
+            layouts: frames.iter().filter(|frame| !frame.panels.layout.is_zero()).count(),
+            layout_mean: mean(&|frame| frame.panels.layout.as_secs_f64() * 1e3),
+            triangles_mean: mean(&|frame| frame.panels.triangles.as_secs_f64() * 1e3),
+            panels_pass_median: median(&drawn),
+        }
+    }
+
+    fn cold_over_warm(&self) -> f64 {
+        self.times(Pass::Cold).p99 / self.times(Pass::Warm).p99
+    }
+
+    /// Open minus closed panels, for each step.
+    fn panels_ms(&self) -> Vec<f64> {
+        let [open, closed] = [Pass::Open, Pass::Closed].map(|pass| self.ms(pass));
+        open.iter().zip(&closed).map(|(open, closed)| open - closed).collect()
+    }
+
+    fn panels_report(&self) -> String {
+        let [closed, open] = [Pass::Closed, Pass::Open].map(|pass| self.times(pass));
+        let ms = self.panels_ms();
+        let (mean, [low, high]) = (mean(&ms), median_interval(&ms).expect("a pass has frames"));
+        let processor = open.processor_mean.zip(closed.processor_mean);
+        let processor =
+            processor.map(|(open, closed)| format!(", {:+.2} ms of processor time", open - closed));
+        format!(
+            "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}; \
+             {} layouts: {:.2} ms a frame, triangles {:.2} ms, device {:.2} ms",
+            closed.line(),
+            open.line(),
+            median(&ms).expect("a pass has frames"),
+            processor.unwrap_or_default(),
+            open.layouts,
+            open.layout_mean,
+            open.triangles_mean,
+            open.panels_pass_median.unwrap_or(f64::NAN)
+        )
+    }
+
+    /// Writes the results, if a file was named.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&self, scene: &Scene, size: [u32; 2], device: &PhysicalDevice) -> anyhow::Result<()> {
+        let Some(file) = &self.file else { return Ok(()) };
+        let panels = self.panels_ms();
+        let delay = scene.value(&["disk", "delay_ms"]);
+        let delay = delay.and_then(|ms| ms.as_float().or(ms.as_integer().map(|ms| ms as f64)));
+        let results = Results {
+            machine: Machine::here(device),
+            scene: &scene.name,
+            path: scene.view.path.as_ref(),
+            size,
+            disk_delay_ms: delay.unwrap_or(0.0),
+            passes: Pass::ALL.into_iter().map(|(pass, _)| self.times(pass)).collect(),
+            cold_over_warm_p99: self.cold_over_warm(),
+            panels_ms: Summary::of(&panels).expect("a pass has frames"),
+            panels_ms_mean: mean(&panels),
+            panels_ms_median_interval: median_interval(&panels).expect("a pass has frames"),
+            response: self.response.as_ref().and_then(Response::report),
+        };
+        write(file, &results)
+    }
+}
+
+fn write(file: &Path, results: &Results<'_>) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(&FORMAT.head(results))?;
+    Ok(write_whole(file, |file| file.write_all(text.as_bytes()))?)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+impl PassTimes {
+    fn line(&self) -> String {
+        let processor = self.processor_mean.map(|ms| format!(", processor time {ms:.2} ms a frame"));
+        format!(
+            "{}: {STEPS} frames, median {:.2} ms, 99th percentile {:.2} ms{}",
+            self.name,
+            self.frame.median,
+            self.p99,
+            processor.unwrap_or_default()
+        )
     }
 }
 
@@ -116,4 +304,39 @@ fn processor_ms() -> Option<f64> {
     let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks = |n: usize| fields.get(n)?.parse::<f64>().ok();
     Some(10.0 * (ticks(11)? + ticks(12)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pass_takes_every_step_once() {
+        let mut steps = [[0; STEPS]; 4];
+        let frames = (0..).map_while(Pass::of_frame).collect::<Vec<_>>();
+        for (pass, step) in &frames {
+            steps[Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()][*step] += 1;
+        }
+        assert!(frames.len() == 4 * STEPS && steps.as_flattened().iter().all(|count| *count == 1));
+        // In turn: each of the two is the first as often as the other.
+        let first_open =
+            frames[2 * STEPS..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
+        assert_eq!(first_open, STEPS / BLOCK / 2);
+    }
+
+    #[test]
+    fn the_panels_cost_is_the_difference_at_the_same_step() {
+        let scene = Scene::embedded("globe").unwrap();
+        let mut measure = Measure::new(&scene, None).unwrap();
+        for n in 0..4 * STEPS {
+            let (pass, step) = Pass::of_frame(n).unwrap();
+            // The path's own cost changes much more than the panels'.
+            let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
+            let panels = PanelsCost::default();
+            measure.frames.push(Timed { pass, step, ms, processor_ms: None, panels, panels_pass_ms: None });
+        }
+        assert!(measure.panels_ms().iter().all(|ms| (ms - 1.5).abs() < 1e-9));
+        assert_eq!(measure.cold_over_warm(), 1.0);
+        assert!(measure.panels_report().contains("panels: median +1.50 ms"), "{}", measure.panels_report());
+    }
 }

@@ -10,16 +10,19 @@ mod app;
 mod bookmarks;
 mod compared;
 mod control;
+mod draw;
 mod encode;
 mod eye;
 mod film;
 mod filters;
 mod inspector;
+mod job;
 mod judge;
 mod labels;
 mod levels;
 mod live;
 mod measure;
+mod measured;
 mod overlay;
 mod painter;
 mod panels;
@@ -32,10 +35,12 @@ mod settings;
 mod shot;
 mod shown;
 mod stage;
+mod steer;
 mod streamed;
 mod terrain;
+mod variants;
 
-pub use stage::Variant;
+pub use variants::Variant;
 
 use ortelius::figure::Trade;
 use ortelius::scene::Scene;
@@ -62,6 +67,8 @@ pub struct Opening {
     pub record: bool,
     /// Print frame times along the path, then close the window.
     pub measure: bool,
+    /// The file that these times are also written to.
+    pub times: Option<PathBuf>,
     /// Part of the device's name, or its index.
     pub device: Option<String>,
     pub validate: bool,

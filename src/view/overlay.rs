@@ -1,6 +1,5 @@
 //! The overlays that colour the picture.
 
-use super::judge;
 use super::stage::Stage;
 
 /// The selected overlay.
@@ -61,7 +60,7 @@ impl Overlay {
             Overlay::Levels | Overlay::Shortfall => stage.renderer.technique.texture.is_some(),
             Overlay::Collapse | Overlay::Misses => stage.renderer.technique.meshes.is_some(),
             Overlay::Steps => stage.renderer.technique.has_reliefs(),
-            Overlay::Error => judge::check(stage).is_ok(),
+            Overlay::Error => true,
         }
     }
 

@@ -37,8 +37,8 @@ struct Painting {
     buffers: Option<(Buffer, Buffer)>,
     /// Draws in order; consecutive ones with the same texture share an entry.
     draws: Vec<(TextureId, Vec<ClippedSlice>)>,
-    /// The rectangle that holds all of them.
-    whole: ClippedSlice,
+    /// Disjoint rectangles that hold all of them.
+    covered: Vec<ClippedSlice>,
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
 
@@ -121,7 +121,7 @@ impl Painter {
             }
         }
         let points = size.map(|pixels| pixels as f32 / pixels_per_point);
-        let whole = whole(&draws, indices.len() as u32);
+        let covered = covered(&draws, indices.len() as u32);
         indices.extend([0, 1, 2, 2, 1, 3].map(|corner| vertices.len() as u32 + corner));
         vertices.extend([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|place| {
             let position = [0, 1].map(|axis| place[axis] * points[axis]);
@@ -132,7 +132,7 @@ impl Painter {
             Some(last) if last.layer.info().size == size => last.layer,
             _ => Arc::new(self.gpu.image("panels", ImageInfo::target(size, Format::Rgba8))?),
         };
-        self.painting = Some(Painting { layer, is_new: true, points, buffers, draws, whole, uploads });
+        self.painting = Some(Painting { layer, is_new: true, points, buffers, draws, covered, uploads });
         Ok(())
     }
 
@@ -204,7 +204,7 @@ impl Painter {
         let color = ColorTarget { image: target, clear: Clear::Keep };
         let resources = [(panels_frag::IMAGE, Resource::Sampled(&painting.layer, nearest))];
         cmd.render(size, &[color], None, |render| {
-            render.draw_clipped(over, &resources, push, geometry, &[painting.whole])
+            render.draw_clipped(over, &resources, push, geometry, &painting.covered)
         })
     }
 
@@ -229,11 +229,77 @@ fn pipelines(gpu: &Gpu, format: Format) -> Result<[GraphicsPipeline; 2]> {
     Ok([pipeline(Format::Rgba8)?, pipeline(format)?])
 }
 
-/// The rectangle that holds all draws, drawn by the two triangles from `first_index` on.
-fn whole(draws: &[(TextureId, Vec<ClippedSlice>)], first_index: u32) -> ClippedSlice {
-    let slices = || draws.iter().flat_map(|(_, slices)| slices);
-    let least = [0, 1].map(|axis| slices().map(|slice| slice.at[axis]).min().unwrap_or(0));
-    let end = |axis: usize| slices().map(|slice| slice.at[axis] + slice.size[axis]).max().unwrap_or(0);
-    let size = [0, 1].map(|axis| end(axis) - least[axis]);
-    ClippedSlice { at: least, size, first_index, count: 6 }
+/// Disjoint rectangles that hold all draws, so that no pixel is blended twice. Two triangles from `first_index` on draw
+/// each of them.
+fn covered(draws: &[(TextureId, Vec<ClippedSlice>)], first_index: u32) -> Vec<ClippedSlice> {
+    let mut found: Vec<Rectangle> = Vec::new();
+    for slice in draws.iter().flat_map(|(_, slices)| slices) {
+        let mut next = Rectangle { at: slice.at, end: [0, 1].map(|axis| slice.at[axis] + slice.size[axis]) };
+        // The union with one rectangle may overlap another.
+        while let Some(n) = found.iter().position(|other| other.overlaps(&next)) {
+            next = next.with(&found.swap_remove(n));
+        }
+        found.push(next);
+    }
+    let slice = |Rectangle { at, end }: Rectangle| {
+        let size = [0, 1].map(|axis| end[axis] - at[axis]);
+        ClippedSlice { at, size, first_index, count: 6 }
+    };
+    found.into_iter().map(slice).collect()
+}
+
+/// Pixels from `at` to before `end`.
+struct Rectangle {
+    at: [u32; 2],
+    end: [u32; 2],
+}
+
+impl Rectangle {
+    fn overlaps(&self, other: &Rectangle) -> bool {
+        (0..2).all(|axis| self.at[axis] < other.end[axis] && other.at[axis] < self.end[axis])
+    }
+
+    /// The rectangle that holds both.
+    fn with(&self, other: &Rectangle) -> Rectangle {
+        Rectangle {
+            at: [0, 1].map(|axis| self.at[axis].min(other.at[axis])),
+            end: [0, 1].map(|axis| self.end[axis].max(other.end[axis])),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_drawn_pixel_is_covered_once_and_distant_rectangles_stay_apart() {
+        let slice = |at, size| ClippedSlice { at, size, first_index: 0, count: 3 };
+        // The second chain of overlaps joins the first only by its last link.
+        let slices = [
+            slice([60, 0], [20, 50]),
+            slice([0, 40], [9, 5]),
+            slice([0, 0], [10, 4]),
+            slice([4, 2], [10, 4]),
+            slice([20, 0], [8, 8]),
+            slice([12, 5], [9, 2]),
+            slice([80, 0], [3, 3]),
+        ];
+        let draws =
+            [(TextureId::default(), slices[..3].to_vec()), (TextureId::User(1), slices[3..].to_vec())];
+        let found = covered(&draws, 30);
+        let holds = |slice: &ClippedSlice, [x, y]: [u32; 2]| {
+            (slice.at[0]..slice.at[0] + slice.size[0]).contains(&x)
+                && (slice.at[1]..slice.at[1] + slice.size[1]).contains(&y)
+        };
+        for at in (0..50).flat_map(|y| (0..90).map(move |x| [x, y])) {
+            let count = found.iter().filter(|slice| holds(slice, at)).count();
+            assert!(count <= 1, "{at:?} is blended {count} times");
+            assert!(count == 1 || !slices.iter().any(|slice| holds(slice, at)), "{at:?} is missing");
+        }
+        let mut pixels: Vec<u32> = found.iter().map(|slice| slice.size[0] * slice.size[1]).collect();
+        pixels.sort_unstable();
+        assert_eq!(pixels, [9, 45, 28 * 8, 20 * 50]);
+        assert!(found.iter().all(|slice| (slice.first_index, slice.count) == (30, 6)));
+    }
 }

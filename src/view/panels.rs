@@ -3,13 +3,14 @@
 use super::action::{Action, KEYS, MOVES};
 use super::compared;
 use super::inspector;
+use super::job;
 use super::settings::SettingsPanel;
 use super::shown::Shown;
 use super::stage::{HISTORY, Stage};
 use super::streamed::{self, rows};
 use egui::{
-    Align2, CollapsingHeader, Color32, Grid, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke, Ui,
-    Vec2, vec2,
+    Align2, CollapsingHeader, Color32, Grid, Label, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke,
+    Ui, Vec2, vec2,
 };
 use ortelius::frame::Technique;
 use ortelius::renderer::Record;
@@ -40,18 +41,22 @@ const ERROR: Duration = Duration::from_secs(20);
 /// Initial width of the panels, in points.
 const WIDTH: f32 = 330.0;
 
+/// Space around the status line, and its least width, in points.
+const MARGIN: f32 = 8.0;
+const LEAST_STATUS: f32 = 100.0;
+
 impl Panels {
     pub fn new(open: bool) -> Panels {
         Panels { open, help: false, profiler: false, settings: SettingsPanel::new(), status: None }
     }
 
     /// Shows a message in the status line for some seconds.
-    pub fn say(&mut self, text: String, is_error: bool) {
+    pub fn show_message(&mut self, text: String, is_error: bool) {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
     /// Hides the message.
-    pub fn hush(&mut self) {
+    pub fn hide_message(&mut self) {
         self.status = None;
     }
 
@@ -121,7 +126,10 @@ impl Panels {
     }
 
     fn status_line(&mut self, ui: &mut Ui, shown: &Shown<'_>) {
-        let mut line = shown.film.map(|(done, all)| (format!("recording: {done} of {all} frames"), false));
+        let mut line = shown.film.map(|(done, all)| {
+            ui.ctx().request_repaint_after(job::LOOK_AGAIN);
+            (format!("recording: {done} of {all} frames"), false)
+        });
         if let Some(Status { text, is_error, since }) = &self.status {
             let left = if *is_error { ERROR } else { MESSAGE }.saturating_sub(since.elapsed());
             match left.is_zero() {
@@ -134,8 +142,15 @@ impl Panels {
         }
         let Some((text, is_error)) = line else { return };
         let colour = if is_error { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
-        egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(8.0, -8.0)).show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| ui.label(RichText::new(text).color(colour)));
+        let width = (ui.available_width() - 2.0 * MARGIN).max(LEAST_STATUS);
+        let area = egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(MARGIN, -MARGIN));
+        area.show(ui.ctx(), |ui| {
+            // Otherwise the width of the last message.
+            ui.set_max_width(width);
+            let label = Label::new(RichText::new(text).color(colour));
+            // A message is one line, which hides little of the picture. Errors must be readable.
+            let label = if is_error { label } else { label.truncate() };
+            egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(label));
         });
     }
 }

@@ -12,7 +12,7 @@ const STRIDE: u64 = 16;
 /// The pending copies, and the last values that arrived.
 #[derive(Default)]
 pub struct Probe {
-    asked: PerFrame<Option<Asked>>,
+    queries: PerFrame<Option<Query>>,
     pub found: Option<Found>,
 }
 
@@ -27,7 +27,7 @@ pub struct LaidOpen<'a> {
 
 /// The copies of one frame: colour, depth, the face of a mesh, and the tile, coordinates and derivatives of a
 /// virtual texture.
-struct Asked {
+struct Query {
     buffer: Buffer,
     at: [u32; 2],
     near_m: f64,
@@ -85,8 +85,8 @@ impl Probe {
         (target, picture, LaidOpen { levels, faces }): (&Target, &Image, LaidOpen<'_>),
         at: Option<[i32; 2]>,
     ) -> Result<()> {
-        if let Some(asked) = self.asked[view.slot()].take() {
-            self.found = Some(asked.read());
+        if let Some(queries) = self.queries[view.slot()].take() {
+            self.found = Some(queries.read());
         }
         let inside = |at: [i32; 2]| {
             let at = [u32::try_from(at[0]).ok()?, u32::try_from(at[1]).ok()?];
@@ -112,12 +112,12 @@ impl Probe {
             Ok(())
         })?;
         let (near_m, has_meshes, has_texture) = (view.pose.near_m, faces.is_some(), levels.is_some());
-        self.asked[view.slot()] = Some(Asked { buffer, at, near_m, has_meshes, has_texture });
+        self.queries[view.slot()] = Some(Query { buffer, at, near_m, has_meshes, has_texture });
         Ok(())
     }
 }
 
-impl Asked {
+impl Query {
     fn read(&self) -> Found {
         let texels = self.buffer.mapped::<[u32; 4]>();
         let words = |n: usize| texels[n];

@@ -43,6 +43,9 @@ pub struct Screen {
     resized: bool,
 }
 
+/// The pass that draws the panels.
+pub const PANELS_PASS: &str = "panels";
+
 /// Side of the magnifier in pixels, and its magnification.
 pub const LENS: u32 = 176;
 const ZOOM: u32 = 8;
@@ -147,7 +150,7 @@ impl Screen {
                 render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), 3)
             })
         })?;
-        frame.pass("panels", |cmd| self.painter.draw(cmd, image))?;
+        frame.pass(PANELS_PASS, |cmd| self.painter.draw(cmd, image))?;
         if let Some(buffer) = &self.copy {
             let copy = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: image.info().size };
             frame.pass("copy of the window", |cmd| {

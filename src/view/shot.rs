@@ -1,28 +1,28 @@
 //! F12: saves a picture, and a report that reproduces it bit for bit.
 
-use super::stage::Stage;
+use super::job::{Job, Progress};
+use super::stage::{self, Stage};
 use anyhow::Context;
-use ortelius::frame::Technique;
+use ortelius::frame::{Records, Technique};
 use ortelius::math::camera::Pose;
-use ortelius::renderer::Renderer;
 use ortelius::renderer::report::{Report, RunSection};
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
+use ortelius::vk::Gpu;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The name of the window's camera in the report's scene.
 const NAME: &str = "window";
 
-/// A screenshot in progress. It renders the view as `ortelius render` does: a new renderer that runs until no tile is
-/// missing. The window's own picture may depend on its history: on tiles loaded for an earlier camera, or on times
-/// measured by the governor.
-pub struct Shot {
-    renderer: Renderer,
+/// A screenshot. It renders the view as `ortelius render` does: a new renderer that runs until no tile is missing. The
+/// window's own picture may depend on its history: on tiles loaded for an earlier camera, or on times measured by the
+/// governor.
+struct Shot {
+    gpu: Gpu,
+    scene: Scene,
     run: RunSection,
     pose: Pose,
-    /// See [`Renderer::settle_once`].
-    last_arrival: Instant,
     folder: PathBuf,
 }
 
@@ -34,40 +34,42 @@ fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
     Ok(scene.with(&[camera.to_change(NAME), format!("view.camera={NAME}")])?)
 }
 
-impl Shot {
-    /// # Errors
-    /// As [`Renderer::open`].
-    pub fn new(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Shot> {
-        let scene = with_camera(&stage.scene, camera)?;
-        let deterministic = stage.deterministic();
-        let run = RunSection {
-            camera: Some(NAME.to_owned()),
-            path: None,
-            size: stage.renderer.size(),
-            deterministic,
-            ..RunSection::settled(&scene)
-        };
-        let mut renderer = stage.another(&scene, deterministic)?;
-        renderer.technique.lift_budgets(true);
-        let (pose, folder) = (camera.pose(), folder.to_owned());
-        Ok(Shot { renderer, run, pose, last_arrival: Instant::now(), folder })
-    }
+/// Takes the screenshot on a thread.
+///
+/// # Errors
+/// The camera is outside the range that scenes allow; no thread.
+pub fn start(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Job> {
+    let scene = with_camera(&stage.scene, camera)?;
+    let run = RunSection {
+        camera: Some(NAME.to_owned()),
+        path: None,
+        size: stage.renderer.size(),
+        deterministic: stage.deterministic(),
+        ..RunSection::settled(&scene)
+    };
+    let (gpu, pose, folder) = (stage.renderer.gpu.clone(), camera.pose(), folder.to_owned());
+    let shot = Shot { gpu, scene, run, pose, folder };
+    Ok(Job::start("screenshot", 1, move |progress| shot.take(progress))?)
+}
 
-    /// Renders one frame. Returns the picture's path once no tile is missing and the files are written.
-    ///
-    /// # Errors
-    /// A file cannot be written (the error names its path); no tile arrives for a minute; device lost.
-    pub fn step(&mut self) -> anyhow::Result<Option<PathBuf>> {
-        if !self.renderer.settle_once(&self.pose, &mut self.last_arrival)? {
-            return Ok(None);
+impl Shot {
+    /// Writes the picture and the report. Returns the picture's path.
+    fn take(self, progress: &Progress) -> anyhow::Result<PathBuf> {
+        let Shot { gpu, scene, run, pose, folder } = self;
+        let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
+        renderer.keep(Records::all());
+        renderer.technique.lift_budgets(true);
+        let mut last_arrival = Instant::now();
+        while !renderer.settle_once(&pose, &mut last_arrival)? {
+            progress.check()?;
         }
-        self.renderer.drain()?;
-        let picture = free_name(&self.folder, &self.run.name)?;
-        self.renderer.picture()?.save(&picture)?;
-        let mut report = Report::of(&self.renderer, &self.run.name, NAME, None);
-        report.run = Some(self.run.clone());
+        renderer.drain()?;
+        let picture = free_name(&folder, &run.name)?;
+        renderer.picture()?.save(&picture)?;
+        let mut report = Report::of(&renderer, &run.name, NAME, None);
+        report.run = Some(run);
         report.save(&picture.with_extension("json"))?;
-        Ok(Some(picture))
+        Ok(picture)
     }
 }
 

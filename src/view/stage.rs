@@ -1,24 +1,13 @@
 //! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
 
-use super::filters::other_filters;
+use super::variants::{Variant, own_variants};
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
-use ortelius::frame::{Records, Technique};
-use ortelius::paper::virtual_texture::MaskLayout;
-use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
+use ortelius::frame::Technique;
 use ortelius::picture::Target;
-use ortelius::renderer::sections::LANGUAGES;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
-use ortelius::scene::{self, Scene, ValueKind};
+use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
-
-/// A named set of overrides.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variant {
-    pub name: String,
-    /// In the syntax of `-D`, as KEY=VALUE.
-    pub changes: Vec<String>,
-}
 
 /// One scene on one device.
 pub struct Stage {
@@ -94,7 +83,8 @@ impl Stage {
     pub fn show(&mut self, variant: usize) -> anyhow::Result<Kept> {
         let name = || format!("variant {}", self.variants[variant].name);
         let scene = self.scene_of(variant).with_context(name)?;
-        let kept = go_on(&mut self.renderer, [&self.scene, &scene], self.deterministic).with_context(name)?;
+        let kept =
+            switch(&mut self.renderer, [&self.scene, &scene], self.deterministic).with_context(name)?;
         (self.scene, self.variant) = (scene, variant);
         Ok(kept)
     }
@@ -123,7 +113,7 @@ impl Stage {
         let name = || format!("variant {}", self.variants[variant].name);
         let scene = self.scene_of(variant).with_context(name)?;
         if let Some(second) = &mut self.second {
-            let kept = go_on(&mut second.renderer, [&second.scene, &scene], self.deterministic);
+            let kept = switch(&mut second.renderer, [&second.scene, &scene], self.deterministic);
             let kept = kept.with_context(name)?;
             (second.scene, second.variant) = (scene, variant);
             return Ok(kept);
@@ -191,16 +181,6 @@ impl Stage {
         Ok(())
     }
 
-    /// A new renderer for another scene, on the same device and of the same size. It keeps all records, for a report.
-    ///
-    /// # Errors
-    /// As [`Renderer::open`].
-    pub fn another(&self, scene: &Scene, deterministic: bool) -> Result<Renderer, RenderError> {
-        let mut renderer = Renderer::on(&self.gpu, scene, &options(self.renderer.size(), deterministic))?;
-        renderer.keep(Records::all());
-        Ok(renderer)
-    }
-
     pub fn deterministic(&self) -> bool {
         self.deterministic
     }
@@ -228,7 +208,11 @@ impl Stage {
     }
 }
 
-fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
+/// A new renderer of `size` pixels.
+///
+/// # Errors
+/// As [`Renderer::open`].
+pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
     Renderer::on(gpu, scene, &options(size, deterministic))
 }
 
@@ -238,7 +222,7 @@ fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
 
 /// Switches a renderer from the scene that it shows to another. Opens a new renderer only if the present one cannot
 /// show the other scene. On an error, nothing changes.
-fn go_on(
+fn switch(
     renderer: &mut Renderer,
     [now, next]: [&Scene; 2],
     deterministic: bool,
@@ -247,7 +231,7 @@ fn go_on(
         return Ok(Kept::Everything);
     }
     let (gpu, size) = (renderer.gpu.clone(), renderer.size());
-    let kept = renderer.go_on_with(now, next, &options(size, deterministic))?;
+    let kept = renderer.switch_scene(now, next, &options(size, deterministic))?;
     if kept == Kept::Nothing {
         let other = open(&gpu, next, size, deterministic)?;
         renderer.drain()?;
@@ -256,60 +240,10 @@ fn go_on(
     Ok(kept)
 }
 
-/// The scene's own variant, then other filters of a virtual texture, which change the picture, then one variant for each
-/// other value of the setting that its paper compares: the method that lists visible tiles, the processor that applies changes of the level of detail, the filter of a relief, or
-/// that of a plain texture.
-fn own_variants(scene: &Scene) -> Vec<Variant> {
-    let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
-    let keys = scene::keys(LANGUAGES);
-    let is_virtual = |surface: &scene::Surface| scene.texture_kind(surface) == Some("virtual");
-    let is_mesh =
-        |name: &&String| scene.word(&["surface", name, "geometry", "kind"]) == Some("progressive-mesh");
-    let has_relief = |name: &&String| scene.word(&["surface", name, "relief", "map"]).is_some();
-    let names = || scene.surfaces.keys();
-    let of_surface = [
-        (names().find(is_mesh), "geometry.apply"),
-        (names().find(has_relief), "relief.method"),
-        (names().next(), "filter.kind"),
-    ];
-    let (declared, key) = if scene.surfaces.values().any(is_virtual) {
-        ("variant.dedup".to_owned(), "variant.dedup".to_owned())
-    } else {
-        let found = of_surface.into_iter().find_map(|(name, key)| Some((name?, key)));
-        let Some((name, key)) = found else { return vec![own] };
-        (format!("surface.NAME.{key}"), format!("surface.{name}.{key}"))
-    };
-    let declared = keys.iter().find(|at| at.dotted == declared).expect("the setting is declared");
-    let ValueKind::Choice(values) = &declared.key.kind else { return vec![own] };
-    let path: Vec<&str> = key.split('.').collect();
-    let default = declared.key.default.as_ref().and_then(|default| default.as_str());
-    let now = scene.word(&path).or(default);
-    let variant = |value: &str| {
-        let mut changes = vec![format!("{key}={value}")];
-        changes.extend(companions(scene, value).map(str::to_owned));
-        Variant { name: value.to_owned(), changes }
-    };
-    let others = values.iter().filter(|(value, _)| Some(*value) != now).map(|(value, _)| variant(value));
-    let filters =
-        other_filters(scene).map(|(name, change)| Variant { name: name.to_owned(), changes: vec![change] });
-    std::iter::once(own).chain(filters).chain(others).collect()
-}
-
-/// The changes without which a value of `variant.dedup` does not fit the scene's other settings.
-fn companions(scene: &Scene, dedup: &str) -> impl Iterator<Item = &'static str> {
-    let dedup = Dedup::ALL.iter().find(|value| value.name() == dedup);
-    let compact = scene.word(&["variant", "compact"]).unwrap_or(Compaction::TransformFeedback.name());
-    // The geometry shader of stage 3 reads texels alone.
-    let computes = dedup.is_some_and(|dedup| dedup.layout() != MaskLayout::Texels)
-        && compact == Compaction::TransformFeedback.name();
-    let own_level = dedup == Some(&Dedup::Bitset);
-    let changes = [(computes, "variant.compact=append"), (own_level, "variant.address=own-level")];
-    changes.into_iter().filter_map(|(needed, change)| needed.then_some(change))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     /// The variants that show the same picture.
@@ -371,7 +305,7 @@ mod tests {
         assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants[1].name);
         assert!(first == stage.renderer.picture_bytes().unwrap());
         stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
-        let fresh = stage.another(&stage.scene, true).unwrap();
+        let fresh = open(&gpu, &stage.scene, [64, 36], true).unwrap();
         let old = std::mem::replace(&mut stage.renderer, fresh);
         assert!(loads(&mut stage) > 0, "a new renderer has empty caches");
         let opened = stage.renderer.picture_bytes().unwrap();
@@ -421,7 +355,7 @@ mod tests {
         ];
         for (key, value, kept) in changes {
             assert_eq!(stage.set(key, value).unwrap(), kept, "{key} = {value}");
-            let mut fresh = stage.another(&stage.scene, false).unwrap();
+            let mut fresh = open(&gpu, &stage.scene, [64, 36], false).unwrap();
             fresh.settle(&pose).unwrap();
             let expected = fresh.picture_bytes().unwrap();
             let second = &mut stage.second.as_mut().unwrap().renderer;
@@ -441,19 +375,5 @@ mod tests {
                 assert!(same || stage.scene.has(&["governor"]), "{side}: {key} = {value}");
             }
         }
-    }
-
-    #[test]
-    fn shipped_scenes_have_the_variants_of_their_paper() {
-        let names = |scene: &str| -> Vec<String> {
-            let variants = own_variants(&Scene::embedded(scene).unwrap());
-            variants.into_iter().map(|variant| variant.name).collect()
-        };
-        let globe = names("globe");
-        assert_eq!(globe.len(), Dedup::ALL.len() + 2, "{globe:?}");
-        assert_eq!(methods(&Scene::embedded("globe").unwrap()).len(), Dedup::ALL.len());
-        assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");
-        let herd = names("herd");
-        assert!(herd.len() >= 2, "{herd:?}");
     }
 }

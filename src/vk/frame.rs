@@ -87,26 +87,28 @@ impl Ring {
 
     /// Waits for every frame that was submitted.
     pub(crate) fn wait_for_all(&self) -> Result<()> {
-        self.wait(self.submitted)
+        self.device.wait(self.submitted)
     }
 
-    fn wait(&self, value: u64) -> Result<()> {
-        let (semaphores, values) = ([self.device.timeline], [value]);
-        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
-        // SAFETY: the timeline lives; every value waited for was submitted.
-        unsafe { self.device.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")?;
-        self.device.waited.fetch_max(value, Ordering::SeqCst);
-        Ok(())
-    }
-
-    /// Waits until the first slot is free for another frame.
-    fn wait_for_slot(&mut self) -> Result<()> {
+    /// The submission after which the first slot is free for another frame.
+    fn frees_slot(&mut self) -> Result<u64> {
         if self.slots.is_empty() {
             self.slots.push_back(Slot::new(&self.device)?);
         }
         let before = self.submitted.saturating_sub(FRAMES_IN_FLIGHT as u64 - 1);
-        self.wait(before.max(self.slots[0].value))?;
-        self.slots[0].read_times(&self.device)
+        Ok(before.max(self.slots[0].value))
+    }
+}
+
+impl Device {
+    /// Waits until the GPU has finished a submission, and all before it.
+    fn wait(&self, value: u64) -> Result<()> {
+        let (semaphores, values) = ([self.timeline], [value]);
+        let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the timeline lives; every value waited for was submitted.
+        unsafe { self.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")?;
+        self.waited.fetch_max(value, Ordering::SeqCst);
+        Ok(())
     }
 }
 
@@ -263,7 +265,17 @@ impl Gpu {
     /// [`Error::DeviceLost`].
     pub fn frame(&self) -> Result<Frame<'_>> {
         let mut ring = self.lock_ring();
-        ring.wait_for_slot()?;
+        // Other threads may submit frames during the wait, and take the slot.
+        loop {
+            let awaited = ring.frees_slot()?;
+            if self.device.waited.load(Ordering::SeqCst) >= awaited {
+                break;
+            }
+            drop(ring);
+            self.device.wait(awaited)?;
+            ring = self.lock_ring();
+        }
+        ring.slots[0].read_times(&self.device)?;
         self.device.collect(self.device.finished()?);
         self.device.objects().recording += 1;
         let mut frame = Frame { gpu: self, slot: ring.slots.pop_front(), counting: ring.counting };
@@ -430,8 +442,9 @@ impl Ticket {
     /// # Errors
     /// [`Error::DeviceLost`].
     pub fn wait(&self) -> Result<Vec<PassTime>> {
+        // Without the ring's lock: other threads go on.
+        self.gpu.device.wait(self.value)?;
         let mut ring = self.gpu.lock_ring();
-        ring.wait(self.value)?;
         // A slot is used again only after its times are read.
         if let Some(slot) = ring.slots.iter_mut().find(|slot| slot.value == self.value) {
             slot.read_times(&self.gpu.device)?;

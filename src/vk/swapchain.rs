@@ -3,12 +3,14 @@
 //! An image that no longer fits the window is a value ([`Acquired::Stale`]), not an error: resizing,
 //! minimising and losing the surface are normal events.
 
+use super::frame::Ring;
 use super::instance::Instance;
 use super::{Check, Error, FRAMES_IN_FLIGHT, Format, Gpu, Image, Result, Semaphore};
 use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
+use std::time::{Duration, Instant};
 
 /// When a finished picture replaces the displayed one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +25,9 @@ pub enum PresentMode {
 
 /// Longest wait of an acquisition. A hidden window may never return an image.
 const PATIENCE_NS: u64 = 100_000_000;
+
+/// A frame is recorded within milliseconds. One that is not submitted within this time is our bug.
+const LONGEST_RECORDING: Duration = Duration::from_secs(60);
 
 /// A window surface that a device can present to. Keeps the window alive.
 pub struct WindowSurface {
@@ -352,7 +357,7 @@ impl Swapchain {
 
     /// Waits until the GPU and the presentation engine no longer use the images.
     fn clear_images(&mut self) -> Result<()> {
-        let ring = self.gpu.lock_ring();
+        let ring = lock_between_frames(&self.gpu);
         // Presentation signals no fence or semaphore. Its semaphores are free only when the queue is idle.
         // SAFETY: the queue is used only under the ring's lock.
         let idle = unsafe { self.gpu.device.handle.queue_wait_idle(self.gpu.device.queue) };
@@ -360,8 +365,6 @@ impl Swapchain {
         self.images.clear();
         self.drawn.clear();
         // Views must be destroyed before their images.
-        let recording = self.gpu.device.objects().recording;
-        assert!(recording == 0, "the window's images are replaced while {recording} frames are recorded");
         self.gpu.device.collect(ring.submitted);
         Ok(())
     }
@@ -370,6 +373,22 @@ impl Swapchain {
         // SAFETY: nothing names its images any more; null is ignored.
         unsafe { self.calls.destroy_swapchain(self.handle, None) };
         self.handle = vk::SwapchainKHR::null();
+    }
+}
+
+/// The lock of the ring, at a time when no thread records a frame, which could keep dropped objects.
+fn lock_between_frames(gpu: &Gpu) -> MutexGuard<'_, Ring> {
+    let begin = Instant::now();
+    loop {
+        let ring = gpu.lock_ring();
+        let recording = gpu.device.objects().recording;
+        if recording == 0 {
+            return ring;
+        }
+        drop(ring);
+        let is_soon = begin.elapsed() < LONGEST_RECORDING;
+        assert!(is_soon, "the window's images are replaced while {recording} frames are recorded");
+        std::thread::sleep(Duration::from_micros(100));
     }
 }
 

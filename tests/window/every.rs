@@ -11,10 +11,10 @@ const SIZE: [u32; 2] = [240, 135];
 /// The default variants that have another filter than [`FAST`].
 const FILTERS: [&str; 2] = ["paper 3: ellipse", "paper 1: up to 16 trilinear samples"];
 
-/// The columns of a window beside its status line, which is narrow.
-fn beside_the_message(seen: &Seen) -> Vec<u8> {
+/// The rows of a window above its status line, which is one line however narrow the window is.
+fn above_the_message(seen: &Seen) -> Vec<u8> {
     assert_eq!([seen.0.width, seen.0.height], SIZE);
-    seen.0.rgba.chunks_exact(4 * 240).flat_map(|row| &row[4 * 120..]).copied().collect()
+    seen.0.rgba[..4 * 240 * (135 - 36)].to_vec()
 }
 
 /// Space until the first variant returns. Filters must show other pictures, and methods the scene's own.
@@ -26,7 +26,7 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
         // The text in brackets, which names what was loaded again, is dropped.
         names.push(said.split(" (").next().unwrap_or_default().to_owned());
         let shown = window.settled_picture();
-        let is_same = beside_the_message(&shown) == beside_the_message(bare);
+        let is_same = above_the_message(&shown) == above_the_message(bare);
         assert_eq!(is_same, !FILTERS.contains(&&**names.last().unwrap()), "{names:?}");
     }
     assert_eq!(names[..2], FILTERS, "filters come first");
@@ -36,7 +36,7 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
 
 /// G until no overlay is left. Each must change the picture, and the last leaves it as it was.
 fn switch_every_overlay(window: &mut Program<'_>, bare: &Seen, expected: &[&str]) {
-    let bare = beside_the_message(bare);
+    let bare = above_the_message(bare);
     let mut names = Vec::new();
     let mut shown = bare.clone();
     while names.last().is_none_or(|name| name != "none") {
@@ -46,7 +46,7 @@ fn switch_every_overlay(window: &mut Program<'_>, bare: &Seen, expected: &[&str]
         // A thread computes the error overlay for some time. Until then, the picture is shown alone.
         let before = shown.clone();
         window.until(&name, |window| {
-            shown = beside_the_message(&window.picture());
+            shown = above_the_message(&window.picture());
             if alone { shown == bare } else { shown != bare && shown != before }
         });
         names.push(name);

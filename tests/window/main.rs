@@ -25,6 +25,15 @@ use std::process::Command;
 /// Value of `-D` for tests of other things than filters: one trilinear sample is faster than the shipped ellipse.
 const FAST: &str = "surface.land.filter={max_anisotropy=1}";
 
+/// Tiles of a disk that answers after a minute are never shown; the window is closed before.
+const SLOW_DISK: [&str; 4] = [
+    // With small tiles, the resident levels are too coarse for this view.
+    "surface.land.texture.width_log2=14",
+    "surface.land.texture.height_log2=13",
+    "surface.land.texture.tile_size=64",
+    "disk.delay_ms=60000",
+];
+
 /// Starts `ortelius view ARGUMENTS`.
 fn open<'a>(display: &'a Display, arguments: &[&str]) -> Program<'a> {
     Program::start(display, arguments, &[])
@@ -116,14 +125,10 @@ fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
     }
 }
 
-/// The first tile arrives after a minute; the window is closed before.
 #[test]
 fn a_screenshot_that_waits_for_its_tiles_does_not_stop_the_window() {
     let display = Display::start();
-    // With small tiles, the resident levels are too coarse for this view.
-    let slow = ["surface.land.texture.width_log2=14", "surface.land.texture.height_log2=13"];
-    let slow = [&slow[..], &["surface.land.texture.tile_size=64", "disk.delay_ms=60000", FAST]].concat();
-    let slow: Vec<&str> = slow.into_iter().flat_map(|change| ["-D", change]).collect();
+    let slow: Vec<&str> = SLOW_DISK.into_iter().chain([FAST]).flat_map(|change| ["-D", change]).collect();
     let mut window = open(&display, &[&["globe", "--size", "160x90", "--no-panels"], &slow[..]].concat());
     window.until("the resident tiles", |window| window.picture().is_varied());
     window.press(key::F12);
@@ -135,6 +140,44 @@ fn a_screenshot_that_waits_for_its_tiles_does_not_stop_the_window() {
     assert!(!window.stdout().contains(".png"), "{}", window.stdout());
     window.press(key::ESCAPE);
     window.said("the screenshot is not saved");
+}
+
+#[test]
+fn a_recording_that_waits_for_its_tiles_does_not_stop_the_window() {
+    let display = Display::start();
+    let changes = SLOW_DISK.into_iter().chain(["view.path=dive", FAST]).flat_map(|change| ["-D", change]);
+    let arguments: Vec<&str> =
+        ["globe", "--size", "160x90", "--no-panels"].into_iter().chain(changes).collect();
+    let mut window = open(&display, &arguments);
+    window.until("the resident tiles", |window| window.picture().is_varied());
+    window.press(key::R);
+    window.press(key::R);
+    window.said("the last recording still goes on");
+    let before = window.picture();
+    window.press(key::F1);
+    window.until("F1 shows the keys", |window| differing(&window.picture().0, &before.0) > 1000);
+    window.press(key::ESCAPE);
+    window.said("the recording ends after");
+}
+
+#[test]
+fn a_minimised_window_finishes_its_screenshot() {
+    let display = Display::start();
+    let mut window = open(&display, &["earth", "--size", "256x144", "--no-panels", "-D", "disk.delay_ms=20"]);
+    window.settled_picture();
+    window.press(key::F12);
+    window.handled();
+    window.minimise();
+    let png = window.printed(".png");
+    window.restore();
+    let shown = window.settled_picture();
+    window.press(key::ESCAPE);
+    let folder = window.closed_in_silence();
+    assert!(read_png(&folder.path().join(&png)).unwrap().width == shown.0.width);
+    rendered_again(folder.path(), &png.replace(".png", ".json"), "again.png");
+    assert!(
+        read_png(&folder.path().join(png)).unwrap() == read_png(&folder.path().join("again.png")).unwrap()
+    );
 }
 
 #[test]
@@ -218,15 +261,28 @@ fn vectors_of_512_bits_are_refused() {
 #[test]
 fn a_measurement_prints_its_passes_and_ends() {
     let display = Display::start();
-    let arguments = ["globe", "--size", "96x54", "--measure", "-D", FAST];
+    let arguments = ["globe", "--size", "96x54", "--measure=times.json", "-D", FAST];
     let mut window = open(&display, &arguments);
-    for pass in ["cold caches: 240 frames, median ", "warm caches: 240", "panels open: 240"] {
-        window.printed(pass);
+    let passes = ["cold caches", "warm caches", "panels closed", "panels open"];
+    for pass in passes {
+        window.printed(&format!("{pass}: 240 frames, median "));
     }
     window.printed("99th percentile, cold over warm: ");
+    window.printed("panels: median ");
     let frames = window.printed("frames from a key press to a changed picture: ");
     // These are counts, not times.
     let most: u32 = frames.rsplit("; most ").next().unwrap().parse().unwrap();
     assert!(most <= 2 && !frames.contains("no change"), "{frames}");
-    window.closed_in_silence();
+    let folder = window.closed_in_silence();
+    let times = std::fs::read_to_string(folder.path().join("times.json")).unwrap();
+    let times: serde_json::Value = serde_json::from_str(&times).unwrap();
+    assert_eq!((&times["format"], &times["version"]), (&"ortelius-window-times".into(), &1.into()));
+    assert_eq!(times["response"], frames.as_str());
+    assert_eq!((&times["size"], &times["panels_ms"]["count"]), (&serde_json::json!([96, 54]), &240.into()));
+    for key in ["device", "driver", "processor", "commit"] {
+        assert!(!times["machine"][key].as_str().unwrap().is_empty(), "{key}");
+    }
+    for (pass, name) in times["passes"].as_array().unwrap().iter().zip(passes) {
+        assert_eq!((&pass["name"], &pass["frame"]["count"]), (&name.into(), &240.into()));
+    }
 }

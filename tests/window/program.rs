@@ -10,7 +10,10 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tempfile::TempDir;
 use x11rb::connection::Connection;
-use x11rb::protocol::xproto::{self, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask};
+use x11rb::protocol::xproto::{
+    self, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask, PropMode,
+};
+use x11rb::wrapper::ConnectionExt as _;
 
 /// Value of `-D` with a coarser grid than that of the shipped ellipsoids, 75,000 quads, which would take most of the time of
 /// a small picture.
@@ -27,6 +30,8 @@ pub struct Program<'a> {
     folder: TempDir,
     /// Bytes of stderr that [`Program::said`] has consumed.
     heard: usize,
+    /// The X id of the minimised window.
+    minimised: Option<u32>,
 }
 
 /// The window's pixels as the X server shows them.
@@ -69,7 +74,7 @@ impl<'a> Program<'a> {
             read(child.stdout.take().unwrap(), words[0].clone()),
             read(child.stderr.take().unwrap(), words[1].clone()),
         ];
-        Program { display, child, words, readers, folder, heard: 0 }
+        Program { display, child, words, readers, folder, heard: 0, minimised: None }
     }
 
     pub fn process(&self) -> u32 {
@@ -197,12 +202,35 @@ impl<'a> Program<'a> {
 
     /// Unmaps and maps the window, as a window manager does to minimise it.
     pub fn hide_and_show(&mut self) {
+        self.minimise();
+        std::thread::sleep(Duration::from_millis(200));
+        self.restore();
+    }
+
+    /// Unmaps the window and marks it as hidden.
+    pub fn minimise(&mut self) {
         let window = self.window();
+        self.set_hidden(window, &[self.atom("_NET_WM_STATE_HIDDEN")]);
         self.display.connection.unmap_window(window).unwrap();
         self.display.connection.flush().unwrap();
-        std::thread::sleep(Duration::from_millis(200));
+        self.minimised = Some(window);
+    }
+
+    pub fn restore(&mut self) {
+        let window = self.minimised.take().expect("minimised before");
+        self.set_hidden(window, &[]);
         self.display.connection.map_window(window).unwrap();
         self.display.connection.flush().unwrap();
+    }
+
+    fn set_hidden(&self, window: u32, states: &[u32]) {
+        let state = self.atom("_NET_WM_STATE");
+        let connection = &self.display.connection;
+        connection.change_property32(PropMode::REPLACE, window, state, AtomEnum::ATOM, states).unwrap();
+    }
+
+    fn atom(&self, name: &str) -> u32 {
+        self.display.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
     }
 
     pub fn hold(&mut self, key: u8, milliseconds: u64) {
@@ -280,11 +308,8 @@ impl<'a> Program<'a> {
     /// Closes the window as a window manager does.
     pub fn close_button(&mut self) {
         let window = self.window();
-        let atom = |name: &str| {
-            self.display.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
-        };
-        let data = [atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
-        let message = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
+        let data = [self.atom("WM_DELETE_WINDOW"), x11rb::CURRENT_TIME, 0, 0, 0];
+        let message = ClientMessageEvent::new(32, window, self.atom("WM_PROTOCOLS"), data);
         self.display.connection.send_event(false, window, EventMask::NO_EVENT, message).unwrap();
         self.display.connection.flush().unwrap();
     }

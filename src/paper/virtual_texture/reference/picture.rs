@@ -4,7 +4,9 @@
 use super::{Footprint, triple};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::Picture;
-use crate::reference::filter::{Edges, Parallelogram, Texture, sample_count, srgb8_to_linear};
+use crate::reference::filter::{
+    Edges, Parallelogram, Texture, sample_count, srgb_to_linear, srgb8_to_linear,
+};
 use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
 use crate::texture::source::{TileError, TileFormat, TileSource};
@@ -25,7 +27,7 @@ pub enum ReferenceFilter {
     Gaussian,
 }
 
-/// Texels of all levels of an RGBA8 source, read tile by tile on demand.
+/// Texels of all levels of a source, read tile by tile on demand. Tiles may be BC1; resident levels are RGBA8.
 pub struct Texels<'a> {
     source: &'a dyn TileSource,
     tiles: RefCell<HashMap<TileId, Rc<[u8]>>>,
@@ -37,12 +39,6 @@ pub struct Texels<'a> {
 
 impl<'a> Texels<'a> {
     pub fn new(source: &'a dyn TileSource) -> Texels<'a> {
-        assert_eq!(
-            source.format(),
-            TileFormat::Rgba8,
-            "{}: the reference reads RGBA8 only",
-            source.describe()
-        );
         let linear = std::array::from_fn(|code| srgb8_to_linear(code as u8));
         Texels {
             source,
@@ -74,13 +70,19 @@ impl<'a> Texels<'a> {
             let size = pyramid.tile_size();
             let tile = TileId { level, row: y / size, column: x / size };
             let mut tiles = self.tiles.borrow_mut();
+            let format = self.source.format();
             let read = || {
-                let mut bytes = vec![0; pyramid.tile_bytes_rgba8()];
+                let mut bytes = vec![0; format.tile_bytes(pyramid)];
                 self.or_nothing(self.source.read_tile(tile, &mut bytes).map(|()| bytes))
             };
             let (stored, border) = (pyramid.stored_sides()[0], pyramid.border_texels());
-            let at = (y % size + border) * stored + x % size + border;
-            (tiles.entry(tile).or_insert_with(read).clone(), at)
+            let at = [y % size + border, x % size + border];
+            let texels = tiles.entry(tile).or_insert_with(read).clone();
+            if format == TileFormat::Bc1 {
+                let [r, g, b] = bc1_texel(&texels, stored, at).unwrap_or_default().map(srgb_to_linear);
+                return [r, g, b, 1.0];
+            }
+            (texels, at[0] * stored + at[1])
         };
         match texels.get(4 * at as usize..4 * at as usize + 3) {
             Some(rgb) => [
@@ -148,6 +150,29 @@ impl<'a> Texels<'a> {
     }
 }
 
+/// The encoded sRGB colour (0.0 ..= 1.0) of a texel of a square of BC1 blocks, by their definition (Direct3D 11 functional
+/// specification, 19.5.10): two colours of 5, 6 and 5 bits, and 2 bits for each texel. The fourth colour of a block with
+/// three is black. `None` if the square is incomplete.
+fn bc1_texel(blocks: &[u8], side: u32, [row, column]: [u32; 2]) -> Option<[f64; 3]> {
+    let block = blocks.chunks_exact(8).nth((row / 4 * (side / 4) + column / 4) as usize)?;
+    let ends = [0, 2].map(|at| u16::from_le_bytes([block[at], block[at + 1]]));
+    let [from, to] = ends.map(|end| {
+        let (r, g, b) = (end >> 11, end >> 5 & 63, end & 31);
+        [f64::from(r) / 31.0, f64::from(g) / 63.0, f64::from(b) / 31.0]
+    });
+    let indices = u32::from_le_bytes([block[4], block[5], block[6], block[7]]);
+    let index = indices >> (2 * (row % 4 * 4 + column % 4)) & 3;
+    let share = match (ends[0] > ends[1], index) {
+        (_, 0) => 0.0,
+        (_, 1) => 1.0,
+        (true, 2) => 1.0 / 3.0,
+        (true, _) => 2.0 / 3.0,
+        (false, 2) => 0.5,
+        (false, _) => return Some([0.0; 3]),
+    };
+    Some([0, 1, 2].map(|channel| from[channel] * (1.0 - share) + to[channel] * share))
+}
+
 /// A sample's (s, t) and fine derivatives, the input of stage 1.
 pub fn footprint(sample: &Sample) -> Footprint {
     let d = &sample.fine;
@@ -164,4 +189,28 @@ pub fn sides_of(sample: &Sample, size: [u32; 2]) -> Parallelogram {
     let [w, h] = size.map(f64::from);
     let d = &sample.fine;
     Parallelogram { r1: [w * d.dsdx, h * d.dtdx], r2: [w * d.dsdy, h * d.dtdy] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bc1_block_has_four_colours_or_three_and_black() {
+        // Red 31 and blue 31; the texels of the first row have the indices 0, 1, 2, 3.
+        let (red, blue) = (31u16 << 11, 31u16);
+        let row = |[a, b]: [u16; 2]| {
+            let block = [&a.to_le_bytes()[..], &b.to_le_bytes(), &[0b1110_0100, 0, 0, 0]].concat();
+            // The second of the four blocks of a square of 8 texels.
+            let square = [[0; 8].to_vec(), block, [0; 16].to_vec()].concat();
+            [4, 5, 6, 7].map(|column| bc1_texel(&square, 8, [0, column]).unwrap())
+        };
+        let third = 1.0 / 3.0;
+        let four = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [2.0 * third, 0.0, third], [third, 0.0, 2.0 * third]];
+        for (found, expected) in row([red, blue]).iter().zip(four) {
+            assert!((0..3).all(|n| (found[n] - expected[n]).abs() < 1e-15), "{found:?} {expected:?}");
+        }
+        assert_eq!(row([blue, red]), [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.5, 0.0, 0.5], [0.0; 3]]);
+        assert_eq!(bc1_texel(&[0; 24], 8, [4, 4]), None);
+    }
 }

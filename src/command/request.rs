@@ -87,7 +87,7 @@ pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// A scene and its render settings.
-pub struct Asked {
+pub struct RunRequest {
     pub scene: Scene,
     pub run: RunSection,
 }
@@ -128,13 +128,13 @@ impl SceneArgs {
     }
 }
 
-impl Asked {
+impl RunRequest {
     /// `target`: the format of the picture, if one is written.
     ///
     /// # Errors
     /// Errors of the scene or the report, and a camera or path that the scene does not have.
-    pub fn of(args: &RunArgs, device: &DeviceArgs, target: Option<Target>) -> anyhow::Result<Asked> {
-        let Asked { scene, run } = Asked::of_scene(&args.of, device)?;
+    pub fn of(args: &RunArgs, device: &DeviceArgs, target: Option<Target>) -> anyhow::Result<RunRequest> {
+        let RunRequest { scene, run } = RunRequest::of_scene(&args.of, device)?;
         let run = RunSection {
             frames: args.frames.or(run.frames),
             settle: args.settle || run.settle,
@@ -142,14 +142,14 @@ impl Asked {
             linear: target.map_or(run.linear, |target| target == Target::Linear32),
             ..run
         };
-        Ok(Asked { scene, run })
+        Ok(RunRequest { scene, run })
     }
 
     /// Only the scene and its camera; the frames are those of an earlier run.
     ///
     /// # Errors
-    /// As [`Asked::of`].
-    pub fn of_scene(args: &SceneArgs, device: &DeviceArgs) -> anyhow::Result<Asked> {
+    /// As [`RunRequest::of`].
+    pub fn of_scene(args: &SceneArgs, device: &DeviceArgs) -> anyhow::Result<RunRequest> {
         let args = &args.of_figure()?;
         let (scene, earlier) = match is_report(&args.scene) {
             true => earlier(args)?,
@@ -170,11 +170,11 @@ impl Asked {
             size: args.size.unwrap_or(earlier.size),
             ..earlier
         };
-        args.eye.placed(Asked { scene, run })?.filtered(device)
+        args.eye.placed(RunRequest { scene, run })?.filtered(device)
     }
 
     /// Chooses the filter of a surface whose filter is "auto", for the first frame's pose.
-    fn filtered(self, device: &DeviceArgs) -> anyhow::Result<Asked> {
+    fn filtered(self, device: &DeviceArgs) -> anyhow::Result<RunRequest> {
         let Some(wanted) = auto::wanted(&self.scene) else { return Ok(self) };
         let place = auto::Place {
             pose: *self.poses()?.first().expect("there is at least one pose"),
@@ -188,7 +188,7 @@ impl Asked {
         drop(bar);
         tracing::info!("{words}");
         let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
-        Ok(Asked { scene, run: RunSection { name, folder, scene: text, ..self.run } })
+        Ok(RunRequest { scene, run: RunSection { name, folder, scene: text, ..self.run } })
     }
 
     /// The camera of the first frame.
@@ -235,19 +235,19 @@ impl EyeArgs {
     const NAME: &str = "asked";
 
     /// Applies the command line's camera, if there is one.
-    fn placed(&self, asked: Asked) -> anyhow::Result<Asked> {
+    fn placed(&self, request: RunRequest) -> anyhow::Result<RunRequest> {
         let EyeArgs { lat, lon, alt, heading, tilt } = *self;
         if [lat, lon, alt, heading, tilt].iter().all(Option::is_none) {
-            return Ok(asked);
+            return Ok(request);
         }
-        let like = asked.camera()?;
+        let like = request.camera()?;
         let place = match like.place {
             GroundPoint::Planet { latitude_deg, longitude_deg } => GroundPoint::Planet {
                 latitude_deg: lat.unwrap_or(latitude_deg),
                 longitude_deg: lon.unwrap_or(longitude_deg),
             },
             GroundPoint::Plane { .. } if lat.is_some() || lon.is_some() => {
-                let (scene, name) = (&asked.scene.name, &asked.scene.view.camera);
+                let (scene, name) = (&request.scene.name, &request.scene.view.camera);
                 bail!(Usage(format!(
                     "--lat, --lon: the ground of scene {scene} is a plane; set -D cameras.{name}.east_m and north_m"
                 )));
@@ -262,10 +262,13 @@ impl EyeArgs {
             ..like
         };
         let changes = [camera.to_change(EyeArgs::NAME), format!("view.camera={}", EyeArgs::NAME)];
-        let scene = asked.scene.with(&changes).map_err(EyeArgs::named)?;
+        let scene = request.scene.with(&changes).map_err(EyeArgs::named)?;
         let RunSection { name, folder, scene: text, .. } = RunSection::settled(&scene);
         let camera = Some(EyeArgs::NAME.to_owned());
-        Ok(Asked { scene, run: RunSection { name, folder, scene: text, camera, path: None, ..asked.run } })
+        Ok(RunRequest {
+            scene,
+            run: RunSection { name, folder, scene: text, camera, path: None, ..request.run },
+        })
     }
 
     /// An error of the command line's camera in terms of its options instead of the scene's keys.

@@ -1,0 +1,122 @@
+//! Work on a thread beside the window: a screenshot, a recording. The window waits neither for its tiles nor for its files,
+//! and the work goes on while the window is minimised.
+
+use anyhow::bail;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Time between two looks at a job.
+pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
+
+/// Work that ends with the path of what it has written. Dropping it stops the work and waits for its thread.
+pub struct Job {
+    progress: Arc<Progress>,
+    /// Steps of the work.
+    steps: usize,
+    /// `None` only while dropping.
+    thread: Option<JoinHandle<anyhow::Result<PathBuf>>>,
+}
+
+/// What the work reports, and whether it must stop.
+#[derive(Default)]
+pub struct Progress {
+    done: AtomicUsize,
+    is_stopped: AtomicBool,
+}
+
+impl Progress {
+    /// Reports a step.
+    pub fn advance(&self) {
+        self.done.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Called between steps.
+    ///
+    /// # Errors
+    /// The work must stop. Nobody sees this error.
+    pub fn check(&self) -> anyhow::Result<()> {
+        match self.is_stopped.load(Ordering::Relaxed) {
+            true => bail!("stopped"),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Job {
+    /// Starts work of this number of steps.
+    ///
+    /// # Errors
+    /// A thread cannot be created.
+    pub fn start(
+        name: &str,
+        steps: usize,
+        work: impl FnOnce(&Progress) -> anyhow::Result<PathBuf> + Send + 'static,
+    ) -> std::io::Result<Job> {
+        let progress = Arc::new(Progress::default());
+        let theirs = progress.clone();
+        let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || work(&theirs))?;
+        Ok(Job { progress, steps, thread: Some(thread) })
+    }
+
+    /// Steps that are done, and all steps.
+    pub fn progress(&self) -> (usize, usize) {
+        (self.progress.done.load(Ordering::Relaxed), self.steps)
+    }
+
+    /// The result of `job` if it has ended; `job` is then `None`.
+    pub fn take_ended(job: &mut Option<Job>) -> Option<anyhow::Result<PathBuf>> {
+        let has_ended = |job: &mut Job| job.thread.as_ref().is_none_or(JoinHandle::is_finished);
+        let thread = job.take_if(has_ended)?.thread.take()?;
+        Some(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    }
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        self.progress.is_stopped.store(true, Ordering::Relaxed);
+        // An error or a panic of work that nobody waits for ends with it.
+        drop(self.thread.take().map(JoinHandle::join));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_job_reports_its_steps_and_ends_with_its_path() {
+        let (go, wait) = channel();
+        let work = move |progress: &Progress| -> anyhow::Result<PathBuf> {
+            wait.recv().unwrap();
+            progress.advance();
+            Ok(PathBuf::from("picture.png"))
+        };
+        let mut job = Some(Job::start("test", 1, work).unwrap());
+        assert!(Job::take_ended(&mut job).is_none() && job.is_some());
+        assert_eq!(job.as_ref().unwrap().progress(), (0, 1));
+        go.send(()).unwrap();
+        let ended = loop {
+            if let Some(ended) = Job::take_ended(&mut job) {
+                break ended;
+            }
+            std::thread::yield_now();
+        };
+        assert_eq!(ended.unwrap(), PathBuf::from("picture.png"));
+        assert!(job.is_none());
+    }
+
+    #[test]
+    fn a_dropped_job_stops() {
+        let work = |progress: &Progress| -> anyhow::Result<PathBuf> {
+            loop {
+                progress.check()?;
+                std::thread::yield_now();
+            }
+        };
+        drop(Job::start("test", 1, work).unwrap());
+    }
+}

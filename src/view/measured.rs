@@ -1,0 +1,46 @@
+//! The window's part of `view --measure`: times and pictures of its frames.
+
+use super::live::Live;
+use super::measure::Measure;
+use super::screen::PANELS_PASS;
+use egui::RawInput;
+
+impl Live {
+    /// Records the times of the frame, and prints a part of the report that is complete.
+    pub(super) fn end_measured_frame(&mut self, drawn: bool) -> anyhow::Result<()> {
+        let cost = std::mem::take(&mut self.panels_cost);
+        let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };
+        let renderer = &self.stage.renderer;
+        let passes = renderer.records.last().map(|record| &record.passes);
+        let pass = passes.and_then(|passes| passes.iter().find(|pass| pass.label == PANELS_PASS));
+        let Some(part) = measure.end(cost, pass.and_then(|pass| pass.ns)) else { return Ok(()) };
+        if measure.has_ended() {
+            measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
+        }
+        self.print(&part)
+    }
+
+    /// The input since the last frame, and the keys that a measurement presses.
+    pub(super) fn take_input(&mut self) -> RawInput {
+        let mut raw = self.input.take_egui_input(&self.window);
+        if let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) {
+            raw.events.extend(response.events());
+            if response.rests() {
+                self.panels.hide_message();
+            }
+        }
+        raw
+    }
+
+    /// Compares the presented picture with the one before, during the last part of a measurement.
+    pub(super) fn count_response(&mut self) -> anyhow::Result<()> {
+        let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) else {
+            return Ok(());
+        };
+        if let Some(buffer) = self.screen.take_read() {
+            self.stage.renderer.drain()?;
+            response.see(&buffer.mapped(), self.stage.settled());
+        }
+        Ok(())
+    }
+}
