@@ -1,7 +1,6 @@
 //! The window's part of `view --measure`: times and pictures of its frames.
 
 use super::live::Live;
-use super::measure::Measure;
 use super::screen::PANELS_PASS;
 use egui::RawInput;
 
