@@ -86,6 +86,13 @@ impl Model {
             }
         }
         let wanted = self.wanted(visible);
+        // Tiles that are no longer wanted are older than those of this frame.
+        for tile in std::mem::take(&mut self.q1) {
+            match wanted.contains(&tile) {
+                true => self.q1.push(tile),
+                false => Self::touch(&mut self.j2, &mut self.clock, tile),
+            }
+        }
         self.a1(visible, &wanted);
         let uploads = self.a2(&wanted);
         self.q2.retain(|tile| wanted.contains(tile));
@@ -126,13 +133,6 @@ impl Model {
     }
 
     fn a2(&mut self, wanted: &[TileId]) -> usize {
-        for tile in std::mem::take(&mut self.q1) {
-            if wanted.contains(&tile) {
-                self.q1.push(tile);
-            } else {
-                Self::touch(&mut self.j2, &mut self.clock, tile);
-            }
-        }
         let uploads = self.uploads.min(self.q1.len());
         for tile in self.q1.drain(..uploads).collect::<Vec<_>>() {
             self.evictions[0] += Self::evict(&mut self.j1, self.n1, wanted).unwrap();

@@ -27,7 +27,8 @@
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
-//!   into slots without a visible tile.
+//!   into slots without a visible tile. Their time of use is older than that of this frame's tiles, so wrongly
+//!   predicted ones are evicted first.
 
 mod config;
 mod host;
@@ -315,7 +316,7 @@ impl Streaming {
         self.host_cache.slots.last_use(slot).map(|time| self.frame - time / 3)
     }
 
-    /// Time of use of prefetched tiles.
+    /// Time of use of prefetched tiles, and of loaded tiles that this frame does not show.
     fn prefetch_time(&self) -> u64 {
         3 * self.frame
     }
