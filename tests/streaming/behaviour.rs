@@ -84,7 +84,8 @@ fn the_shortest_budget_still_uploads_one_tile() {
 
 #[test]
 fn loads_beyond_the_budget_wait_for_later_grants() {
-    // Each load takes a million times the budget of a frame, so each thread (8 at most) loads one tile and stops.
+    // The budget of all frames is 0.1 microseconds of CPU time, less than one load takes, so each thread (8 at most)
+    // loads one tile and stops. The delay is no CPU time.
     let config = StreamingConfig { load_budget_ms: 5e-6, ..timed(32, 32) };
     let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
     bench.until(&block(4, 4), |bench, _| !bench.source.reads().is_empty());
@@ -99,7 +100,7 @@ fn loads_beyond_the_budget_wait_for_later_grants() {
 
 #[test]
 fn lifted_budgets_limit_nothing_until_they_are_restored() {
-    // As above. Within these budgets, 16 tiles take millions of frames.
+    // As above. Within these budgets, 16 tiles take thousands of frames.
     let config = StreamingConfig { load_budget_ms: 5e-6, upload_budget_ms: 1e-6, ..timed(32, 32) };
     let mut bench = Bench::new(TestSource::with_delay(|_| Duration::from_millis(5)), config);
     bench.streaming.lift_budgets(true);
