@@ -52,6 +52,34 @@ fn a_prefetched_tile_never_evicts_a_visible_one() {
     assert!(bench.memory.display.contains_key(&coarser));
 }
 
+#[test]
+fn a_wrong_prediction_is_evicted_before_tiles_that_were_visible() {
+    let mut bench = Bench::new(TestSource::default(), counting(3, 3, 4, 4));
+    bench.settle(&[A, C], 4);
+    bench.frame_ahead(&[A, C], &[B]);
+    let report = bench.frame_ahead(&[A, C], &[B]);
+    assert_eq!((report.uploads, report.ahead_uploads), (1, 1));
+    let other = tile(0, 5, 5);
+    bench.settle(&[other], 4);
+    assert_eq!(bench.streaming.state(B), (-2, -2));
+    for visible in [A, C, other] {
+        let (gpu_state, host_state) = bench.streaming.state(visible);
+        assert!(gpu_state >= 0 && host_state >= 0, "{visible:?}: {gpu_state}, {host_state}");
+    }
+}
+
+#[test]
+fn a_prediction_that_was_not_uploaded_leaves_main_memory_before_tiles_that_were_visible() {
+    let mut bench = Bench::new(TestSource::default(), counting(3, 3, 4, 4));
+    bench.settle(&[A, C], 4);
+    bench.frame_ahead(&[A, C], &[B]);
+    bench.streaming.frame_ahead(&[A, C], &[B], &mut NoRoom);
+    assert!(bench.streaming.state(B).0 < 0 && bench.streaming.state(B).1 >= 0);
+    bench.settle(&[tile(0, 5, 5)], 4);
+    assert_eq!(bench.streaming.state(B).1, -2);
+    assert!([A, C].iter().all(|&tile| bench.streaming.state(tile).1 >= 0));
+}
+
 /// Video memory that is never ready.
 struct NoRoom;
 

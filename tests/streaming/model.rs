@@ -18,6 +18,9 @@ struct Model {
     loads: usize,
     broken: Vec<TileId>,
     clock: u64,
+    bias: u32,
+    calm: usize,
+    before: Vec<TileId>,
     j1: Vec<Held>,
     j2: Vec<Held>,
     q1: Vec<TileId>,
@@ -50,7 +53,7 @@ impl Model {
         Some(1)
     }
 
-    fn wanted(&self, visible: &[TileId]) -> Vec<TileId> {
+    fn wanted(&mut self, visible: &[TileId]) -> Vec<TileId> {
         let coarsest = pyramid().first_resident_level();
         let at = |bias: u32| -> Vec<TileId> {
             visible
@@ -59,10 +62,17 @@ impl Model {
                 .map(|tile| tile.ancestor(bias))
                 .collect()
         };
-        let mut bias = 0;
-        while at(bias).iter().collect::<BTreeSet<_>>().len() > self.n1 {
-            bias += 1;
-        }
+        let fitting =
+            |most: usize| (0..).find(|&bias| at(bias).iter().collect::<BTreeSet<_>>().len() <= most).unwrap();
+        // It rises at once. It falls after 30 frames of rest, or of a tenth of the slots to spare.
+        let rests = self.before == visible;
+        self.before = visible.to_vec();
+        let lower = fitting(if rests { self.n1 } else { self.n1 * 9 / 10 });
+        self.calm = if lower < self.bias { self.calm + 1 } else { 0 };
+        let falls = self.calm == 30;
+        self.bias = if falls { lower } else { self.bias.max(fitting(self.n1)) };
+        self.calm = if falls { 0 } else { self.calm };
+        let bias = self.bias;
         let mut wanted = Vec::new();
         for mut tile in at(bias) {
             while tile.level < coarsest && self.failed.contains(&tile) {
@@ -86,6 +96,13 @@ impl Model {
             }
         }
         let wanted = self.wanted(visible);
+        // Tiles that are no longer wanted are older than those of this frame.
+        for tile in std::mem::take(&mut self.q1) {
+            match wanted.contains(&tile) {
+                true => self.q1.push(tile),
+                false => Self::touch(&mut self.j2, &mut self.clock, tile),
+            }
+        }
         self.a1(visible, &wanted);
         let uploads = self.a2(&wanted);
         self.q2.retain(|tile| wanted.contains(tile));
@@ -126,13 +143,6 @@ impl Model {
     }
 
     fn a2(&mut self, wanted: &[TileId]) -> usize {
-        for tile in std::mem::take(&mut self.q1) {
-            if wanted.contains(&tile) {
-                self.q1.push(tile);
-            } else {
-                Self::touch(&mut self.j2, &mut self.clock, tile);
-            }
-        }
         let uploads = self.uploads.min(self.q1.len());
         for tile in self.q1.drain(..uploads).collect::<Vec<_>>() {
             self.evictions[0] += Self::evict(&mut self.j1, self.n1, wanted).unwrap();
@@ -174,6 +184,9 @@ fn model(gpu: u32, host: u32, uploads: u32, loads: u32, broken: Vec<TileId>) -> 
         loads: loads as usize,
         broken,
         clock: 0,
+        bias: 0,
+        calm: 0,
+        before: Vec::new(),
         j1: Vec::new(),
         j2: Vec::new(),
         q1: Vec::new(),
@@ -198,6 +211,7 @@ proptest! {
         for visible in &path {
             let report = bench.frame(visible);
             let expected = model.frame(visible);
+            prop_assert_eq!(report.bias, model.bias);
             if let Err(difference) = model.compare(&bench, &report, expected) {
                 return Err(TestCaseError::fail(format!("frame {}: {difference}", report.frame)));
             }

@@ -4,8 +4,9 @@ use crate::invariants::visible_path;
 use crate::source::{Bench, TestSource, counting, pyramid};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::streaming::Uploader;
-use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replayed, Rule, replay, steps};
+use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replayed, Rule, replay};
 use proptest::prelude::*;
+use std::collections::BTreeSet;
 
 /// Video memory that rejects every upload.
 struct Closed;
@@ -16,25 +17,34 @@ impl Uploader for Closed {
     }
 }
 
-/// The frames of streaming and those of the replay, on a path whose tiles are all in main memory.
+/// The frames of streaming and those of the replay, on a path whose tiles are all in main memory. The replay gets the
+/// tiles that streaming wants: its bias depends on earlier frames.
 fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Replayed>) {
     let mut bench = Bench::new(TestSource::default(), counting(slots, 2000, 64, 64));
-    for list in path {
+    let levels = 0..pyramid().first_resident_level();
+    let with_coarser = path.iter().flatten().flat_map(|tile| {
+        levels
+            .clone()
+            .filter(move |level| *level >= tile.level)
+            .map(move |level| tile.ancestor(level - tile.level))
+    });
+    let all: Vec<TileId> = with_coarser.collect::<BTreeSet<_>>().into_iter().collect();
+    for list in all.chunks(slots as usize) {
         // Requested and loaded; the upload is rejected.
         bench.streaming.frame(list, &mut Closed);
         bench.streaming.frame(list, &mut Closed);
     }
     bench.streaming.frame(&[], &mut Closed);
-    let built = path
-        .iter()
-        .map(|list| {
-            let report = bench.frame(list);
-            assert_eq!((report.loads, report.pending), (0, 0), "all tiles are in main memory");
-            Replayed { wanted: report.wanted, faults: report.uploads, evictions: report.gpu_evictions }
-        })
-        .collect();
-    let steps: Vec<FrameLists> = steps(path, slots, pyramid().first_resident_level());
-    (built, replay(&steps, slots, rule))
+    let frame = |list: &Vec<TileId>| {
+        let report = bench.frame(list);
+        assert_eq!((report.loads, report.pending), (0, 0), "all tiles are in main memory");
+        let wanted = bench.streaming.wanted().to_vec();
+        let built =
+            Replayed { wanted: report.wanted, faults: report.uploads, evictions: report.gpu_evictions };
+        (built, FrameLists { visible: list.clone(), wanted, bias: report.bias })
+    };
+    let (built, lists): (Vec<Replayed>, Vec<FrameLists>) = path.iter().map(frame).unzip();
+    (built, replay(&lists, slots, rule))
 }
 
 proptest! {

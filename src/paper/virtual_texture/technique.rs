@@ -409,7 +409,7 @@ impl Technique for VirtualTexture {
         let report = &self.streamed[Slot::of(self.last_frame)].report;
         if listed && self.streaming.settled() && self.fade.settled() {
             Progress::Settled
-        } else if !listed || report.loads + report.uploads + report.failures.len() > 0 {
+        } else if !listed || report.bias_held || report.loads + report.uploads + report.failures.len() > 0 {
             Progress::Arriving
         } else {
             Progress::Waiting { pending: report.pending }

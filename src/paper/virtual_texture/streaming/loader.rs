@@ -1,14 +1,17 @@
-//! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget.
+//! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget. The budget is
+//! CPU time. A load that waits for the disk takes none, so only the number of loads under way limits waiting, and a slow
+//! disk is read by all threads at once.
 
 use crate::math::pyramid::TileId;
 use crate::texture::source::{TileError, TileSource};
 use crossbeam_channel::{Receiver, Sender, bounded};
+use rustix::time::{ClockId, clock_gettime};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A request to load one tile into a reserved slot of the host cache.
 pub struct Request {
@@ -37,7 +40,7 @@ pub enum LoadFailure {
     Panicked(Box<dyn Any + Send>),
 }
 
-/// The loading time that all threads together may still spend.
+/// The CPU time that all threads together may still spend.
 struct Tokens {
     left_ns: i64,
 }
@@ -48,7 +51,7 @@ impl Tokens {
         self.left_ns = self.left_ns.saturating_add(grant_ns).min(grant_ns);
     }
 
-    /// Subtracts the time of a load. The result may be a debt, which later grants pay first, because a load cannot be
+    /// Subtracts the CPU time of a load. The result may be a debt, which later grants pay first, because a load cannot be
     /// stopped halfway.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
@@ -57,6 +60,13 @@ impl Tokens {
 
 fn nanoseconds(duration: Duration) -> i64 {
     i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}
+
+/// The calling thread's CPU time.
+fn cpu_time() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    // The clock counts from the thread's start, so neither part is negative.
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
 /// The state on which the threads wait: the tokens, and true once the loader is being dropped.
@@ -130,7 +140,7 @@ impl Loader {
         self.under_way() < self.capacity
     }
 
-    /// Lets the threads load for another `budget`, summed over the threads.
+    /// Lets the threads load for another `budget` of CPU time, summed over the threads.
     pub fn grant(&self, budget: Duration) {
         self.pace.lock().0.grant(nanoseconds(budget));
         self.pace.changed.notify_all();
@@ -200,10 +210,10 @@ fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>
         let outcome = if request.cancelled.load(Ordering::Relaxed) {
             Err(LoadFailure::Cancelled)
         } else {
-            let begin = Instant::now();
+            let begin = cpu_time();
             let (tile, bytes) = (request.tile, &mut request.bytes);
             let read = catch_unwind(AssertUnwindSafe(|| source.read_tile(tile, bytes)));
-            pace.lock().0.spend(begin.elapsed());
+            pace.lock().0.spend(cpu_time().saturating_sub(begin));
             match read {
                 Ok(read) => read.map_err(LoadFailure::Source),
                 Err(payload) => Err(LoadFailure::Panicked(payload)),
@@ -272,7 +282,14 @@ mod tests {
     /// A loader with a request for each of these columns.
     fn loading(gate: &Arc<Gate>, threads: usize, columns: u32) -> Loader {
         let source: Arc<dyn TileSource> = gate.clone();
-        let mut loader = Loader::new(&source, threads, columns as usize).unwrap();
+        let loader = requested(&source, threads, columns);
+        loader.grant(Duration::MAX);
+        loader
+    }
+
+    /// As [`loading`], before the first grant.
+    fn requested(source: &Arc<dyn TileSource>, threads: usize, columns: u32) -> Loader {
+        let mut loader = Loader::new(source, threads, columns as usize).unwrap();
         for column in 0..columns {
             loader.send(Request {
                 tile: TileId { level: 0, row: 0, column },
@@ -284,7 +301,6 @@ mod tests {
             });
         }
         assert!(!loader.has_room());
-        loader.grant(Duration::MAX);
         loader
     }
 
@@ -294,6 +310,30 @@ mod tests {
         let order: Vec<u8> = loader.receive_all().iter().map(|loaded| loaded.request.bytes[0]).collect();
         assert_eq!(order, [0, 1, 2, 3]);
         assert_eq!(loader.under_way(), 0);
+    }
+
+    #[test]
+    fn loads_wait_for_the_disk_together_and_are_charged_no_waiting() {
+        let gate = Gate::new(u32::MAX);
+        let source: Arc<dyn TileSource> = gate.clone();
+        let mut loader = requested(&source, 2, 2);
+        let budget = Duration::from_millis(20);
+        loader.grant(budget);
+        gate.wait_for(2);
+        std::thread::sleep(2 * budget);
+        gate.open_for_all();
+        assert_eq!(loader.receive_all().len(), 2);
+        assert!(loader.pace.lock().0.left_ns > 0, "waiting was charged as work");
+    }
+
+    #[test]
+    fn work_is_charged() {
+        let source: Arc<dyn TileSource> = Gate::new(1);
+        let mut loader = requested(&source, 1, 1);
+        // Any read takes longer than a nanosecond.
+        loader.grant(Duration::from_nanos(1));
+        assert_eq!(loader.receive_all().len(), 1);
+        assert!(loader.pace.lock().0.left_ns <= 0, "work was not charged");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Least recently used order, as a doubly linked list in an array of slots. Paper 1, section 3: "the pair with the
-//! least t gives up its slot". The list is in order of t, so each operation takes constant time; the paper's priority
-//! queue takes log N.
+//! least t gives up its slot". The list is in order of t, so each operation takes constant time, except a use before
+//! the latest one: it passes all later ones. The paper's priority queue takes log N.
 
 const NONE: u32 = u32::MAX;
 
@@ -28,19 +28,23 @@ impl Lru {
         Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
     }
 
-    /// Makes `slot` the most recently used and adds it to the list if needed. `last_use` must be at least that of every
-    /// listed slot.
+    /// Gives `slot` its time of use and adds it to the list if needed: behind all slots that were used later, and
+    /// before all others.
     pub fn touch(&mut self, slot: u32, last_use: u64) {
         self.remove(slot);
-        if self.newest != NONE {
-            let latest = self.links[self.newest as usize].last_use;
-            assert!(last_use >= latest, "slot {slot} used at {last_use}, before the latest use {latest}");
-            self.links[self.newest as usize].newer = slot;
-        } else {
-            self.oldest = slot;
+        let (mut older, mut newer) = (self.newest, NONE);
+        while older != NONE && self.links[older as usize].last_use > last_use {
+            (older, newer) = (self.links[older as usize].older, older);
         }
-        self.links[slot as usize] = Link { older: self.newest, newer: NONE, last_use, listed: true };
-        self.newest = slot;
+        match older {
+            NONE => self.oldest = slot,
+            older => self.links[older as usize].newer = slot,
+        }
+        match newer {
+            NONE => self.newest = slot,
+            newer => self.links[newer as usize].older = slot,
+        }
+        self.links[slot as usize] = Link { older, newer, last_use, listed: true };
     }
 
     /// Takes `slot` out of the list, if it is in it.
@@ -114,11 +118,14 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "before the latest use 9")]
-    fn time_does_not_run_backwards() {
-        let mut list = Lru::new(2);
-        list.touch(0, 9);
-        list.touch(1, 8);
+    fn an_earlier_use_comes_before_all_later_ones_and_after_equal_ones() {
+        let mut list = Lru::new(5);
+        for (slot, time) in [(0, 5), (1, 9), (2, 9), (3, 5), (4, 1), (2, 4), (1, 9)] {
+            list.touch(slot, time);
+        }
+        assert_eq!(list.in_order().collect::<Vec<_>>(), [4, 2, 0, 3, 1]);
+        assert_eq!(list.oldest(), Some((4, 1)));
+        assert_eq!(drain(list), [4, 2, 0, 3, 1]);
     }
 
     proptest! {

@@ -12,7 +12,8 @@
 //!   nearest coarser ones.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
-//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]).
+//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving picture this
+//!   bias rises at once and falls late ([`LevelBias`]), so that it does not flicker.
 //! - The queues hold only tiles that this frame needs. All other queued tiles return to state -2 before the upload
 //!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
@@ -27,7 +28,8 @@
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
-//!   into slots without a visible tile.
+//!   into slots without a visible tile. Their time of use is older than that of this frame's tiles, so wrongly
+//!   predicted ones are evicted first.
 
 mod config;
 mod host;
@@ -48,7 +50,7 @@ pub use config::{StreamingConfig, StreamingError};
 pub use report::{FrameReport, TileFailure};
 pub use tables::{ABSENT, Action, QUEUED, action};
 pub use upload::Uploader;
-pub use wanted::{distinct_tiles, fitting_bias, wanted_tiles};
+pub use wanted::{LOWER_AFTER, LevelBias, distinct_tiles, fitting_bias, wanted_tiles};
 
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::TileSource;
@@ -96,6 +98,9 @@ pub struct Streaming {
     /// The tiles that the latest frame prefetched.
     expected: HashSet<TileId>,
     pending: usize,
+    bias: LevelBias,
+    /// True if the latest frame's bias is higher than its tiles need.
+    bias_held: bool,
     /// True if time does not limit loads and uploads.
     lifted: bool,
     /// Changes of the page table since the last report.
@@ -141,6 +146,8 @@ impl Streaming {
             wanted_set: HashSet::new(),
             expected: HashSet::new(),
             pending: 0,
+            bias: LevelBias::default(),
+            bias_held: false,
             lifted: false,
             page_table_changes: Vec::new(),
             config,
@@ -179,13 +186,14 @@ impl Streaming {
         report
     }
 
-    /// True if every tile that the latest frame wanted is in the tile pool; also true before the first frame. Failed
-    /// tiles are not wanted, but their substitutes are.
+    /// True if every tile that the latest frame wanted is in the tile pool, at the smallest bias that fits; also true
+    /// before the first frame. Failed tiles are not wanted, but their substitutes are.
     pub fn settled(&self) -> bool {
-        self.pending == 0
+        self.pending == 0 && !self.bias_held
     }
 
-    /// Lifts or restores the time budgets. The capacity of staging memory and of the queues still limits a frame.
+    /// Lifts or restores the time budgets, for a camera at rest. The capacity of staging memory and of the queues still
+    /// limits a frame.
     pub fn lift_budgets(&mut self, lifted: bool) {
         if std::mem::replace(&mut self.lifted, lifted) && !lifted {
             // Takes back an unlimited grant.
@@ -249,6 +257,9 @@ impl Streaming {
         }
         if config.host_tiles != self.config.host_tiles {
             self.resize_host_cache(config.host_tiles);
+        }
+        if (config.gpu_tiles, config.level_bias) != (self.config.gpu_tiles, self.config.level_bias) {
+            self.bias = LevelBias::default();
         }
         self.config = config;
         Ok(())
@@ -315,7 +326,7 @@ impl Streaming {
         self.host_cache.slots.last_use(slot).map(|time| self.frame - time / 3)
     }
 
-    /// Time of use of prefetched tiles.
+    /// Time of use of prefetched tiles, and of loaded tiles that this frame does not show.
     fn prefetch_time(&self) -> u64 {
         3 * self.frame
     }

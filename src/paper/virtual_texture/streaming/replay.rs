@@ -54,7 +54,9 @@ pub struct Replayed {
     pub evictions: usize,
 }
 
-/// The frames of a recorded path for a cache of `slots` slots.
+/// The frames of a recorded path for a cache of `slots` slots, each with the smallest bias that fits. In
+/// [`super::Streaming`] the bias of a moving picture falls later ([`super::LevelBias`]); the policies are compared on
+/// lists that depend on each frame alone.
 pub fn steps(lists: &[Vec<TileId>], slots: u32, first_resident_level: u32) -> Vec<FrameLists> {
     let step = |visible: &Vec<TileId>| {
         let bias = fitting_bias(visible, 0, first_resident_level, slots);

@@ -47,8 +47,11 @@ pub struct FrameReport {
     pub pending: usize,
     /// Levels by which the wanted tiles are coarser than the listed ones, the user's constant included.
     pub bias: u32,
-    /// True if the bias is above the user's constant because the visible set does not fit N1.
+    /// True if the visible set does not fit N1 with the user's constant, so that the bias is above it.
     pub oversubscribed: bool,
+    /// True if a lower bias would fit too: a moving picture keeps its bias for some frames
+    /// ([`LevelBias`](super::LevelBias)).
+    pub bias_held: bool,
     /// Lengths of the upload queue and of the load queue at the end of the frame, and loads under way.
     pub queued_uploads: usize,
     pub queued_loads: usize,

@@ -84,7 +84,7 @@ impl Slots {
         self.generation(claim.slot)
     }
 
-    /// Unpins the slot and makes it the most recently used.
+    /// Unpins the slot and gives it this time of use.
     pub fn touch(&mut self, slot: u32, now: u64) {
         assert!(self.tile(slot).is_some(), "slot {slot} is free");
         self.lru.touch(slot, now);

@@ -2,7 +2,7 @@
 
 use super::tables::{Action, QUEUED, action};
 use super::upload::Waiting;
-use super::wanted::{fitting_bias, wanted_tiles};
+use super::wanted::{LOWER_AFTER, fitting_bias, wanted_tiles};
 use super::{FrameReport, Order, Streaming};
 use crate::math::pyramid::TileId;
 use std::collections::HashSet;
@@ -12,8 +12,15 @@ impl Streaming {
     pub(super) fn choose(&mut self, visible: &[TileId], report: &mut FrameReport) {
         let (constant, first_resident) = (self.config.level_bias, self.pyramid.first_resident_level());
         report.tiles = visible.iter().collect::<HashSet<_>>().len();
-        report.bias = fitting_bias(visible, constant, first_resident, self.config.gpu_tiles);
-        report.oversubscribed = report.bias > constant;
+        let capacity = self.config.gpu_tiles;
+        let fitting = |capacity| fitting_bias(visible, constant, first_resident, capacity);
+        let fits = fitting(capacity);
+        // A camera at rest does not wait, because its picture changes once.
+        let after = if self.lifted { 1 } else { LOWER_AFTER };
+        report.bias = self.bias.next(visible, capacity, after, fitting);
+        report.oversubscribed = fits > constant;
+        report.bias_held = report.bias > fits;
+        self.bias_held = report.bias_held;
         self.wanted = wanted_tiles(visible, report.bias, first_resident, &self.failed);
         if self.config.order == Order::Coarsest {
             self.wanted.sort_by_key(|tile| std::cmp::Reverse(tile.level));

@@ -27,7 +27,6 @@ impl Streaming {
     /// Uploads queued tiles until the budget is spent.
     pub(super) fn upload(&mut self, uploader: &mut dyn Uploader, report: &mut FrameReport) {
         let begin = Instant::now();
-        let now = self.wanted_time();
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
             std::mem::take(&mut self.upload_queue).into_iter().partition(|waiting| self.needed(waiting.tile));
         self.upload_queue = kept;
@@ -47,7 +46,8 @@ impl Streaming {
                 "queued {tile:?} lost slot {host_slot} of the host cache"
             );
             let seen = self.wanted_set.contains(&tile);
-            let claim = match self.tile_pool.claimable(if seen { now } else { self.prefetch_time() }) {
+            let own = if seen { self.wanted_time() } else { self.prefetch_time() };
+            let claim = match self.tile_pool.claimable(own) {
                 Some(claim) => claim,
                 None => {
                     let (wanted, slots) = (self.wanted.len(), self.tile_pool.capacity());
@@ -59,8 +59,8 @@ impl Streaming {
                 break;
             }
             self.upload_queue.pop_front();
-            self.place(claim, tile, report);
-            self.host_cache.slots.touch(host_slot, now);
+            self.place(claim, tile, own, report);
+            self.host_cache.slots.touch(host_slot, own);
             report.uploads += 1;
             report.ahead_uploads += usize::from(!seen);
             report.upload_bytes += self.tile_bytes as u64;
@@ -73,23 +73,24 @@ impl Streaming {
         self.drop_waiting(dropped);
     }
 
-    /// Drops tiles from the upload queue: their state returns to -2, and their slots in the host cache are unpinned.
+    /// Drops tiles that this frame does not show from the upload queue: their state returns to -2, and their slots in
+    /// the host cache are unpinned.
     fn drop_waiting(&mut self, dropped: VecDeque<Waiting>) {
         for waiting in dropped {
             self.gpu_states.set(waiting.tile, ABSENT);
-            self.host_cache.slots.touch(waiting.slot, self.wanted_time());
+            self.host_cache.slots.touch(waiting.slot, self.prefetch_time());
         }
     }
 
-    /// Gives an uploaded tile its slot of the tile pool.
-    fn place(&mut self, claim: Claim, tile: TileId, report: &mut FrameReport) {
+    /// Gives an uploaded tile its slot of the tile pool, used at the time `now`.
+    fn place(&mut self, claim: Claim, tile: TileId, now: u64, report: &mut FrameReport) {
         if let Some(evicted) = claim.evicts {
             self.gpu_states.set(evicted, ABSENT);
             self.page_table_changes.push((evicted, None));
             report.gpu_evictions += 1;
         }
         self.tile_pool.claim(claim, tile);
-        self.tile_pool.touch(claim.slot, self.wanted_time());
+        self.tile_pool.touch(claim.slot, now);
         self.gpu_states.set(tile, claim.slot as i32);
         self.page_table_changes.push((tile, Some(claim.slot)));
     }

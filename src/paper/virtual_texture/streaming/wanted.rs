@@ -25,8 +25,7 @@ pub fn distinct_tiles(triples: &[[u32; 3]], address: TileAddress, first_resident
 /// The smallest level bias, at least `least`, for which at most `capacity` distinct tiles finer than
 /// `first_resident_level` remain.
 ///
-/// The bias depends only on the visible set and keeps no state, so it cannot oscillate. As soon as the set fits again,
-/// the bias is `least` again.
+/// The bias depends only on the visible set. [`LevelBias`] smooths it over the frames of a moving picture.
 pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, capacity: u32) -> u32 {
     let fits = |bias: u32| {
         let mut tiles: Vec<TileId> = visible
@@ -41,6 +40,48 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
     // A bias of first_resident_level leaves no tile, so the search ends.
     let least = least.min(first_resident_level);
     (least..=first_resident_level).find(|&bias| fits(bias)).unwrap_or(first_resident_level)
+}
+
+/// Frames in a row for which a lower bias must fit before it is applied.
+pub const LOWER_AFTER: u32 = 30;
+
+/// The level bias over the frames. Each change shows in the whole picture, so a set near the capacity must not change it
+/// every few frames. It rises at once, because the wanted tiles must fit. It falls after [`LOWER_AFTER`] frames in a row
+/// in which a lower one fits into 90 % of the capacity, or in which the visible set does not change: the bias of a
+/// camera at rest is the smallest that fits.
+#[derive(Default)]
+pub struct LevelBias {
+    bias: u32,
+    /// Frames in a row in which a lower bias would do.
+    calm: u32,
+    previous: Vec<TileId>,
+}
+
+impl LevelBias {
+    /// The bias of the next frame. `fitting`: the smallest bias for which the frame's tiles fit a capacity. `after`
+    /// replaces [`LOWER_AFTER`].
+    pub fn next(
+        &mut self,
+        visible: &[TileId],
+        capacity: u32,
+        after: u32,
+        fitting: impl Fn(u32) -> u32,
+    ) -> u32 {
+        let exact = fitting(capacity);
+        let rests = visible == self.previous;
+        self.previous.clear();
+        self.previous.extend_from_slice(visible);
+        if exact >= self.bias {
+            (self.bias, self.calm) = (exact, 0);
+            return self.bias;
+        }
+        let lower = if rests { exact } else { fitting(capacity * 9 / 10) };
+        self.calm = if lower < self.bias { self.calm + 1 } else { 0 };
+        if self.calm >= after {
+            (self.bias, self.calm) = (lower, 0);
+        }
+        self.bias
+    }
 }
 
 /// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its
@@ -113,6 +154,52 @@ mod tests {
         }
         assert_eq!(fitting_bias(&visible, 3, 4, 16), 3, "the user's constant holds");
         assert_eq!(fitting_bias(&visible, 9, 4, 16), 4, "the bias ends at the resident levels");
+    }
+
+    /// The biases of frames with these numbers of visible tiles, which bias 1 halves. Capacity 20: 18 with the margin.
+    fn biases(counts: &[u32]) -> Vec<u32> {
+        let mut bias = LevelBias::default();
+        let frame = |&count: &u32| {
+            let visible: Vec<TileId> = (0..count).map(|column| tile(0, 0, column)).collect();
+            bias.next(&visible, 20, LOWER_AFTER, |capacity| fitting_bias(&visible, 0, 4, capacity))
+        };
+        counts.iter().map(frame).collect()
+    }
+
+    fn changes(biases: &[u32]) -> usize {
+        biases.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    }
+
+    #[test]
+    fn the_bias_rises_at_once_and_falls_after_30_frames_with_a_margin() {
+        // Each frame has another count than the one before.
+        let moving = |low: u32, frames: usize| (0..frames).map(move |n| low + n as u32 % 2);
+        let counts: Vec<u32> = moving(17, 5).chain([21]).chain(moving(17, 40)).collect();
+        let found = biases(&counts);
+        assert_eq!(found[..5], [0; 5]);
+        assert_eq!(found[5..35], [1; 30]);
+        assert_eq!(found[35..], [0; 11]);
+        // 19 and 20 tiles fit, but without a margin.
+        let counts: Vec<u32> = [21].into_iter().chain(moving(19, 100)).collect();
+        assert_eq!(changes(&biases(&counts)), 0);
+        // One frame without a margin begins the wait again.
+        let counts: Vec<u32> =
+            [21].into_iter().chain(moving(16, 29)).chain([19]).chain(moving(16, 29)).collect();
+        assert_eq!(changes(&biases(&counts)), 0);
+    }
+
+    #[test]
+    fn a_set_around_the_capacity_changes_the_bias_once() {
+        let counts: Vec<u32> = (0..200).map(|n| 20 + n / 4 % 2).collect();
+        assert_eq!(changes(&biases(&counts)), 1);
+        let stateless: Vec<u32> = counts.iter().map(|&count| u32::from(count > 20)).collect();
+        assert_eq!(changes(&stateless), 49);
+    }
+
+    #[test]
+    fn a_set_that_does_not_change_gets_the_smallest_bias_that_fits() {
+        let found = biases(&[[21].as_slice(), &[20; 40]].concat());
+        assert_eq!((&found[..31], &found[31..]), ([1; 31].as_slice(), [0; 10].as_slice()));
     }
 
     #[test]

@@ -69,8 +69,8 @@ pub const CACHE: Figure = Figure {
         ),
         Claim::ours(
             "bias-is-reported",
-            "In these sessions a frame reports a level bias exactly if its visible set exceeds N1, and the biased set \
-             fits N1.",
+            "In these sessions a frame reports that its visible set exceeds N1 exactly if it does. It has a level bias \
+             exactly then, and while an earlier bias is held. The biased set fits N1.",
             &[Test::value(one(MISREPORTED, HALVED), Equal(0.0))],
         ),
     ],
