@@ -420,7 +420,10 @@ fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderE
 }
 
 /// A surface's relief, and the side of its plane.
-fn relief(scene: &Scene, surface: &Surface) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
+pub(super) fn relief(
+    scene: &Scene,
+    surface: &Surface,
+) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
     let table = ["surface", &surface.name, "relief"];
     let Geometry::Plane(plane) = surface.geometry else { return Ok(None) };
     if !scene.has(&table) {
