@@ -10,8 +10,9 @@ use clap::{Args, ValueEnum};
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
+use ortelius::paper::virtual_texture::config::owner;
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
-use ortelius::renderer::sections;
+use ortelius::renderer::{sections, trade as plain};
 use ortelius::scene::{SHIPPED, write_changes};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -47,7 +48,7 @@ pub struct TradeArgs {
     #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
     /// Vary only these: level-bias, filter, anisotropy, ellipse, border, list, stages, format, gpu-tiles, budgets;
-    /// default: all
+    /// default: all. A scene without a virtual texture varies its plain textures' filters and its relief's method
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
     /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent
@@ -103,6 +104,9 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     }
     // Check the whole scene, including parts that the sweep does not use.
     let scene = sections::load(&args.scene, &args.overrides)?;
+    if owner(&scene)?.is_none() && !args.knobs.is_empty() {
+        bail!(Usage(format!("--knobs: {} has no virtual texture; omit --knobs", args.scene)));
+    }
     let effort = if args.full { Effort::Full } else { Effort::Quick };
     let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
     bench.validate = args.device.validate;
@@ -126,7 +130,11 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     };
     let bar = Bar::counting("settings");
     bar.phase("", None);
-    let trade = sweep.run(&bench, |done, all| bar.set(done, all))?;
+    let progress = |done, all| bar.set(done, all);
+    let trade = match owner(&scene)? {
+        Some(_) => sweep.run(&bench, progress)?,
+        None => plain::run(&sweep, &bench, progress)?,
+    };
     drop(bar);
     if let Some(first) = bench.messages().first() {
         bail!("the Vulkan validation layer reported messages; first: {}: {}", first.id, first.text);

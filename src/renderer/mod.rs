@@ -4,6 +4,7 @@ pub mod auto;
 pub mod figures;
 pub mod report;
 pub mod sections;
+pub mod trade;
 pub mod truth;
 
 mod open;

@@ -105,6 +105,11 @@ impl<'a> SceneTruth<'a> {
         Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours() })
     }
 
+    /// True if a surface is visible in a pixel's centre.
+    pub fn covers(&self, x: u32, y: u32) -> bool {
+        self.layers.iter().any(|layer| layer.view.sample(x, y).is_some())
+    }
+
     /// True if more rays make pixels more exact.
     pub fn has_reliefs(&self) -> bool {
         self.layers.iter().any(|layer| layer.relief.is_some())
@@ -196,6 +201,21 @@ impl Plain {
         let texture = self.texture();
         texture.area(&sides_of(sample, texture.level_size(0)), sample.s, sample.t)
     }
+}
+
+/// The visible instances of a progressive mesh in world space, at the level of the reference.
+///
+/// # Errors
+/// A surface without a progressive mesh; a file that cannot be read; too many triangles.
+pub(super) fn seen_mesh(
+    scene: &Scene,
+    surface: &str,
+    pose: &Pose,
+    size: [u32; 2],
+) -> Result<SourceMesh, String> {
+    let models = progressive_mesh::load(scene).map_err(|error| error.to_string())?;
+    let model = models.iter().find(|model| model.name == surface);
+    Ok(instances(model.ok_or("a surface without a progressive mesh")?, pose, size)?.0)
 }
 
 /// The visible instances of a model in world space, and a normal for each vertex.

@@ -101,6 +101,39 @@ fn budgets_change_the_frames_until_settled_but_not_the_picture() {
     assert!(read(&folder, "report/index.html").contains("Budgets: frames until settled"));
 }
 
+/// Without a virtual texture: a relief's methods, or the filters of a plain texture.
+#[test]
+fn a_scene_with_plain_textures_has_a_front() {
+    let folder = folder();
+    // A small relief: the brick wall's distance map takes half a minute.
+    let heights = image::GrayImage::from_fn(16, 16, |x, y| {
+        image::Luma([if (x / 4 + y / 4) % 2 == 0 { 255 } else { 0 }])
+    });
+    heights.save(folder.path().join("heights.png")).unwrap();
+    let file = ["-D", "surface.floor.relief.map=file", "-D", "surface.floor.relief.path=heights.png"];
+    let errors = |arguments: &[&str]| -> Vec<(String, f64)> {
+        let ran = run(&folder, &[&["trade", "--size", "64x36", "--json"], arguments].concat());
+        assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8(ran.stderr).unwrap());
+        let trade: Value = serde_json::from_slice(&ran.stdout).unwrap();
+        let settings = trade["settings"].as_array().unwrap();
+        assert!(settings.iter().any(|setting| setting["on_front"] == true));
+        let named = |setting: &Value| setting["name"].as_str().unwrap().to_string();
+        settings.iter().map(|setting| (named(setting), setting["error"].as_f64().unwrap())).collect()
+    };
+    let relief = errors(&[&["relief-brick"], &file[..]].concat());
+    let names: Vec<&str> = relief.iter().map(|(name, _)| &**name).collect();
+    assert_eq!(names, ["the scene's own", "trace"]);
+    assert!(relief.iter().all(|(_, error)| (1e-6..0.1).contains(error)), "{relief:?}");
+    assert!(relief[0].1 != relief[1].1, "{relief:?}");
+    let plane = errors(&["plane-tilt"]);
+    let of =
+        |name: &str| plane.iter().find(|(found, _)| found == name).unwrap_or_else(|| panic!("{plane:?}")).1;
+    assert!(plane.len() == 7 && of("the scene's own") < of("trilinear"), "{plane:?}");
+    let knobs = run(&folder, &["trade", "plane-tilt", "--knobs", "filter"]);
+    assert_eq!(knobs.status.code(), Some(2));
+    holds(&String::from_utf8(knobs.stderr).unwrap(), &["no virtual texture", "omit --knobs"]);
+}
+
 #[test]
 fn invalid_outputs_and_knobs_are_rejected_before_any_measurement() {
     let folder = folder();

@@ -7,9 +7,11 @@ mod times;
 mod truth;
 
 pub use knobs::{Knob, Setting, not_turned, settings};
+pub use times::{Batch, MOST, levelled};
+pub use truth::{Mosaic, TradeKernel};
 
 use super::side_by_side::{device, lacks};
-use crate::figure::{Bench, Errors, Machine, Refused, Trade};
+use crate::figure::{Bench, Contender, Errors, Machine, Refused, Trade};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
@@ -20,13 +22,10 @@ use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
-use crate::vk::Gpu;
+use crate::vk::{Gpu, PassTime};
 use anyhow::Context;
 use std::collections::HashMap;
 use std::sync::Arc;
-use times::{Batch, levelled};
-use truth::Mosaic;
-pub use truth::TradeKernel;
 
 /// Number of settings that are timed in turn, together with the scene's own. Each has its own tile pool: 260 MB for
 /// 192 tiles.
@@ -101,17 +100,17 @@ impl Sweep<'_> {
                     Err(why) => refused.push(Refused { name: setting.name.clone(), why }),
                 }
             }
-            batches.push(Batch::time(bench, &stage, &mut anchor, opened)?);
+            batches.push(stage.time(bench, &mut anchor, opened)?);
             progress((1 + (n + 1) * TOGETHER).min(settings.len()), settings.len());
         }
         if batches.is_empty() {
-            batches.push(Batch::time(bench, &stage, &mut anchor, Vec::new())?);
+            batches.push(stage.time(bench, &mut anchor, Vec::new())?);
         }
         let budgets = match self.knobs.contains(&Knob::Budgets) {
             true => budgets::measure(bench, &stage, &anchor.session.picture_bytes()?)?,
             false => Vec::new(),
         };
-        let (settings, drift_ms) = levelled(&anchor, batches, self.measure);
+        let (settings, drift_ms) = levelled(&anchor.found, batches, self.measure);
         let mut trade = Trade {
             scene: self.scene.name.clone(),
             size: self.size,
@@ -119,7 +118,7 @@ impl Sweep<'_> {
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
             runs: bench.runs(),
-            most_runs: times::MOST * bench.runs(),
+            most_runs: MOST * bench.runs(),
             drift_ms,
             settings,
             refused,
@@ -155,14 +154,19 @@ impl Sweep<'_> {
     }
 }
 
+/// A setting and the errors of its settled picture.
+pub struct Found {
+    pub setting: Setting,
+    pub measures: Measures,
+    pub forced_bias: u32,
+    /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
+    pub list_frames: u64,
+}
+
 /// A setting with its settled session.
 struct Open {
-    setting: Setting,
+    found: Found,
     session: Run<VirtualTexture>,
-    measures: Measures,
-    forced_bias: u32,
-    /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
-    list_frames: u64,
 }
 
 impl Stage<'_> {
@@ -206,6 +210,26 @@ impl Stage<'_> {
         let forced_bias =
             session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();
-        Ok(Ok(Open { setting: setting.clone(), session, measures, forced_bias, list_frames }))
+        let found = Found { setting: setting.clone(), measures, forced_bias, list_frames };
+        Ok(Ok(Open { found, session }))
+    }
+
+    fn time(&self, bench: &Bench, own: &mut Open, opened: Vec<Open>) -> anyhow::Result<Batch> {
+        let (found, mut sessions): (Vec<Found>, Vec<_>) =
+            opened.into_iter().map(|open| (open.found, open.session)).unzip();
+        let names = std::iter::once(&own.found).chain(&found).map(|found| found.setting.name.clone());
+        let sessions = std::iter::once(&mut own.session).chain(&mut sessions);
+        let contenders = names.zip(sessions).map(|(variant, session)| Contender {
+            variant,
+            run: Box::new(move || {
+                let finished = session.again(&self.sweep.pose)?;
+                let ns = Some(finished.host_time.as_nanos() as u64);
+                let mut times = finished.times;
+                times.push(PassTime { label: "list on the host".into(), ns, work: None });
+                Ok(times)
+            }),
+        });
+        let contenders = contenders.collect();
+        Batch::time(bench, &self.gpu, self.sweep.measure, &found, contenders)
     }
 }

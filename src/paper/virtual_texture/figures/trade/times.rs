@@ -3,21 +3,21 @@
 //! sweeps of the earth at 320 x 180, beside three busy processes, a setting's median of 10 frame times differed by 11 %
 //! (at most 35 %), and its median of 60 ratios by 2 % (at most 6 %).
 
-use super::{Measure, Open, Stage};
+use super::{Found, Measure};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};
 use crate::stats::{Summary, median, median_interval};
-use crate::vk::PassTime;
+use crate::vk::Gpu;
 use anyhow::Context;
 
 /// Settings run until their medians are known, for at most this multiple of the usual number of rounds.
-pub(super) const MOST: usize = 6;
+pub const MOST: usize = 6;
 
 /// A median is known if its confidence interval is at most this wide, relative to its middle. The Pareto front treats
 /// times as equal up to the same difference.
 const KNOWN: f64 = 0.05;
 
 /// A batch of settings that were timed in turn with the scene's own.
-pub(super) struct Batch {
+pub struct Batch {
     /// Milliseconds of the scene's own frame in each round.
     own_ms: Vec<f64>,
     /// The settings' times as multiples of the scene's own frame of the same round.
@@ -25,36 +25,27 @@ pub(super) struct Batch {
 }
 
 impl Batch {
+    /// `contenders` are the scene's own setting, and those of `found`.
+    ///
     /// # Errors
     /// Device lost, or a device without timestamps.
     pub fn time(
         bench: &Bench,
-        stage: &Stage<'_>,
-        own: &mut Open,
-        mut opened: Vec<Open>,
+        gpu: &Gpu,
+        measure: Measure,
+        found: &[Found],
+        contenders: Vec<Contender<'_>>,
     ) -> anyhow::Result<Batch> {
-        let count = opened.len();
-        let all = std::iter::once(own).chain(&mut opened);
-        let contenders = all.map(|open| Contender {
-            variant: open.setting.name.clone(),
-            run: Box::new(|| {
-                let finished = open.session.again(&stage.sweep.pose)?;
-                let ns = Some(finished.host_time.as_nanos() as u64);
-                let mut times = finished.times;
-                times.push(PassTime { label: "list on the host".into(), ns, work: None });
-                Ok(times)
-            }),
-        });
-        let contenders = contenders.collect();
+        let count = found.len();
         let enough = |timed: &[Timed]| timed[1..=count].iter().all(|setting| known(setting, &timed[0]));
-        let timed = bench.interleave_until(&stage.gpu, contenders, MOST, enough)?;
-        let device = &stage.gpu.physical().name;
+        let timed = bench.interleave_until(gpu, contenders, MOST, enough)?;
+        let device = &gpu.physical().name;
         let own_ms = timed[0].total_of_rounds();
         let own_ms =
             own_ms.with_context(|| format!("{device} has no timestamps: the trade cannot be measured"))?;
-        let settings = opened.iter().zip(&timed[1..]).map(|(open, timed)| {
+        let settings = found.iter().zip(&timed[1..]).map(|(found, timed)| {
             let ratios = ratios(timed, &own_ms).expect("a device with timestamps times every frame");
-            traded(open, stage.sweep.measure, &ratios)
+            traded(found, measure, &ratios)
         });
         Ok(Batch { settings: settings.collect(), own_ms })
     }
@@ -75,25 +66,25 @@ fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// A setting's result, with `times` in any unit.
-fn traded(open: &Open, measure: Measure, times: &[f64]) -> Traded {
-    let worst = open.measures.worst.map_or(0.0, |worst| worst.value);
-    let errors = Errors { nmse: open.measures.nmse, flip: open.measures.flip_mean, max: worst };
+fn traded(found: &Found, measure: Measure, times: &[f64]) -> Traded {
+    let worst = found.measures.worst.map_or(0.0, |worst| worst.value);
+    let errors = Errors { nmse: found.measures.nmse, flip: found.measures.flip_mean, max: worst };
     Traded {
-        name: open.setting.name.clone(),
-        changes: open.setting.changes.clone(),
+        name: found.setting.name.clone(),
+        changes: found.setting.changes.clone(),
         ms: Summary::of(times).expect("there are rounds"),
         interval_ms: median_interval(times).expect("there are rounds"),
         error: measure.of(&errors),
         errors,
-        forced_bias: open.forced_bias,
-        list_frames: open.list_frames,
+        forced_bias: found.forced_bias,
+        list_frames: found.list_frames,
         on_front: false,
     }
 }
 
 /// All settings, the scene's own first. A time in milliseconds is a ratio times the median of the scene's own frame
 /// over all batches. Also returns the smallest and the largest median of that frame in a batch.
-pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
+pub fn levelled(own: &Found, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
     let all: Vec<f64> = batches.iter().flat_map(|batch| batch.own_ms.iter().copied()).collect();
@@ -114,6 +105,7 @@ pub(super) fn levelled(own: &Open, batches: Vec<Batch>, measure: Measure) -> (Ve
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vk::PassTime;
 
     fn timed(ms: impl Iterator<Item = f64>) -> Timed {
         let round =

@@ -4,7 +4,7 @@ use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
 use crate::picture::{Picture, srgb};
-use crate::reference::{ReferenceView, Sample};
+use crate::reference::ReferenceView;
 use crate::texture::source::TileSource;
 
 /// Maximum number of pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
@@ -32,8 +32,11 @@ impl TradeKernel {
 
     fn describe(self) -> &'static str {
         match self {
-            TradeKernel::Gaussian => "weighted by a Gaussian (standard deviation 0.5 pixels, radius 1)",
-            TradeKernel::Box => "unweighted (a box of one pixel)",
+            TradeKernel::Gaussian => {
+                "the f64 mean over each pixel's footprint, weighted by a Gaussian (standard deviation 0.5 pixels, \
+                 radius 1)"
+            }
+            TradeKernel::Box => "the f64 mean over each pixel's footprint (a box of one pixel)",
         }
     }
 }
@@ -41,7 +44,7 @@ impl TradeKernel {
 /// The reference at some pixels of a picture, as a mosaic of their windows.
 pub struct Mosaic {
     pub picture: Picture,
-    kernel: TradeKernel,
+    what: &'static str,
     size: [u32; 2],
     windows: Windows,
     /// True for pixels that the textured surface covers together with all their neighbours.
@@ -82,6 +85,8 @@ impl Windows {
 }
 
 impl Mosaic {
+    /// The picture of a textured mesh.
+    ///
     /// # Errors
     /// A tile that cannot be read.
     pub fn new(
@@ -91,22 +96,33 @@ impl Mosaic {
         size: [u32; 2],
         kernel: TradeKernel,
     ) -> anyhow::Result<Mosaic> {
-        let [width, height] = size;
-        let view = ReferenceView::new(mesh, &pose.world_to_clip(width, height), pose.eye, size);
+        let view = ReferenceView::new(mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
         let texels = Texels::new(source);
+        let pixel = |x, y| Some(texels.pixel(&view.sample(x, y)?, kernel.filter()));
+        let seen = |x, y| view.sample(x, y).is_some();
+        let mosaic = Mosaic::of(size, kernel.describe(), seen, pixel);
+        texels.check()?;
+        Ok(mosaic)
+    }
+
+    /// `what` names the reference, `seen` is true for pixels that the surface covers, and `pixel` is the linear colour of
+    /// a pixel that is compared.
+    pub fn of(
+        size: [u32; 2],
+        what: &'static str,
+        seen: impl Fn(u32, u32) -> bool,
+        pixel: impl Fn(u32, u32) -> Option<[f64; 4]>,
+    ) -> Mosaic {
         let windows = Windows::of(size);
         let [columns, rows] = windows.mosaic();
         let (mut rgba, mut inside) = (Vec::new(), Vec::new());
         for at in (0..columns * rows).map(|n| [n % columns, n / columns]) {
             let [x, y] = windows.place(size, at);
-            let seen = covered(&view, [x, y]).then(|| view.sample(x, y)).flatten();
-            inside.push(seen.is_some());
-            rgba.push(seen.map_or(BLACK, |sample: Sample| {
-                texels.pixel(&sample, kernel.filter()).map(|channel| channel as f32)
-            }));
+            let colour = covered(size, [x, y], &seen).then(|| pixel(x, y)).flatten();
+            inside.push(colour.is_some());
+            rgba.push(colour.map_or(BLACK, |colour| colour.map(|channel| channel as f32)));
         }
-        texels.check()?;
-        Ok(Mosaic { picture: Picture::new(columns, rows, rgba), kernel, size, windows, inside })
+        Mosaic { picture: Picture::new(columns, rows, rgba), what, size, windows, inside }
     }
 
     /// The same pixels of a settled picture, given as sRGB bytes. Pixels at the textured surface's outline are black,
@@ -140,10 +156,9 @@ impl Mosaic {
             }
         };
         format!(
-            "Errors are those of the settled picture, in 8 bits of sRGB, against the f64 mean over each pixel's \
-             footprint, {}, {place}: {counted} of {} pixels; the others lie beyond the textured surface or at its \
-             outline.",
-            self.kernel.describe(),
+            "Errors are those of the settled picture, in 8 bits of sRGB, against {}, {place}: {counted} of {} pixels; the \
+             others lie beyond the textured surface or at its outline.",
+            self.what,
             self.inside.len()
         )
     }
@@ -151,11 +166,10 @@ impl Mosaic {
 
 const BLACK: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// True if the textured surface covers a pixel and its neighbours.
-fn covered(view: &ReferenceView, [x, y]: [u32; 2]) -> bool {
-    let [width, height] = view.size();
+/// True if the surface covers a pixel and its neighbours.
+fn covered([width, height]: [u32; 2], [x, y]: [u32; 2], seen: &impl Fn(u32, u32) -> bool) -> bool {
     let [right, bottom] = [(x + 1).min(width - 1), (y + 1).min(height - 1)];
-    (y.saturating_sub(1)..=bottom).all(|y| (x.saturating_sub(1)..=right).all(|x| view.sample(x, y).is_some()))
+    (y.saturating_sub(1)..=bottom).all(|y| (x.saturating_sub(1)..=right).all(|x| seen(x, y)))
 }
 
 #[cfg(test)]

@@ -1,0 +1,147 @@
+//! `ortelius trade` for a scene without a virtual texture: the filters of its plain textures, and the methods of its
+//! relief.
+
+use super::open::relief;
+use super::truth::SceneTruth;
+use super::{Options, Renderer};
+use crate::figure::{Bench, Contender, Machine, Trade};
+use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::config::{Filter, filter};
+use crate::paper::virtual_texture::figures::trade::{Batch, Found, MOST, Mosaic, Setting, Sweep, levelled};
+use crate::picture::measures::{Comparison, OUTLIER_BOUND};
+use crate::picture::write::Srgb8Picture;
+use crate::scene::{Scene, Surface};
+use crate::vk::Gpu;
+use anyhow::Context;
+
+/// Largest ratio of the ellipse's axes, and texels along its minor semi-axis.
+const ELLIPSES: [[u32; 2]; 6] = [[4, 1], [4, 2], [4, 4], [16, 1], [16, 2], [16, 4]];
+
+/// Rays along each side of a pixel of the reference.
+const RAYS: u32 = 12;
+
+/// Measures all settings of a scene without a virtual texture; the sweep's knobs do not apply. `progress` receives the
+/// number of settings done and the number of all settings.
+///
+/// # Errors
+/// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
+pub fn run(sweep: &Sweep<'_>, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
+    let Sweep { scene, pose, size, measure, .. } = *sweep;
+    let settings = settings(scene)?;
+    anyhow::ensure!(
+        settings.len() > 1,
+        "scene {}: nothing to vary: it has no virtual texture, no plain texture with a filter, and no relief",
+        scene.name
+    );
+    let gpu = bench.gpu(&[])?;
+    let truth = mosaic(sweep)?;
+    let (mut found, mut renderers) = (Vec::new(), Vec::new());
+    for setting in &settings {
+        let mut renderer = settled(sweep, &gpu, &setting.changes)?;
+        let Srgb8Picture { rgba, .. } = renderer.picture()?;
+        let measures = Comparison::of(&truth.cut(&rgba), &truth.picture)?.measures(OUTLIER_BOUND);
+        found.push(Found { setting: setting.clone(), measures, forced_bias: 0, list_frames: 1 });
+        renderers.push(renderer);
+        progress(found.len(), settings.len());
+    }
+    let contenders = settings.iter().zip(&mut renderers).map(|(setting, renderer)| Contender {
+        variant: setting.name.clone(),
+        run: Box::new(move || {
+            renderer.frame(&pose)?;
+            renderer.drain()?;
+            Ok(renderer.records.last().context("a drained frame has a record")?.passes.clone())
+        }),
+    });
+    let own = found.remove(0);
+    let batch = Batch::time(bench, &gpu, measure, &found, contenders.collect())?;
+    let (settings, drift_ms) = levelled(&own, vec![batch], measure);
+    let mut trade = Trade {
+        scene: scene.name.clone(),
+        size,
+        measure: measure.name().to_string(),
+        truth: truth.describe(),
+        machine: Machine::here(gpu.physical()),
+        runs: bench.runs(),
+        most_runs: MOST * bench.runs(),
+        drift_ms,
+        settings,
+        refused: Vec::new(),
+        budgets: Vec::new(),
+    };
+    trade.mark_front();
+    Ok(trade)
+}
+
+fn settled(sweep: &Sweep<'_>, gpu: &Gpu, changes: &[String]) -> anyhow::Result<Renderer> {
+    let options = Options { size: Some(sweep.size), deterministic: true, ..Options::default() };
+    let mut renderer = Renderer::on(gpu, &sweep.scene.with(changes)?, &options)?;
+    renderer.settle(&sweep.pose)?;
+    renderer.drain()?;
+    Ok(renderer)
+}
+
+/// All combinations of the surfaces' settings, the scene's own first.
+fn settings(scene: &Scene) -> anyhow::Result<Vec<Setting>> {
+    let mut all = vec![Vec::new()];
+    for surface in scene.surfaces.values() {
+        let others = others(scene, surface)?;
+        all = all
+            .into_iter()
+            .flat_map(|one: Vec<[String; 2]>| {
+                let with = others.iter().map(|other| [&one[..], std::slice::from_ref(other)].concat());
+                std::iter::once(one.clone()).chain(with).collect::<Vec<_>>()
+            })
+            .collect();
+    }
+    all.sort_by_key(Vec::len);
+    let setting = |changes: Vec<[String; 2]>| {
+        let (words, changes): (Vec<String>, Vec<String>) =
+            changes.into_iter().map(|[words, change]| (words, change)).unzip();
+        let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
+        Setting { name, changes }
+    };
+    Ok(all.into_iter().map(setting).collect())
+}
+
+/// The other settings of a surface: words, and the change of the scene.
+fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> {
+    let Surface { name, .. } = surface;
+    if let Some((keys, ..)) = relief(scene, surface)? {
+        let methods = ReliefMethod::ALL.iter().filter(|method| **method != keys.method);
+        let of = |method: &ReliefMethod| {
+            [method.name().to_string(), format!("surface.{name}.relief.method={}", method.name())]
+        };
+        return Ok(methods.map(of).collect());
+    }
+    if surface.texture.is_none() {
+        return Ok(Vec::new());
+    }
+    let own = filter(scene, surface)?;
+    let mut others = Vec::new();
+    if own.kind != Filtering::Trilinear {
+        others.push(["trilinear".to_string(), format!("surface.{name}.filter={{kind='trilinear'}}")]);
+    }
+    for [max_anisotropy, minor_texels] in ELLIPSES {
+        let ellipse = Filter { kind: Filtering::Ellipse, max_anisotropy, minor_texels, ..Filter::DEFAULT };
+        if own != ellipse {
+            let keys = format!("max_anisotropy={max_anisotropy}, minor_texels={minor_texels}");
+            others.push([
+                format!("ellipse {max_anisotropy}:1, minor {minor_texels}"),
+                format!("surface.{name}.filter={{kind='ellipse', {keys}}}"),
+            ]);
+        }
+    }
+    Ok(others)
+}
+
+/// The reference: the mean over each pixel's footprint, or, of a relief, of exact rays.
+fn mosaic(sweep: &Sweep<'_>) -> anyhow::Result<Mosaic> {
+    let Sweep { scene, pose, size, .. } = sweep;
+    let truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;
+    let what = match truth.has_reliefs() {
+        true => "the f64 mean of 144 exact rays per pixel",
+        false => "the f64 mean over each pixel's footprint (a box of one pixel)",
+    };
+    Ok(Mosaic::of(*size, what, |x, y| truth.covers(x, y), |x, y| truth.pixel(x, y, RAYS)))
+}
