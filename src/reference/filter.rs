@@ -279,8 +279,9 @@ mod tests {
 
     #[test]
     fn the_gaussian_filter_damps_a_wave_as_its_transform_says() {
-        let wave = |_, column: u32, _| {
-            [1.0 + (std::f64::consts::TAU * (f64::from(column) + 0.5) / 32.0).cos(), 0.0, 0.0, 1.0]
+        let wave = |level: u32, column: u32, _| {
+            let texels = (f64::from(column) + 0.5) * f64::from(1 << level);
+            [1.0 + (std::f64::consts::TAU * texels / 32.0).cos(), 0.0, 0.0, 1.0]
         };
         let texture = Texture { width_log2: 8, height_log2: 8, edges: Edges::Planet, texel: wave };
         let square = Parallelogram { r1: [8.0, 0.0], r2: [0.0, 8.0] };

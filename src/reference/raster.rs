@@ -133,22 +133,10 @@ impl ReferenceView {
     /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
     /// [`MARGIN_PX`] beyond the picture use triangles that reach into it.
     pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let (setup, place) = self.visible(x, y)?;
-        Some((setup.coordinates[0] + setup.coordinate_from_first(place)).to_array())
-    }
-
-    /// Distance along the eye's forward axis in metres (clip w), at the positions of [`ReferenceView::coordinate`].
-    pub fn distance(&self, x: f64, y: f64) -> Option<f64> {
-        let (setup, place) = self.visible(x, y)?;
-        Some(setup.scale / setup.inverse_w.dot(place))
-    }
-
-    /// The triangle at a position of the picture, and the position in normalised device coordinates.
-    fn visible(&self, x: f64, y: f64) -> Option<(&Setup, DVec3)> {
         let place =
             DVec3::new(2.0 * x / f64::from(self.size[0]) - 1.0, 2.0 * y / f64::from(self.size[1]) - 1.0, 1.0);
         let setup = self.nearest([x.floor() as i32, y.floor() as i32], place)?;
-        Some((setup, place))
+        Some((setup.coordinates[0] + setup.coordinate_from_first(place)).to_array())
     }
 
     /// The nearest of the triangles that cover a position in a pixel.

@@ -203,21 +203,6 @@ impl Plain {
     }
 }
 
-/// The visible instances of a progressive mesh in world space, at the level of the reference.
-///
-/// # Errors
-/// A surface without a progressive mesh; a file that cannot be read; too many triangles.
-pub(super) fn seen_mesh(
-    scene: &Scene,
-    surface: &str,
-    pose: &Pose,
-    size: [u32; 2],
-) -> Result<SourceMesh, String> {
-    let models = progressive_mesh::load(scene).map_err(|error| error.to_string())?;
-    let model = models.iter().find(|model| model.name == surface);
-    Ok(instances(model.ok_or("a surface without a progressive mesh")?, pose, size)?.0)
-}
-
 /// The visible instances of a model in world space, and a normal for each vertex.
 fn instances(model: &LoadedMesh, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
     let vertices = &model.mesh.vertices;

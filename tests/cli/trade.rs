@@ -110,7 +110,15 @@ fn a_scene_with_plain_textures_has_a_front() {
         image::Luma([if (x / 4 + y / 4) % 2 == 0 { 255 } else { 0 }])
     });
     heights.save(folder.path().join("heights.png")).unwrap();
-    let file = ["-D", "surface.floor.relief.map=file", "-D", "surface.floor.relief.path=heights.png"];
+    let colours =
+        image::RgbImage::from_fn(16, 16, |x, y| image::Rgb([60 + 8 * x as u8, 90, 200 - 8 * y as u8]));
+    colours.save(folder.path().join("colours.png")).unwrap();
+    let file = [
+        "-Dsurface.floor.relief.map=file",
+        "-Dsurface.floor.relief.path=heights.png",
+        "-Dsurface.floor.texture.source=file",
+        "-Dsurface.floor.texture.path=colours.png",
+    ];
     let errors = |arguments: &[&str]| -> Vec<(String, f64)> {
         let ran = run(&folder, &[&["trade", "--size", "64x36", "--json"], arguments].concat());
         assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8(ran.stderr).unwrap());

@@ -1,6 +1,5 @@
 //! scene.filters: paper 3's ellipse on paper 1's tiles, in shipped scenes.
 
-use super::silhouettes::silhouettes;
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Timed};
 use crate::math::camera::Pose;
@@ -16,7 +15,6 @@ use crate::picture::{Picture, Target};
 use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
 use crate::reference::supersample::{Density, Kernel, Truth, supersample};
 use crate::reference::{ReferenceView, Sample, ellipsoid};
-use crate::renderer::truth::seen_mesh;
 use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
 use crate::texture::source::TileSource;
@@ -35,15 +33,14 @@ pub const FILTERS: Figure = Figure {
             semi-axis. Each scene uses the fewest that give an NMSE of at most 1e-3, on the earth 2e-4. The truth is \
             the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: the ellipse's own, a \
             Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For `globe` the mesh is replaced by \
-            the ellipsoid, which is less than a hundredth of a pixel away. `valley` is unlit and has 512 samples per \
-            pixel; a pixel is at a silhouette if its kernel contains a jump of depth by more than 0.1 %. The samples read the coarsest \
+            the ellipsoid, which is less than a hundredth of a pixel away. The samples read the coarsest \
             level that has 8 texels across the shorter side of every footprint of a row; averaging and interpolating \
             its texels adds 2 % to the kernel's variance. \"One exact ellipse\" is the scene's filter in f64 with the exact \
             gradient: the error that an ellipse leaves on a curved surface. NMSE is of luminance, over the pixels whose kernel lies \
             wholly on the textured surface. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 \
             pixels, where passes of fixed cost outweigh the filter. The time of the pass that textures is therefore \
             also measured with 320 x 180 (quick) or 1280 x 720 pixels and divided by their number.",
-    scenes: &["earth/oblique", "globe/africa", "plane/tilted", VALLEY],
+    scenes: &["earth/oblique", "globe/africa", "plane/tilted"],
     variants: || VARIANTS.iter().map(|(name, ..)| (*name).to_string()).chain([EXACT, FLOOR].map(str::to_owned)).collect(),
     measure,
     plots: &[
@@ -58,14 +55,7 @@ pub const FILTERS: Figure = Figure {
             "default",
             "The filter of the shipped scene has an NMSE of at most 1e-3.",
             &[Test::value(one(NMSE, OWN), AtMost(1e-3))],
-        )
-        .at(Places::except(&[VALLEY])),
-        Claim::ours(
-            "valley",
-            "Apart from silhouettes, the filter of the scene `valley` has an NMSE of at most 1e-3.",
-            &[Test::value(one(APART, OWN), AtMost(1e-3))],
-        )
-        .at(Places::scenes(&[VALLEY])),
+        ),
         Claim::ours(
             "limb",
             "Within 3 pixels of the outline, the filter of the shipped scene has an NMSE of at most 1e-3.",
@@ -97,20 +87,15 @@ pub const FILTERS: Figure = Figure {
                 Test::ratio(one(NMSE, TWO), one(NMSE, TRILINEAR), Below(1.0)),
                 Test::ratio(one(NMSE, TWO), one(NMSE, SIXTEEN), Below(1.0)),
             ],
-        )
-        .at(Places::except(&[VALLEY])),
+        ),
         Claim::ours(
             "nearer-to-a-box",
             "Against a box, too, the ellipse has a smaller NMSE than anisotropic 16.",
             &[Test::ratio(one(BOX, TWO), one(BOX, SIXTEEN), Below(1.0))],
-        )
-        .at(Places::except(&[VALLEY])),
+        ),
     ],
     ..Figure::BASE
 };
-
-/// One sample per pixel does not resolve its ridges, whatever the filter.
-const VALLEY: &str = "valley/massif";
 
 const TWO: &str = "ellipse, 2 texels";
 const OWN: &str = "the scene's own";
@@ -122,10 +107,6 @@ const FLOOR: &str = "the truth's own error";
 const NMSE: &str = "NMSE";
 const BOX: &str = "NMSE against a box";
 const OUTLINE: &str = "NMSE at the outline";
-const APART: &str = "NMSE apart from silhouettes";
-const SILHOUETTES: &str = "NMSE at silhouettes";
-const PIXELS: &str = "pixels at silhouettes";
-const SHARE: &str = "squared error at silhouettes";
 const WORST: &str = "worst pixel";
 const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
@@ -154,26 +135,19 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("SCENE/CAMERA")?;
     let scene = Scene::embedded(scene)?;
     let (pose, size) = (scene.camera(camera)?.pose(), bench.effort_of([96, 54], [320, 180]));
-    let unlit: &[String] = &["surface.land.lit=false".to_owned()];
-    let (scene, mesh, strata) = match cell.scene.as_str() {
-        VALLEY => {
-            let mesh = seen_mesh(&scene, "land", &pose, size).map_err(anyhow::Error::msg)?;
-            (scene.with(unlit)?, mesh, 16)
-        }
-        _ => (scene.clone(), source_mesh(&scene)?, 46),
-    };
     let gpu = bench.gpu(&[])?;
     let mut shown = settled(&gpu, &scene, &pose, size, VARIANTS)?;
-    let view = ReferenceView::new(&mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
+    let view =
+        ReferenceView::new(&source_mesh(&scene)?, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
     // Of the globe's mesh, 9,000 triangles would be tested for each sample.
     let surface: Box<Surface> = match scene.name.as_str() {
         "globe" => on_ellipsoid(&pose, size),
         _ => Box::new(|x, y| view.coordinate(x, y)),
     };
-    let truths =
-        KERNELS.map(|(quantity, kernel)| (quantity, truth(&shown[0].1, &view, &surface, kernel, strata)));
+    let truths = KERNELS.map(|(quantity, kernel)| (quantity, truth(&shown[0].1, &view, &surface, kernel)));
     let own = &truths[0].1;
-    let parts = parts(own, &view, cell.scene == VALLEY);
+    let near = own.whole.iter().zip(outline(&view)).map(|(whole, near)| *whole && near).collect();
+    let parts = [(NMSE, own.whole.clone()), (OUTLINE, near)];
     let mut rows: Vec<Row> =
         truths.iter().map(|(quantity, truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse)).collect();
     let exact = exact_ellipses(&shown[0].1, &scene, &surface, size)?;
@@ -247,38 +221,17 @@ fn settled(
     variants.into_iter().map(open).collect()
 }
 
-/// The pixels of each error.
-type Parts = Vec<(&'static str, Vec<bool>)>;
-
-fn parts(truth: &Truth, view: &ReferenceView, by_silhouettes: bool) -> Parts {
-    let part = |counts: &[bool], wanted: bool| -> Vec<bool> {
-        truth.whole.iter().zip(counts).map(|(whole, counts)| *whole && *counts == wanted).collect()
+/// The errors of a picture, each over its own pixels.
+fn errors(
+    name: &str,
+    picture: &Picture,
+    truth: &Truth,
+    parts: &[(&'static str, Vec<bool>)],
+) -> anyhow::Result<Vec<Row>> {
+    let of = |(quantity, counts): &(&'static str, Vec<bool>)| {
+        Ok(Row::number(name, *quantity, "", error(picture, truth, counts)?.nmse()))
     };
-    let mut parts = vec![(NMSE, truth.whole.clone()), (OUTLINE, part(&outline(view), true))];
-    if by_silhouettes {
-        let silhouettes = silhouettes(view);
-        parts.extend([(APART, part(&silhouettes, false)), (SILHOUETTES, part(&silhouettes, true))]);
-    }
-    parts
-}
-
-/// The errors of a picture in each part, and how much of it is at silhouettes.
-fn errors(name: &str, picture: &Picture, truth: &Truth, parts: &Parts) -> anyhow::Result<Vec<Row>> {
-    let mut rows = Vec::new();
-    let energy = |counts: &[bool]| -> f64 {
-        truth.values.iter().zip(counts).filter(|(_, counts)| **counts).map(|(value, _)| value * value).sum()
-    };
-    let count = |counts: &[bool]| counts.iter().filter(|counts| **counts).count() as f64;
-    for (quantity, counts) in parts {
-        let nmse = error(picture, truth, counts)?.nmse();
-        rows.push(Row::number(name, *quantity, "", nmse));
-        if *quantity == SILHOUETTES {
-            let all = error(picture, truth, &truth.whole)?.nmse() * energy(&truth.whole);
-            rows.push(Row::number(name, SHARE, "%", 100.0 * nmse * energy(counts) / all));
-            rows.push(Row::number(name, PIXELS, "%", 100.0 * count(counts) / count(&truth.whole)));
-        }
-    }
-    Ok(rows)
+    parts.iter().map(of).collect()
 }
 
 /// Texture coordinates at a position of the picture, in pixels from the upper left corner.
@@ -343,13 +296,7 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
 }
 
 /// Each row of pixels has its own level: near a horizon, the foreground's level would need thousands of tiles.
-fn truth(
-    shown: &Renderer,
-    view: &ReferenceView,
-    surface: &Surface<'_>,
-    kernel: Kernel,
-    strata: u32,
-) -> Truth {
+fn truth(shown: &Renderer, view: &ReferenceView, surface: &Surface<'_>, kernel: Kernel) -> Truth {
     let source =
         &*shown.technique.texture.as_ref().expect("the figure's scenes have a virtual texture").source;
     let (samples, [width, height]) = (view.samples(), view.size());
@@ -361,7 +308,7 @@ fn truth(
         let rows = y.saturating_sub(1) * width..(y + 2).min(height) * width;
         let level = finest_needed(&samples[rows.start as usize..rows.end as usize], &source.pyramid());
         let level = levels.entry(level).or_insert_with(|| Level::new(source, level));
-        let row = truth_of_row(level, [width, y], surface, kernel, strata);
+        let row = truth_of_row(level, [width, y], surface, kernel);
         let squares: f64 = row.values.iter().map(|value| value * value).sum();
         error += row.own_nmse * squares;
         square += squares;
@@ -382,19 +329,13 @@ const EMPTY: Truth = Truth {
     mean_samples: 0.0,
 };
 
-fn truth_of_row(
-    level: &Level<'_>,
-    [columns, row]: [u32; 2],
-    surface: &Surface<'_>,
-    kernel: Kernel,
-    strata: u32,
-) -> Truth {
+fn truth_of_row(level: &Level<'_>, [columns, row]: [u32; 2], surface: &Surface<'_>, kernel: Kernel) -> Truth {
     let texture = level.texture();
     let [width, height] = level.source.pyramid().level_size(0).map(f64::from);
     let surface = |x: f64, y: f64| surface(x, y + f64::from(row)).map(|[s, t]| [s * width, t * height]);
     let texel = |[u, v]: [f64; 2]| texture.bilinear(level.level, u / width, v / height)[0];
     // Twice, for the two halves.
-    let density = Density { per_texel: 0.0, least: strata, most: strata };
+    let density = Density { per_texel: 0.0, least: 46, most: 46 };
     supersample([columns, 1], surface, texel, kernel, density)
 }
 

@@ -1,7 +1,6 @@
 //! Figures about combinations of papers. Only these modules may name two papers.
 
 mod filters;
-mod silhouettes;
 
 use crate::figure::Family;
 use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};
