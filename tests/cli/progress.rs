@@ -35,9 +35,9 @@ fn on_a_terminal(folder: &TempDir, arguments: &[&str], end: &str) -> String {
 #[test]
 fn long_commands_show_the_time_left_on_a_terminal_alone_and_not_if_quiet() {
     let folder = folder();
-    let orbit = ["render", "bunny", "--size", "32x18", "--path", "orbit", "--frames", "3", "-o", "a.png"];
+    let pan = ["render", "plane", "--size", "32x18", "--path", "pan", "--frames", "3", "-o", "a.png"];
     for (arguments, unit) in [
-        (&orbit[..], "frames, "),
+        (&pan[..], "frames, "),
         (&["trade", "earth", "--size", "32x18", "--knobs", "level-bias"], "settings, "),
         (&["mesh", "build", "bunny", "-o", "a.pmesh"], "faces, "),
         (&["reproduce", "vt.address", "--partition", "1/3", "-o", "out"], "cells, "),
@@ -45,8 +45,8 @@ fn long_commands_show_the_time_left_on_a_terminal_alone_and_not_if_quiet() {
         let shown = on_a_terminal(&folder, arguments, " left");
         holds(&shown, &[unit, "about ", " left"]);
     }
-    let quiet = on_a_terminal(&folder, &[&orbit[..], &["--quiet"]].concat(), "");
+    let quiet = on_a_terminal(&folder, &[&pan[..], &["--quiet"]].concat(), "");
     assert_eq!(quiet, "");
-    let words = rendered(&folder, &orbit[1..]);
+    let words = rendered(&folder, &pan[1..]);
     assert!(!words.contains(" left") && !words.contains(['\r', '\u{1b}']), "{words:?}");
 }
