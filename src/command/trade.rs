@@ -38,7 +38,8 @@ pub struct TradeArgs {
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
     /// Weights of the reference's samples: a Gaussian with a standard deviation of half a pixel, as in the filter
-    /// "ellipse"; or the pixel's square, to which samples along the footprint are nearer
+    /// "ellipse"; or the pixel's square, to which samples along the footprint are nearer.
+    /// Rays of reliefs have no weights
     #[arg(long, value_enum, default_value = "gaussian")]
     kernel: KernelName,
     /// Find the fastest setting with at most this error

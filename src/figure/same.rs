@@ -39,7 +39,8 @@ impl Same {
     pub fn of(earlier: &Trade, later: &Trade) -> Result<Same, String> {
         let subject = |trade: &Trade| {
             let ([width, height], machine) = (trade.size, &trade.machine);
-            format!("{} at {width} x {height} by {} on {}", trade.scene, trade.measure, machine.device)
+            let Trade { scene, measure, truth, .. } = trade;
+            format!("{scene} at {width} x {height} by {measure} on {} ({truth})", machine.device)
         };
         if subject(earlier) != subject(later) {
             return Err(format!(

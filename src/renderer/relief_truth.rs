@@ -1,4 +1,4 @@
-//! The rays of a pixel to a relief below a plane, in f64.
+//! The rays of a pixel to a relief below a plane, in f64; each is traced from a start in f32.
 
 use crate::paper::texture_mapping::relief::reference::first_hit;
 use crate::paper::texture_mapping::relief::{Ray, Relief};

@@ -18,6 +18,9 @@ use anyhow::Context;
 /// Largest ratio of the ellipse's axes, and texels along its minor semi-axis.
 const ELLIPSES: [[u32; 2]; 6] = [[4, 1], [4, 2], [4, 4], [16, 1], [16, 2], [16, 4]];
 
+/// Each setting has its own renderer, because all take turns.
+const MOST_SETTINGS: usize = 64;
+
 /// Rays along each side of a pixel of the reference.
 const RAYS: u32 = 12;
 
@@ -33,6 +36,13 @@ pub fn run(sweep: &Sweep<'_>, bench: &Bench, progress: impl Fn(usize, usize)) ->
         settings.len() > 1,
         "scene {}: nothing to vary: it has no virtual texture, no plain texture with a filter, and no relief",
         scene.name
+    );
+    anyhow::ensure!(
+        settings.len() <= MOST_SETTINGS,
+        "scene {}: its surfaces have {} combinations of filters, more than the {MOST_SETTINGS} that are open at a time; \
+         measure a scene with fewer surfaces",
+        scene.name,
+        settings.len()
     );
     let gpu = bench.gpu(&[])?;
     let truth = mosaic(sweep)?;
@@ -137,11 +147,12 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
 
 /// The reference: the mean over each pixel's footprint, or, of a relief, of exact rays.
 fn mosaic(sweep: &Sweep<'_>) -> anyhow::Result<Mosaic> {
-    let Sweep { scene, pose, size, .. } = sweep;
-    let truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;
+    let Sweep { scene, pose, size, kernel, .. } = sweep;
+    let mut truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;
+    truth.filter = kernel.filter();
     let what = match truth.has_reliefs() {
-        true => "the f64 mean of 144 exact rays per pixel",
-        false => "the f64 mean over each pixel's footprint (a box of one pixel)",
+        true => "the mean of 144 traced rays per pixel of a relief, without weights",
+        false => kernel.describe(),
     };
     Ok(Mosaic::of(*size, what, |x, y| truth.covers(x, y), |x, y| truth.pixel(x, y, RAYS)))
 }

@@ -16,6 +16,7 @@ use crate::paper::progressive_mesh::{self, LoadedMesh};
 use crate::paper::virtual_texture::config::owner;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides_of};
 use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
+use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
 use crate::scene::{Scene, Surface};
 use crate::texture::plain::PlainTexture;
@@ -34,6 +35,8 @@ pub struct SceneTruth<'a> {
     layers: Vec<Layer<'a>>,
     sun: DVec3,
     light: LightColours,
+    /// How the samples of a footprint are weighted. Reliefs have rays of equal weight.
+    pub filter: ReferenceFilter,
 }
 
 /// One surface with all its instances.
@@ -102,7 +105,8 @@ impl<'a> SceneTruth<'a> {
             })
         };
         let layers = scene.surfaces.values().map(layer).collect::<Result<Vec<_>, String>>()?;
-        Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours() })
+        let filter = ReferenceFilter::Area;
+        Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours(), filter })
     }
 
     /// True if a surface is visible in a pixel's centre.
@@ -124,8 +128,8 @@ impl<'a> SceneTruth<'a> {
             (Paint::Plain(plain), Some(below)) => {
                 return Some(self.mean_of_rays(layer, (plain, below), [x, y], rays));
             }
-            (Paint::Virtual(texels), _) => texels.pixel(&sample, ReferenceFilter::Area),
-            (Paint::Plain(plain), None) => plain.pixel(&sample),
+            (Paint::Virtual(texels), _) => texels.pixel(&sample, self.filter),
+            (Paint::Plain(plain), None) => plain.pixel(&sample, self.filter),
             (Paint::Grey(albedo), _) => [*albedo, *albedo, *albedo, 1.0],
         };
         let Some(normals) = &layer.normals else { return Some(colour) };
@@ -197,9 +201,13 @@ impl Plain {
     }
 
     /// The mean over the pixel's footprint.
-    fn pixel(&self, sample: &Sample) -> [f64; 4] {
-        let texture = self.texture();
-        texture.area(&sides_of(sample, texture.level_size(0)), sample.s, sample.t)
+    fn pixel(&self, sample: &Sample, filter: ReferenceFilter) -> [f64; 4] {
+        let (texture, Sample { s, t, .. }) = (self.texture(), *sample);
+        let sides = sides_of(sample, texture.level_size(0));
+        match filter {
+            ReferenceFilter::Gaussian => texture.gaussian(&sides, s, t, SIGMA_PX, RADIUS_PX),
+            _ => texture.area(&sides, s, t),
+        }
     }
 }
 

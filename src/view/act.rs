@@ -3,7 +3,7 @@
 use super::action::Action;
 use super::film;
 use super::inspector;
-use super::job::Job;
+use super::job::{Job, Stopped};
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
 use super::shot;
@@ -44,6 +44,35 @@ impl Live {
             None => {}
         }
         Ok(!self.records_alone || self.film.is_some())
+    }
+
+    /// Stops the screenshot and the recording, and says what became of them. Waits for the step under way.
+    ///
+    /// # Errors
+    /// The recording failed, and the window was opened for it alone.
+    pub fn end_jobs(&mut self) -> anyhow::Result<()> {
+        if let Some(shot) = self.shot.take() {
+            match shot.stop() {
+                Ok(picture) => self.print(&picture.display().to_string())?,
+                Err(error) if error.is::<Stopped>() => {
+                    tracing::warn!(
+                        "the screenshot is not saved: the window was closed before it was complete"
+                    );
+                }
+                Err(error) => tracing::warn!("{error:#}"),
+            }
+        }
+        let Some(film) = self.film.take() else { return Ok(()) };
+        let (done, all) = film.progress();
+        match film.stop() {
+            Ok(folder) => self.print(&folder.display().to_string())?,
+            Err(error) if error.is::<Stopped>() => {
+                tracing::warn!("the recording ends after {done} of {all} frames, without a report");
+            }
+            Err(error) if self.records_alone => return Err(error),
+            Err(error) => tracing::warn!("{error:#}"),
+        }
+        Ok(())
     }
 
     /// Shows an error in the status line.

@@ -83,7 +83,7 @@ pub const KEYS: [(Key, &str, Action); 20] = [
     (Key::F9, "pause or resume the path", Action::Pause),
     (Key::F11, "full screen", Action::FullScreen),
     (Key::F12, "screenshot, and a report that reproduces it", Action::Screenshot),
-    (Key::Space, "next variant: other filters, then other methods", Action::NextVariant),
+    (Key::Space, "next variant", Action::NextVariant),
     (Key::X, "compare with the next variant; drag the divider", Action::Compare),
     (Key::V, "comparison: both pictures, their difference, FLIP", Action::NextComparison),
     (Key::G, "next overlay", Action::NextOverlay),

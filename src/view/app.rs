@@ -116,16 +116,11 @@ impl App {
     }
 
     fn close(&mut self, events: &ActiveEventLoop) {
-        if let Some(live) = &self.live {
-            if live.shot.is_some() {
-                tracing::warn!("the screenshot is not saved: its tiles were still loading");
-            }
-            if let Some((done, all)) = live.film.as_ref().map(Job::progress).filter(|(done, all)| done < all)
-            {
-                tracing::warn!("the recording ends after {done} of {all} frames, without a report");
-            }
+        if let Some(mut live) = self.live.take()
+            && let Err(error) = live.end_jobs()
+        {
+            self.failed.get_or_insert(error);
         }
-        self.live = None;
         events.exit();
     }
 }

@@ -1,7 +1,6 @@
 //! Work on a thread beside the window: a screenshot, a recording. The window waits neither for its tiles nor for its files,
 //! and the work goes on while the window is minimised.
 
-use anyhow::bail;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,6 +19,11 @@ pub struct Job {
     thread: Option<JoinHandle<anyhow::Result<PathBuf>>>,
 }
 
+/// Why stopped work has no result.
+#[derive(Debug, thiserror::Error)]
+#[error("stopped")]
+pub struct Stopped;
+
 /// What the work reports, and whether it must stop.
 #[derive(Default)]
 pub struct Progress {
@@ -36,10 +40,10 @@ impl Progress {
     /// Called between steps.
     ///
     /// # Errors
-    /// The work must stop. Nobody sees this error.
-    pub fn check(&self) -> anyhow::Result<()> {
+    /// The work must stop.
+    pub fn check(&self) -> Result<(), Stopped> {
         match self.is_stopped.load(Ordering::Relaxed) {
-            true => bail!("stopped"),
+            true => Err(Stopped),
             false => Ok(()),
         }
     }
@@ -64,6 +68,14 @@ impl Job {
     /// Steps that are done, and all steps.
     pub fn progress(&self) -> (usize, usize) {
         (self.progress.done.load(Ordering::Relaxed), self.steps)
+    }
+
+    /// Stops the work after the step under way. Work that is complete by then has a result; other work has the error
+    /// [`Stopped`].
+    pub fn stop(mut self) -> anyhow::Result<PathBuf> {
+        self.progress.is_stopped.store(true, Ordering::Relaxed);
+        let thread = self.thread.take().expect("`None` only while dropping");
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 
     /// The result of `job` if it has ended; `job` is then `None`.
@@ -118,5 +130,8 @@ mod tests {
             }
         };
         drop(Job::start("test", 1, work).unwrap());
+        assert!(Job::start("test", 1, work).unwrap().stop().unwrap_err().is::<Stopped>());
+        let complete = |_: &Progress| Ok(PathBuf::from("a.png"));
+        assert_eq!(Job::start("test", 1, complete).unwrap().stop().unwrap(), PathBuf::from("a.png"));
     }
 }

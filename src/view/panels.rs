@@ -126,20 +126,22 @@ impl Panels {
     }
 
     fn status_line(&mut self, ui: &mut Ui, shown: &Shown<'_>) {
-        let mut line = shown.film.map(|(done, all)| {
-            ui.ctx().request_repaint_after(job::LOOK_AGAIN);
-            (format!("recording: {done} of {all} frames"), false)
-        });
+        let mut line = None;
         if let Some(Status { text, is_error, since }) = &self.status {
             let left = if *is_error { ERROR } else { MESSAGE }.saturating_sub(since.elapsed());
             match left.is_zero() {
                 true => self.status = None,
                 false => {
                     ui.ctx().request_repaint_after(left);
-                    line = line.or(Some((text.clone(), *is_error)));
+                    line = Some((text.clone(), *is_error));
                 }
             }
         }
+        let recording = shown.film.map(|(done, all)| {
+            ui.ctx().request_repaint_after(job::LOOK_AGAIN);
+            (format!("recording: {done} of {all} frames"), false)
+        });
+        let line = line.or(recording);
         let Some((text, is_error)) = line else { return };
         let colour = if is_error { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
         let width = (ui.available_width() - 2.0 * MARGIN).max(LEAST_STATUS);

@@ -129,7 +129,7 @@ fn options_that_meshes_lack_are_rejected_and_a_missing_model_is_named() {
         holds(&line, words);
     }
     let (_, line) = failure(&mut ortelius(&folder, &["trade", "bunny"]));
-    holds(&line, &["scene bunny has no surface with a virtual texture"]);
+    holds(&line, &["scene bunny: nothing to vary"]);
     assert_eq!(names(&folder), [""; 0]);
 }
 

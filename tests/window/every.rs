@@ -14,7 +14,7 @@ const FILTERS: [&str; 2] = ["paper 3: ellipse", "paper 1: up to 16 trilinear sam
 /// The rows of a window above its status line, which is one line however narrow the window is.
 fn above_the_message(seen: &Seen) -> Vec<u8> {
     assert_eq!([seen.0.width, seen.0.height], SIZE);
-    seen.0.rgba[..4 * 240 * (135 - 36)].to_vec()
+    seen.0.rgba[..4 * 240 * (135 - 60)].to_vec()
 }
 
 /// Space until the first variant returns. Filters must show other pictures, and methods the scene's own.

@@ -50,8 +50,10 @@ impl Requests<'_> {
     /// in the order of `pixel`, its columns and rows; `clamps`: pixels beyond the picture's edge repeat its last ones.
     fn changes(&self, pixel: fn(u32) -> [u32; 2], clamps: bool) -> u64 {
         let [width, height] = self.size;
+        // A group that clamps has 8 x 8 squares, also beyond the picture's edge.
+        let [columns, rows] = self.size.map(|side| if clamps { side.next_multiple_of(64) } else { side });
         let mut changes = 0;
-        for (top, left) in (0..height).step_by(8).flat_map(|y| (0..width).step_by(8).map(move |x| (y, x))) {
+        for (top, left) in (0..rows).step_by(8).flat_map(|y| (0..columns).step_by(8).map(move |x| (y, x))) {
             let mut last = None;
             for [x, y] in (0..64).map(pixel).map(|[x, y]| [left + x, top + y]) {
                 let at = [x.min(width - 1), y.min(height - 1)];
@@ -175,9 +177,9 @@ mod tests {
         // 3 workgroups, and a bit for each of 174,762 tiles.
         assert_eq!(of(Dedup::Bitset)[1], Some(3.0 * 5462.0));
         assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
-        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 4 x 2 changes. The quads of the six
-        // rows beyond the edge repeat the last row: the same again, three times.
-        assert_eq!(of(Dedup::Runs)[1], Some(1.0 + 16.0 * 2.0));
+        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 16 x 2 changes in a square. Squares below the
+        // picture repeat its last row: the same again, 7 times. In the 56 squares beside it, every pixel is a B.
+        assert_eq!(of(Dedup::Runs)[1], Some(8.0 * (1.0 + 16.0 * 2.0) + 56.0));
         // Resident levels and the background are never tested, and interrupt a run.
         let breaks = [A, A, RESIDENT, A, NONE, A, B, B];
         assert_eq!(

@@ -1,6 +1,6 @@
 //! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget. The budget is
-//! CPU time. A load that waits for the disk takes none, so only the number of loads under way limits waiting, and a slow
-//! disk is read by all threads at once.
+//! CPU time. A load that waits for the disk takes none, so only the number of threads limits waiting, and a slow disk is
+//! read by all of them at once.
 
 use crate::math::pyramid::TileId;
 use crate::texture::source::{TileError, TileSource};

@@ -103,6 +103,8 @@ pub struct Streaming {
     bias_held: bool,
     /// True if time does not limit loads and uploads.
     lifted: bool,
+    /// Frames in a row with lifted budgets.
+    frames_at_rest: u32,
     /// Changes of the page table since the last report.
     page_table_changes: Vec<(TileId, Option<u32>)>,
 }
@@ -149,6 +151,7 @@ impl Streaming {
             bias: LevelBias::default(),
             bias_held: false,
             lifted: false,
+            frames_at_rest: 0,
             page_table_changes: Vec::new(),
             config,
         })

@@ -7,6 +7,9 @@ use super::{FrameReport, Order, Streaming};
 use crate::math::pyramid::TileId;
 use std::collections::HashSet;
 
+/// A camera rests after this number of frames with lifted budgets.
+const AT_REST: u32 = 10;
+
 impl Streaming {
     /// Chooses the tiles that this frame wants.
     pub(super) fn choose(&mut self, visible: &[TileId], report: &mut FrameReport) {
@@ -15,8 +18,10 @@ impl Streaming {
         let capacity = self.config.gpu_tiles;
         let fitting = |capacity| fitting_bias(visible, constant, first_resident, capacity);
         let fits = fitting(capacity);
-        // A camera at rest does not wait, because its picture changes once.
-        let after = if self.lifted { 1 } else { LOWER_AFTER };
+        // A camera at rest does not wait, because its picture changes once. A camera that moves in every second frame
+        // does not rest.
+        self.frames_at_rest = if self.lifted { self.frames_at_rest + 1 } else { 0 };
+        let after = if self.frames_at_rest > AT_REST { 1 } else { LOWER_AFTER };
         report.bias = self.bias.next(visible, capacity, after, fitting);
         report.oversubscribed = fits > constant;
         report.bias_held = report.bias > fits;

@@ -23,14 +23,14 @@ pub enum TradeKernel {
 }
 
 impl TradeKernel {
-    fn filter(self) -> ReferenceFilter {
+    pub fn filter(self) -> ReferenceFilter {
         match self {
             TradeKernel::Gaussian => ReferenceFilter::Gaussian,
             TradeKernel::Box => ReferenceFilter::Area,
         }
     }
 
-    fn describe(self) -> &'static str {
+    pub fn describe(self) -> &'static str {
         match self {
             TradeKernel::Gaussian => {
                 "the f64 mean over each pixel's footprint, weighted by a Gaussian (standard deviation 0.5 pixels, \
