@@ -13,7 +13,7 @@ use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::config::owner;
 use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
 use ortelius::renderer::{sections, trade as plain};
-use ortelius::scene::{SHIPPED, write_changes};
+use ortelius::scene::{SHIPPED, Scene, write_changes};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -108,38 +108,7 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
     if owner(&scene)?.is_none() && !args.knobs.is_empty() {
         bail!(Usage(format!("--knobs: {} has no virtual texture; omit --knobs", args.scene)));
     }
-    let effort = if args.full { Effort::Full } else { Effort::Quick };
-    let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
-    bench.validate = args.device.validate;
-    let sweep = Sweep {
-        scene: &scene,
-        pose: match &args.camera {
-            Some(name) => scene.camera(name)?.pose(),
-            None => scene.pose(0)?,
-        },
-        size: args.size.unwrap_or([scene.view.width, scene.view.height]),
-        knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
-        measure: match args.error {
-            ErrorName::Nmse => Measure::Nmse,
-            ErrorName::Flip => Measure::Flip,
-            ErrorName::Max => Measure::Max,
-        },
-        kernel: match args.kernel {
-            KernelName::Gaussian => TradeKernel::Gaussian,
-            KernelName::Box => TradeKernel::Box,
-        },
-    };
-    let bar = Bar::counting("settings");
-    bar.phase("", None);
-    let progress = |done, all| bar.set(done, all);
-    let trade = match owner(&scene)? {
-        Some(_) => sweep.run(&bench, progress)?,
-        None => plain::run(&sweep, &bench, progress)?,
-    };
-    drop(bar);
-    if let Some(first) = bench.messages().first() {
-        bail!("the Vulkan validation layer reported messages; first: {}: {}", first.id, first.text);
-    }
+    let trade = measured(args, &scene)?;
     let (found, answer) = answer(args, &trade);
     if let Some(folder) = &args.output {
         trade.write(folder, &answer)?;
@@ -159,6 +128,42 @@ pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
         tracing::info!("{}: {}", args.scene, describe_changes(found));
     }
     Ok(())
+}
+
+fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
+    let effort = if args.full { Effort::Full } else { Effort::Quick };
+    let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
+    bench.validate = args.device.validate;
+    let sweep = Sweep {
+        scene,
+        pose: match &args.camera {
+            Some(name) => scene.camera(name)?.pose(),
+            None => scene.pose(0)?,
+        },
+        size: args.size.unwrap_or([scene.view.width, scene.view.height]),
+        knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
+        measure: match args.error {
+            ErrorName::Nmse => Measure::Nmse,
+            ErrorName::Flip => Measure::Flip,
+            ErrorName::Max => Measure::Max,
+        },
+        kernel: match args.kernel {
+            KernelName::Gaussian => TradeKernel::Gaussian,
+            KernelName::Box => TradeKernel::Box,
+        },
+    };
+    let bar = Bar::counting("settings");
+    bar.phase("", None);
+    let progress = |done, all| bar.set(done, all);
+    let trade = match owner(scene)? {
+        Some(_) => sweep.run(&bench, progress)?,
+        None => plain::run(&sweep, &bench, progress)?,
+    };
+    drop(bar);
+    if let Some(first) = bench.messages().first() {
+        bail!("the Vulkan validation layer reported messages; first: {}: {}", first.id, first.text);
+    }
+    Ok(trade)
 }
 
 /// Reads an earlier sweep's report.

@@ -1,6 +1,5 @@
 //! The event loop: opens the window once the loop runs, forwards events, and destroys everything in order.
 
-use super::job::Job;
 use super::live::Live;
 use super::{NoDisplay, Opening};
 use anyhow::{Context, bail};
