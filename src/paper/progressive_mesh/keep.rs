@@ -252,7 +252,7 @@ mod tests {
     }
 
     /// The models are computed without transcendental functions, whose last bit depends on the C library. The builder
-    /// takes logarithms, but they decide only between well separated values.
+    /// itself takes logarithms and powers; if this test fails with another C library alone, they are the reason.
     #[test]
     fn a_build_that_gives_another_mesh_needs_another_version() {
         let grid = named("grid:17").unwrap();
@@ -266,7 +266,7 @@ mod tests {
         coloured.attributes.coordinates = (0..count).map(|n| [part(n), part(n + 5)]).collect();
         let appearance = SimplifyOptions { metric: ErrorMetric::Appearance, ..SimplifyOptions::default() };
         bytes.extend(counted(None).0.mesh("test", &coloured, &appearance, ORDER).to_bytes().0);
-        // Two components, one of which vanishes.
+        // Two components, one an eighth of the other's size.
         let mut two = grid.clone();
         let (positions, wedges) = (two.positions.len() as u32, two.wedge_positions.len() as u32);
         two.positions.extend(grid.positions.iter().map(|at| *at * 0.125 + DVec3::new(9.0, 0.0, 0.0)));
