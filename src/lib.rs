@@ -81,7 +81,7 @@ pub mod renderer;
 pub use frame::View;
 pub use math::camera::Pose;
 pub use picture::write::{FileError, Srgb8Picture};
-pub use picture::{Picture, Target};
+pub use picture::{Picture, PixelFormat};
 pub use renderer::report::Report;
 pub use renderer::{Options, RenderError, Renderer};
 pub use scene::{Scene, SceneError};

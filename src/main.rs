@@ -56,7 +56,7 @@ enum Command {
     /// Cut a picture into a tile pyramid (.tiles)
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
-    Verify(verify::VerifyArgs),
+    Verify(verify::TilesVerifyArgs),
     /// Fetch larger models than the shipped ones, by npm
     Fetch(fetch::FetchArgs),
     /// Build, describe, export and check progressive meshes (.pmesh)

@@ -6,7 +6,7 @@ use ortelius::texture::source::earth::Earth;
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use ortelius::texture::tiles::{
-    FileLayout, HEADER_BYTES, PAGE_BYTES, Record, TileFile, TileFileError, verify,
+    FileLayout, HEADER_BYTES, PAGE_BYTES, TileFile, TileFileError, TileRecord, verify,
 };
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
@@ -70,17 +70,17 @@ fn synthetic_tiles_read_back_unchanged() {
 }
 
 /// The record that contains the byte at `offset`; `None` in header and index.
-fn record_at(layout: &FileLayout, offset: u64) -> Option<Record> {
+fn record_at(layout: &FileLayout, offset: u64) -> Option<TileRecord> {
     let pyramid = layout.pyramid();
     let resident = (pyramid.first_resident_level()..=pyramid.coarsest_level()).find(|&level| {
         let start = layout.resident_offset(level);
         (start..start + layout.resident_record_bytes(level) as u64).contains(&offset)
     });
     if let Some(level) = resident {
-        return Some(Record::ResidentLevel(level));
+        return Some(TileRecord::ResidentLevel(level));
     }
     let tiles = layout.record_offset(0);
-    (offset >= tiles).then(|| Record::Tile(layout.tile((offset - tiles) / layout.record_bytes() as u64)))
+    (offset >= tiles).then(|| TileRecord::Tile(layout.tile((offset - tiles) / layout.record_bytes() as u64)))
 }
 
 /// True if the file can be opened and read, but its bytes are wrong.
@@ -112,7 +112,7 @@ fn a_flip_in_any_byte_is_detected_in_its_record() {
                 assert!(is_damage(&error), "byte {offset}: {error}");
             }
             Some(record) => {
-                let bad: Vec<Record> = found.unwrap().bad.into_iter().map(|bad| bad.record).collect();
+                let bad: Vec<TileRecord> = found.unwrap().bad.into_iter().map(|bad| bad.record).collect();
                 assert_eq!(bad, [record], "byte {offset}");
             }
         }

@@ -3,7 +3,7 @@
 use super::progress::Bar;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use ortelius::texture::bake::{self, BakeSettings, Progress, SourceName};
+use ortelius::texture::bake::{self, BakeProgress, BakeSettings, SourceName};
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
 
@@ -85,7 +85,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     Ok(())
 }
 
-impl Progress for Bar {
+impl BakeProgress for Bar {
     fn begin(&self, phase: &'static str, total_bytes: u64) {
         self.phase(phase, Some(total_bytes));
     }

@@ -5,7 +5,7 @@ use super::doctor::Unwell;
 use super::mesh::Unsound;
 use super::render::Unreadable;
 use super::verify::Damaged;
-use ortelius::paper::progressive_mesh::file::{Flaw, PmeshError};
+use ortelius::paper::progressive_mesh::file::{FileFlaw, PmeshError};
 use ortelius::paper::progressive_mesh::{LoadError, SurfaceError};
 use ortelius::paper::virtual_texture::VirtualTextureError;
 use ortelius::paper::virtual_texture::config::TextureError;
@@ -123,7 +123,7 @@ fn bake(error: &BakeError) -> Option<u8> {
 
 fn pmesh(error: &PmeshError) -> Option<u8> {
     match error {
-        PmeshError::Read { .. } | PmeshError::Flaw { flaw: Flaw::Version(_), .. } => None,
+        PmeshError::Read { .. } | PmeshError::Flaw { flaw: FileFlaw::Version(_), .. } => None,
         PmeshError::Flaw { .. } => Some(DATA_CORRUPT),
     }
 }
@@ -147,7 +147,7 @@ mod tests {
         io::Error::from(io::ErrorKind::PermissionDenied)
     }
 
-    fn flawed(flaw: Flaw) -> PmeshError {
+    fn flawed(flaw: FileFlaw) -> PmeshError {
         PmeshError::Flaw { path: "a.pmesh".into(), flaw }
     }
 
@@ -196,8 +196,8 @@ mod tests {
                     .into(),
             ),
             (1, RenderError::Texture(TextureError::Absent("s".into())).into()),
-            (3, load(flawed(Flaw::NotPmesh)).into()),
-            (1, load(flawed(Flaw::Version(9))).into()),
+            (3, load(flawed(FileFlaw::NotPmesh)).into()),
+            (1, load(flawed(FileFlaw::Version(9))).into()),
             (3, not_tiles().into()),
             (3, TileFileError::Index { path: path() }.into()),
             (1, TileFileError::Open { path: path(), source: refused() }.into()),
@@ -207,7 +207,7 @@ mod tests {
             (3, BakeError::Tile(checksum()).into()),
             (3, BakeError::Unreadable(not_tiles()).into()),
             (1, BakeError::Busy { path: path() }.into()),
-            (3, flawed(Flaw::Longer(1)).into()),
+            (3, flawed(FileFlaw::Longer(1)).into()),
             (1, PmeshError::Read { path: "a.pmesh".into(), source: refused() }.into()),
         ]
     }

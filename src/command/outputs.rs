@@ -4,7 +4,7 @@
 use super::Usage;
 use anyhow::{Context, bail};
 use ortelius::picture::write::{Planes, write_exr, write_whole};
-use ortelius::picture::{Picture, Target};
+use ortelius::picture::{Picture, PixelFormat};
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{Record, Renderer};
 use std::fmt::Write as _;
@@ -91,10 +91,10 @@ impl Outputs {
     }
 
     /// The format that the picture needs, if one is written.
-    pub fn target(&self) -> Option<Target> {
+    pub fn target(&self) -> Option<PixelFormat> {
         self.picture.as_deref().map(|path| match ending(path) {
-            "exr" => Target::Linear32,
-            _ => Target::Srgb8,
+            "exr" => PixelFormat::Linear32,
+            _ => PixelFormat::Srgb8,
         })
     }
 
@@ -227,8 +227,8 @@ pub(super) fn check_folder(path: &Path) -> anyhow::Result<()> {
 
 fn write_picture(renderer: &mut Renderer, path: &Path) -> anyhow::Result<()> {
     match renderer.kind() {
-        Target::Srgb8 => renderer.picture()?.save(path)?,
-        Target::Linear32 => {
+        PixelFormat::Srgb8 => renderer.picture()?.save(path)?,
+        PixelFormat::Linear32 => {
             let Picture { width, height, rgba } = renderer.linear_picture()?;
             let channel = |c: usize| rgba.iter().map(|pixel| pixel[c]).collect();
             let channels =

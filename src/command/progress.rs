@@ -2,14 +2,14 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::file::cache_folder;
-use ortelius::paper::progressive_mesh::keep::{Builds, Progress, keep};
+use ortelius::paper::progressive_mesh::keep::{BuildProgress, Builds, keep};
 use std::time::Duration;
 
 pub struct Bar(ProgressBar);
 
 /// Keeps meshes that are built for scenes in the user's cache folder, and shows a bar during a build.
 pub fn keep_meshes() {
-    let step = |name| -> Progress {
+    let step = |name| -> BuildProgress {
         let bar = Bar::counting("faces");
         bar.phase(name, None);
         Box::new(move |done, all| bar.set(done, all))

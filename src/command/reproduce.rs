@@ -11,7 +11,7 @@ use super::report::{ReportArgs, WORKER};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use ortelius::figure::{
-    Cell, CellResult, Effort, Failure, Figure, Machine, Outcome, Partition, Progress, Run, Store, Tally,
+    Cell, CellResult, Effort, Failure, Figure, Machine, Outcome, Partition, Run, RunProgress, Store, Tally,
     choose, load, outlive, program,
 };
 use ortelius::picture::write::abandon;
@@ -224,7 +224,7 @@ fn conclude(args: &ReproduceArgs, mut tally: Tally) -> anyhow::Result<()> {
     })
 }
 
-impl Progress for Bar {
+impl RunProgress for Bar {
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize) {
         self.message(format!("{figure} {cell}"));
         self.set(number - 1, count);

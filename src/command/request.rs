@@ -7,7 +7,7 @@ use anyhow::bail;
 use clap::Args;
 use ortelius::file::cache_folder;
 use ortelius::math::camera::Pose;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::figures::FAMILIES;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::{auto, sections};
@@ -133,13 +133,17 @@ impl RunRequest {
     ///
     /// # Errors
     /// Errors of the scene or the report, and a camera or path that the scene does not have.
-    pub fn of(args: &RunArgs, device: &DeviceArgs, target: Option<Target>) -> anyhow::Result<RunRequest> {
+    pub fn of(
+        args: &RunArgs,
+        device: &DeviceArgs,
+        target: Option<PixelFormat>,
+    ) -> anyhow::Result<RunRequest> {
         let RunRequest { scene, run } = RunRequest::of_scene(&args.of, device)?;
         let run = RunSection {
             frames: args.frames.or(run.frames),
             settle: args.settle || run.settle,
             settle_each: args.settle_each || run.settle_each,
-            linear: target.map_or(run.linear, |target| target == Target::Linear32),
+            linear: target.map_or(run.linear, |target| target == PixelFormat::Linear32),
             ..run
         };
         Ok(RunRequest { scene, run })
@@ -206,8 +210,8 @@ impl RunRequest {
     }
 
     /// The format of the picture.
-    pub fn target(&self) -> Target {
-        if self.run.linear { Target::Linear32 } else { Target::Srgb8 }
+    pub fn target(&self) -> PixelFormat {
+        if self.run.linear { PixelFormat::Linear32 } else { PixelFormat::Srgb8 }
     }
 
     /// The name of the camera or path.

@@ -11,7 +11,7 @@ use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::config::owner;
-use ortelius::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
+use ortelius::paper::virtual_texture::trade::{Knob, Measure, Sweep, TradeKernel};
 use ortelius::renderer::{sections, trade as plain};
 use ortelius::scene::{SHIPPED, Scene, write_changes};
 use std::fmt::Write as _;

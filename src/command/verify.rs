@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Checks every byte of a .tiles file against its checksums and lists all damage.
 #[derive(Args, Debug)]
-pub struct VerifyArgs {
+pub struct TilesVerifyArgs {
     /// The file to check
     #[arg(value_name = "FILE.tiles")]
     file: PathBuf,
@@ -26,7 +26,7 @@ pub struct Damaged {
 
 /// Runs the subcommand: one line on stdout for each bad record. A failure carries [`Damaged`] or a
 /// [`ortelius::texture::tiles::TileFileError`].
-pub fn run(args: &VerifyArgs) -> Result<()> {
+pub fn run(args: &TilesVerifyArgs) -> Result<()> {
     let bar = Bar::of_bytes();
     let total_bytes = TileFile::open(&args.file)?.layout().total_bytes();
     bar.phase("checking", Some(total_bytes));

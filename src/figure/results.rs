@@ -1,8 +1,8 @@
 //! The results of a run, figure by figure: the content of `results.json` and of the page.
 
 use super::{
-    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Record, Row, Table, Verdict, json,
-    renamed,
+    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Row, Table, TableRecord, Verdict,
+    json, renamed,
 };
 use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
@@ -237,7 +237,7 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
     let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
     for CellRows { cell, outcome, .. } in cells {
-        let record = |row: &Row| Record { scene: cell.scene.clone(), x: cell.x, row: row.clone() };
+        let record = |row: &Row| TableRecord { scene: cell.scene.clone(), x: cell.x, row: row.clone() };
         let became = match outcome {
             Outcome::Rows(rows) => {
                 table.records.extend(rows.iter().map(record));

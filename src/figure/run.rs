@@ -34,7 +34,7 @@ pub struct Run<'a> {
 }
 
 /// Receives the progress of a run.
-pub trait Progress {
+pub trait RunProgress {
     /// Cell `number` of `count` starts.
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize);
     fn ended(&self, result: &CellResult);
@@ -108,7 +108,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// Errors of the folder; results in it from another device, effort, commit or build.
-    pub fn run(&self, known: &[&Figure], progress: &dyn Progress) -> Result<Tally, RunError> {
+    pub fn run(&self, known: &[&Figure], progress: &dyn RunProgress) -> Result<Tally, RunError> {
         let store = Store::create(self.folder)?;
         for stored in store.all(known)? {
             self.check(&stored)?;

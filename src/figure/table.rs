@@ -43,7 +43,7 @@ pub enum Value {
 
 /// A row with its cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct TableRecord {
     pub scene: String,
     pub x: Option<f64>,
     #[serde(flatten)]
@@ -70,7 +70,7 @@ pub struct Machine {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     pub machine: Machine,
-    pub records: Vec<Record>,
+    pub records: Vec<TableRecord>,
     /// Cells without a measurement, and why: "failed".
     pub lost: Vec<(Cell, String)>,
 }
@@ -162,7 +162,7 @@ impl Table {
     }
 
     /// All records of one quantity.
-    pub fn of<'a>(&'a self, quantity: &'a str) -> impl Iterator<Item = &'a Record> {
+    pub fn of<'a>(&'a self, quantity: &'a str) -> impl Iterator<Item = &'a TableRecord> {
         self.records.iter().filter(move |r| r.row.quantity == quantity)
     }
 }

@@ -166,7 +166,7 @@ impl<T: Technique> Run<T> {
     }
 
     /// The format of [`Run::picture_bytes`].
-    pub fn kind(&self) -> picture::Target {
+    pub fn kind(&self) -> picture::PixelFormat {
         self.target.kind
     }
 

@@ -11,13 +11,13 @@ pub struct Target {
     pub color: Arc<Image>,
     /// Reversed: 0 is infinitely far.
     pub depth: Arc<Image>,
-    pub kind: picture::Target,
+    pub kind: picture::PixelFormat,
 }
 
 impl Target {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, size: [u32; 2], kind: picture::Target) -> Result<Target> {
+    pub fn new(gpu: &Gpu, size: [u32; 2], kind: picture::PixelFormat) -> Result<Target> {
         Ok(Target {
             color: Arc::new(gpu.image("picture", ImageInfo::target(size, kind.into()))?),
             depth: Arc::new(gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?),

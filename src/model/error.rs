@@ -47,12 +47,12 @@ impl std::fmt::Display for FilePosition {
 
 /// A [`ModelError::Content`] without the file's path, which readers do not know.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Fault {
+pub(super) struct ModelFault {
     pub place: FilePosition,
     pub what: String,
 }
 
-impl Fault {
+impl ModelFault {
     pub(super) fn line(line: usize, what: impl Into<String>) -> Self {
         Self { place: FilePosition::Line(line), what: what.into() }
     }

@@ -1,6 +1,6 @@
 //! Opens a model from a file or by name.
 
-use super::error::{Fault, FilePosition, ModelError};
+use super::error::{FilePosition, ModelError, ModelFault};
 use super::names::wrong_size;
 use super::raw::{MOST, Raw};
 use super::{FETCHED, MeshReport, Model, NAMES, clean, fetched, glb, named, obj, ply};
@@ -84,10 +84,10 @@ impl Model {
     /// As [`Self::load`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<(Model, MeshReport), ModelError> {
         let (read, _) = kind(path)?;
-        let content = |Fault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
+        let content = |ModelFault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
         let raw = read(bytes).map_err(content)?;
         if raw.positions.len() > MOST {
-            return Err(content(Fault::whole(format!("more than {MOST} vertices"))));
+            return Err(content(ModelFault::whole(format!("more than {MOST} vertices"))));
         }
         let (model, report) = clean(&raw);
         if model.faces.is_empty() {
@@ -102,7 +102,7 @@ impl Model {
     }
 }
 
-type Reader = fn(&[u8]) -> Result<Raw, Fault>;
+type Reader = fn(&[u8]) -> Result<Raw, ModelFault>;
 
 /// Reader by file name extension, and whether the file is compressed.
 fn kind(path: &Path) -> Result<(Reader, bool), ModelError> {

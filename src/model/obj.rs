@@ -1,15 +1,15 @@
 //! Wavefront OBJ: `v`, `vt`, `vn` and `f`; polygons become fans. Everything else (groups, materials, lines, points)
 //! is skipped. Numbers are read as f64: in f32 a scan in map coordinates would lose its shape.
 
-use super::error::Fault;
+use super::error::ModelFault;
 use super::raw::{MOST, Raw};
 use std::collections::HashMap;
 
 /// Reads the text of an OBJ file.
 ///
 /// # Errors
-/// [`Fault`] with the line number.
-pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
+/// [`ModelFault`] with the line number.
+pub(super) fn read(text: &[u8]) -> Result<Raw, ModelFault> {
     let mut reader = Reader::default();
     let mut continued: Vec<u8> = Vec::new();
     let mut first_line = 1;
@@ -23,15 +23,15 @@ pub(super) fn read(text: &[u8]) -> Result<Raw, Fault> {
             // A space distinguishes a continued line from an empty continuation.
             continued.push(b' ');
         } else if continued.is_empty() {
-            reader.line(line).map_err(|what| Fault::line(first_line, what))?;
+            reader.line(line).map_err(|what| ModelFault::line(first_line, what))?;
         } else {
             continued.extend_from_slice(line);
-            reader.line(&continued).map_err(|what| Fault::line(first_line, what))?;
+            reader.line(&continued).map_err(|what| ModelFault::line(first_line, what))?;
             continued.clear();
         }
     }
     if !continued.is_empty() {
-        reader.line(&continued).map_err(|what| Fault::line(first_line, what))?;
+        reader.line(&continued).map_err(|what| ModelFault::line(first_line, what))?;
     }
     Ok(reader.finish())
 }

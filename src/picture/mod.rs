@@ -10,7 +10,7 @@ pub mod write;
 
 /// Pixel format of a rendered picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum PixelFormat {
     /// 8 bits of sRGB, for PNG and the screen.
     Srgb8,
     /// f32 of linear light, for EXR and comparisons.

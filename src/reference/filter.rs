@@ -44,7 +44,7 @@ pub fn sample_count(longest: f64, shortest: f64, most: u32) -> u32 {
 }
 
 /// A texture of `2^width_log2 x 2^height_log2` texels with all its levels, given as a function.
-pub struct Texture<F: Fn(u32, u32, u32) -> [f64; 4]> {
+pub struct MipPyramid<F: Fn(u32, u32, u32) -> [f64; 4]> {
     pub width_log2: u32,
     pub height_log2: u32,
     pub edges: Edges,
@@ -52,7 +52,7 @@ pub struct Texture<F: Fn(u32, u32, u32) -> [f64; 4]> {
     pub texel: F,
 }
 
-impl<F: Fn(u32, u32, u32) -> [f64; 4]> Texture<F> {
+impl<F: Fn(u32, u32, u32) -> [f64; 4]> MipPyramid<F> {
     /// Index of the one-texel level (the paper's L).
     pub fn coarsest_level(&self) -> u32 {
         self.width_log2.max(self.height_log2)
@@ -196,9 +196,9 @@ mod tests {
     use super::*;
 
     /// A texture whose texels encode their own level, column and row.
-    fn self_describing(edges: Edges) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4]> {
+    fn self_describing(edges: Edges) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4]> {
         let texel = |level, column, row| [f64::from(column), f64::from(row), f64::from(level), 1.0];
-        Texture { width_log2: 4, height_log2: 3, edges, texel }
+        MipPyramid { width_log2: 4, height_log2: 3, edges, texel }
     }
 
     #[test]
@@ -247,7 +247,7 @@ mod tests {
         // Each column has its own value, which reveals the samples' positions.
         let comb =
             |level: u32, column: u32, _| [f64::from(u8::from(level == 0 && column == 6)), 0.0, 0.0, 1.0];
-        let comb = Texture { width_log2: 4, height_log2: 3, edges: Edges::Planet, texel: comb };
+        let comb = MipPyramid { width_log2: 4, height_log2: 3, edges: Edges::Planet, texel: comb };
         assert_eq!(comb.along(&along_s, 4, 8.0 / 16.0, 0.5), [0.25, 0.0, 0.0, 1.0]);
         let along_t = Parallelogram { r1: [0.0, 4.0], r2: [1.0, 0.0] };
         assert_eq!(comb.along(&along_t, 4, 6.5 / 16.0, 0.5), [1.0, 0.0, 0.0, 1.0]);
@@ -265,7 +265,7 @@ mod tests {
         let stripes = |level: u32, column: u32, _| {
             [if level == 0 { f64::from(column % 2) } else { 9.0 }, 0.0, 0.0, 1.0]
         };
-        let stripes = Texture { width_log2: 6, height_log2: 6, edges: Edges::Planet, texel: stripes };
+        let stripes = MipPyramid { width_log2: 6, height_log2: 6, edges: Edges::Planet, texel: stripes };
         let square = Parallelogram { r1: [4.0, 0.0], r2: [0.0, 4.0] };
         // Samples are one texel wide, so only level 0 counts. (0.5, 0.5) is on the border between two stripes.
         assert!((stripes.area(&square, 0.5, 0.5)[0] - 0.5).abs() < 1e-12);
@@ -283,7 +283,7 @@ mod tests {
             let texels = (f64::from(column) + 0.5) * f64::from(1 << level);
             [1.0 + (std::f64::consts::TAU * texels / 32.0).cos(), 0.0, 0.0, 1.0]
         };
-        let texture = Texture { width_log2: 8, height_log2: 8, edges: Edges::Planet, texel: wave };
+        let texture = MipPyramid { width_log2: 8, height_log2: 8, edges: Edges::Planet, texel: wave };
         let square = Parallelogram { r1: [8.0, 0.0], r2: [0.0, 8.0] };
         // Four pixels are one period. At the crest, a Gaussian of half a pixel leaves exp(-(pi / 4)^2 / 2) of the wave.
         let crest = texture.gaussian(&square, 32.0 / 256.0, 0.5, 0.5, 3.0)[0] - 1.0;

@@ -6,7 +6,7 @@ use super::sections::LANGUAGES;
 use crate::figure::{Bench, Effort, Machine, Trade, Traded};
 use crate::file;
 use crate::math::camera::Pose;
-use crate::paper::virtual_texture::figures::trade::{Knob, Measure, Sweep, TradeKernel};
+use crate::paper::virtual_texture::trade::{Knob, Measure, Sweep, TradeKernel};
 use crate::picture::write::write_whole;
 use crate::scene::{FilterBound, Scene, SceneError};
 use std::io::Write as _;

@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// Options for opening a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
-    pub target: picture::Target,
+    pub target: picture::PixelFormat,
     /// Pixels; `None` uses the scene's size.
     pub size: Option<[u32; 2]>,
     /// Part of a device's name, or its index.
@@ -38,7 +38,7 @@ pub struct Options<'a> {
 impl Default for Options<'_> {
     /// An sRGB picture, on the first usable device.
     fn default() -> Self {
-        let target = picture::Target::Srgb8;
+        let target = picture::PixelFormat::Srgb8;
         Options { target, size: None, device: None, validate: false, deterministic: false }
     }
 }

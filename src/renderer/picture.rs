@@ -3,7 +3,7 @@
 use super::report::Report;
 use super::{RenderError, Renderer};
 use crate::picture::write::Srgb8Picture;
-use crate::picture::{Picture, Target};
+use crate::picture::{Picture, PixelFormat};
 use crate::scene::Scene;
 
 impl Renderer {
@@ -14,12 +14,12 @@ impl Renderer {
     pub fn picture(&mut self) -> Result<Srgb8Picture, RenderError> {
         let [width, height] = self.size();
         Ok(match self.kind() {
-            Target::Srgb8 => Srgb8Picture { width, height, rgba: self.picture_bytes()? },
-            Target::Linear32 => Srgb8Picture::from(&self.linear_picture()?),
+            PixelFormat::Srgb8 => Srgb8Picture { width, height, rgba: self.picture_bytes()? },
+            PixelFormat::Linear32 => Srgb8Picture::from(&self.linear_picture()?),
         })
     }
 
-    /// The last frame's picture in linear light: exact with [`Target::Linear32`], otherwise decoded from sRGB bytes.
+    /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB bytes.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -28,8 +28,8 @@ impl Renderer {
         let bytes = self.picture_bytes()?;
         let pixel = bytemuck::pod_read_unaligned::<[f32; 4]>;
         Ok(match self.kind() {
-            Target::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: bytes }),
-            Target::Linear32 => Picture::new(width, height, bytes.chunks_exact(16).map(pixel).collect()),
+            PixelFormat::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: bytes }),
+            PixelFormat::Linear32 => Picture::new(width, height, bytes.chunks_exact(16).map(pixel).collect()),
         })
     }
 

@@ -8,7 +8,7 @@ use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::{Filter, filter};
-use crate::paper::virtual_texture::figures::trade::{Batch, Found, MOST, Mosaic, Setting, Sweep, levelled};
+use crate::paper::virtual_texture::trade::{Batch, MOST, Mosaic, Setting, Sweep, TradeResult, levelled};
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::scene::{Scene, Surface};
@@ -51,7 +51,7 @@ pub fn run(sweep: &Sweep<'_>, bench: &Bench, progress: impl Fn(usize, usize)) ->
         let mut renderer = settled(sweep, &gpu, &setting.changes)?;
         let Srgb8Picture { rgba, .. } = renderer.picture()?;
         let measures = Comparison::of(&truth.cut(&rgba), &truth.picture)?.measures(OUTLIER_BOUND);
-        found.push(Found { setting: setting.clone(), measures, forced_bias: 0, list_frames: 1 });
+        found.push(TradeResult { setting: setting.clone(), measures, forced_bias: 0, list_frames: 1 });
         renderers.push(renderer);
         progress(found.len(), settings.len());
     }

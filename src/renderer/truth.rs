@@ -15,7 +15,7 @@ use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::{self, LoadedMesh};
 use crate::paper::virtual_texture::config::owner;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides_of};
-use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
+use crate::reference::filter::{Edges, MipPyramid, srgb8_to_linear};
 use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
 use crate::scene::{Scene, Surface};
@@ -192,12 +192,12 @@ impl Plain {
         Ok(Plain { size_log2: size.map(u32::ilog2), levels })
     }
 
-    fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
+    fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let [width_log2, height_log2] = self.size_log2;
         let texel = move |level: u32, x: u32, y: u32| {
             self.levels[level as usize][(y * (1 << width_log2.saturating_sub(level)) + x) as usize]
         };
-        Texture { width_log2, height_log2, edges: Edges::Columns, texel }
+        MipPyramid { width_log2, height_log2, edges: Edges::Columns, texel }
     }
 
     /// The mean over the pixel's footprint.

@@ -1,7 +1,7 @@
 //! Declares the settings of a technique: `settings!` for a table of a scene, `choices!` for an enum. Each generates
 //! the struct, its defaults, parsing with checks, and the list of keys from which the documents are generated.
 
-use super::document::Fault;
+use super::document::SceneFault;
 use super::part::Part;
 use super::value::{Setting, ValueKind};
 use super::{Scene, SceneError};
@@ -38,8 +38,8 @@ pub trait Settings: Sized {
     /// Reads and checks a table: types, ranges, unknown keys, and the declaration's own check.
     ///
     /// # Errors
-    /// [`Fault`] with the key.
-    fn read(part: &Part<'_>) -> Result<Self, Fault>;
+    /// [`SceneFault`] with the key.
+    fn read(part: &Part<'_>) -> Result<Self, SceneFault>;
 }
 
 /// The names of a table's keys, `kind` included.
@@ -156,7 +156,7 @@ macro_rules! __settings {
                 )),*]
             }
 
-            fn read(part: &$crate::scene::Part<'_>) -> std::result::Result<Self, $crate::scene::Fault> {
+            fn read(part: &$crate::scene::Part<'_>) -> std::result::Result<Self, $crate::scene::SceneFault> {
                 part.check_names(&$crate::scene::names::<Self>())?;
                 let settings = Self {
                     $($field: part.field(

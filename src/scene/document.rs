@@ -2,7 +2,7 @@
 
 use super::SHIPPED;
 use super::error::{SceneError, list};
-use super::overrides::Change;
+use super::overrides::Override;
 use crate::file;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,22 +14,22 @@ pub(super) const MOST_BYTES: u64 = 1 << 20;
 
 /// An invalid value or key.
 #[derive(Clone, Debug)]
-pub struct Fault {
+pub struct SceneFault {
     pub key: Vec<String>,
     pub what: String,
     /// True if the key itself is wrong, not its value.
     pub of_key: bool,
 }
 
-impl Fault {
-    pub fn new(key: &[&str], what: impl Into<String>) -> Fault {
+impl SceneFault {
+    pub fn new(key: &[&str], what: impl Into<String>) -> SceneFault {
         let key = key.iter().map(|&part| part.to_owned()).collect();
-        Fault { key, what: what.into(), of_key: false }
+        SceneFault { key, what: what.into(), of_key: false }
     }
 
-    pub(super) fn unknown(key: &[&str], nearest: &str) -> Fault {
+    pub(super) fn unknown(key: &[&str], nearest: &str) -> SceneFault {
         let what = format!("no scene has the key {}; nearest is {nearest}", key.join("."));
-        Fault { of_key: true, ..Fault::new(key, what) }
+        SceneFault { of_key: true, ..SceneFault::new(key, what) }
     }
 }
 
@@ -41,13 +41,13 @@ pub(super) struct Document {
     pub name: String,
     folder: PathBuf,
     text: String,
-    changes: Vec<Change>,
+    changes: Vec<Override>,
     pub table: Table,
 }
 
 /// The origin of a value.
 enum Origin<'a> {
-    Change(&'a Change),
+    Change(&'a Override),
     /// A byte range of the text.
     Text(Range<usize>),
 }
@@ -98,7 +98,7 @@ impl Document {
 
     /// Applies more overrides, in order.
     pub fn change(&mut self, changes: &[String]) -> Result<(), SceneError> {
-        let changes = changes.iter().map(|text| Change::parse(text)).collect::<Result<Vec<_>, _>>()?;
+        let changes = changes.iter().map(|text| Override::parse(text)).collect::<Result<Vec<_>, _>>()?;
         changes.iter().try_for_each(|change| change.apply(&mut self.table, &changes))?;
         self.changes.extend(changes);
         Ok(())
@@ -140,7 +140,7 @@ impl Document {
         for (depth, part) in key.iter().enumerate() {
             let Some((name, value)) = table.get_key_value(*part) else {
                 // A table that exists only through an override belongs to that override.
-                let made = |change: &&Change| change.is_within(&key[..=depth]) && depth + 1 < key.len();
+                let made = |change: &&Override| change.is_within(&key[..=depth]) && depth + 1 < key.len();
                 return self.changes.iter().rfind(made).map_or(Origin::Text(span), Origin::Change);
             };
             span = if of_key && depth + 1 == key.len() { name.span() } else { value.span() };
@@ -151,7 +151,7 @@ impl Document {
     }
 
     /// Converts a fault to an error that shows the origin of its value.
-    pub fn error(&self, fault: Fault) -> SceneError {
+    pub fn error(&self, fault: SceneFault) -> SceneError {
         let key: Vec<&str> = fault.key.iter().map(String::as_str).collect();
         match self.origin(&key, fault.of_key) {
             Origin::Change(change) => {

@@ -3,7 +3,7 @@
 use super::Scene;
 use super::document::MOST_BYTES;
 use super::error::SceneError;
-use super::overrides::Change;
+use super::overrides::Override;
 use crate::file;
 use crate::picture::write::write_whole;
 use std::io::{Error, Write};
@@ -29,7 +29,7 @@ pub fn write_changes(
     let text = file::read_text(&path, MOST_BYTES).map_err(failed)?;
     let mut document: DocumentMut = text.parse().map_err(|error| failed(Error::other(error)))?;
     for change in changes {
-        put(&mut document, &Change::parse(change)?);
+        put(&mut document, &Override::parse(change)?);
     }
     let text = document.to_string();
     let written = Scene::of_text(&path, text.clone())?;
@@ -37,7 +37,7 @@ pub fn write_changes(
     Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
 }
 
-fn put(document: &mut DocumentMut, change: &Change) {
+fn put(document: &mut DocumentMut, change: &Override) {
     let (last, sections) = change.key.split_last().expect("split gives at least one part");
     let mut table: &mut dyn TableLike = document.as_table_mut();
     for section in sections {

@@ -2,7 +2,7 @@
 
 use super::camera::{Camera, Ground, GroundPoint};
 use super::declare::{Settings, choices, settings};
-use super::document::Fault;
+use super::document::SceneFault;
 use super::error::list;
 use super::part::Part;
 use super::path::{self, Motion};
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 settings! {
     /// The picture to render.
-    pub struct View {
+    pub struct PictureSettings {
         /// Width of the picture.
         width: u32, in 1..=16_384, unit "pixels";
         /// Height of the picture.
@@ -89,22 +89,22 @@ settings! {
 }
 
 /// Names of a section's tables, checked.
-pub(super) fn names<'a>(scene: &'a super::Scene, section: &str) -> Result<Vec<&'a str>, Fault> {
+pub(super) fn names<'a>(scene: &'a super::Scene, section: &str) -> Result<Vec<&'a str>, SceneFault> {
     let Some(value) = scene.document.value(&[section]) else { return Ok(Vec::new()) };
-    let wrong = || Fault::new(&[section], format!("{value} is not a table of tables"));
+    let wrong = || SceneFault::new(&[section], format!("{value} is not a table of tables"));
     let names = value.as_table().ok_or_else(wrong)?.keys().map(String::as_str);
     names
         .map(|name| match name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             true if !name.is_empty() => Ok(name),
             _ => {
                 let what = format!("{name:?} is not a name: letters, digits, _ and - only");
-                Err(Fault::new(&[section, name], what))
+                Err(SceneFault::new(&[section, name], what))
             }
         })
         .collect()
 }
 
-pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, Fault> {
+pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, SceneFault> {
     let keys = CameraKeys::read(part)?;
     let place = match ground {
         Ground::Planet => {
@@ -128,7 +128,7 @@ pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, Fault> {
     Ok(Camera { place, altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification, near_m })
 }
 
-pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Result<path::Path, Fault> {
+pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Result<path::Path, SceneFault> {
     let keys = PathKeys::read(part)?;
     let find = |key: &str, camera: &String| {
         cameras.get(camera).copied().ok_or_else(|| {
@@ -173,18 +173,18 @@ pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Resul
 
 /// Checks that the view's camera and path exist.
 pub(super) fn check_view(
-    view: &View,
+    view: &PictureSettings,
     cameras: &BTreeMap<String, Camera>,
     paths: &BTreeMap<String, path::Path>,
-) -> Result<(), Fault> {
+) -> Result<(), SceneFault> {
     if !cameras.contains_key(&view.camera) {
         let what = format!("no camera {:?}; available: {}", view.camera, list(cameras.keys()));
-        return Err(Fault::new(&["view", "camera"], what));
+        return Err(SceneFault::new(&["view", "camera"], what));
     }
     match &view.path {
         Some(path) if !paths.contains_key(path) => {
             let what = format!("no path {path:?}; available: {}", list(paths.keys()));
-            Err(Fault::new(&["view", "path"], what))
+            Err(SceneFault::new(&["view", "path"], what))
         }
         _ => Ok(()),
     }

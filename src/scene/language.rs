@@ -1,7 +1,7 @@
 //! Checks a scene against all declared tables, and lists all keys.
 
 use super::declare::{Key, Language, Table};
-use super::document::Fault;
+use super::document::SceneFault;
 use super::value::quoted;
 use super::{Scene, SceneError};
 use crate::math::nearest::nearest;
@@ -48,7 +48,7 @@ impl Scene {
                 let key = first_leaf(section, value);
                 let known = keys(languages);
                 let near = nearest(&key.join("."), known.iter().map(|known| &*known.dotted));
-                return Err(self.error(Fault::unknown(&key, near.unwrap_or_default())));
+                return Err(self.error(SceneFault::unknown(&key, near.unwrap_or_default())));
             }
         }
         for table in tables(languages) {

@@ -25,10 +25,10 @@ mod surface;
 mod value;
 
 pub use declare::{Key, Language, Settings, Table, choices, names, one_line, settings};
-pub use document::Fault;
+pub use document::SceneFault;
 pub use edit::write_changes;
 pub use error::SceneError;
-pub use eyes::View;
+pub use eyes::PictureSettings;
 pub use language::{KeyAt, keys};
 pub use part::Part;
 pub use sun::Sun;
@@ -69,7 +69,7 @@ pub const LANGUAGE: Language = Language {
         Table::of::<Plane>(&["surface", "*", "geometry"]),
         Table::of::<Cylinder>(&["surface", "*", "geometry"]),
         Table::of::<Plain>(&["surface", "*", "texture"]),
-        Table::of::<View>(&["view"]),
+        Table::of::<PictureSettings>(&["view"]),
         Table::of::<CameraKeys>(&["cameras", "*"]),
         Table::of::<PathKeys>(&["paths", "*"]),
         Table::of::<Sun>(&["sun"]),
@@ -85,7 +85,7 @@ pub struct Scene {
     pub name: String,
     pub ground: Ground,
     pub surfaces: BTreeMap<String, Surface>,
-    pub view: View,
+    pub view: PictureSettings,
     pub cameras: BTreeMap<String, Camera>,
     pub paths: BTreeMap<String, path::Path>,
     pub sun: Option<Sun>,
@@ -183,7 +183,13 @@ impl Scene {
             name: document.name.clone(),
             ground: Ground::Plane,
             surfaces: BTreeMap::new(),
-            view: View { width: 1, height: 1, camera: String::new(), path: None, background: [0.0; 3] },
+            view: PictureSettings {
+                width: 1,
+                height: 1,
+                camera: String::new(),
+                path: None,
+                background: [0.0; 3],
+            },
             cameras: BTreeMap::new(),
             paths: BTreeMap::new(),
             sun: None,
@@ -195,10 +201,10 @@ impl Scene {
         }
     }
 
-    fn read_own(&mut self) -> Result<(), Fault> {
+    fn read_own(&mut self) -> Result<(), SceneFault> {
         if let Some((key, now)) = moved::first_in(&self.document.table) {
             let what = moved::message(&key, &now, &self.document.table);
-            return Err(Fault { of_key: true, ..Fault::new(&key, what) });
+            return Err(SceneFault { of_key: true, ..SceneFault::new(&key, what) });
         }
         self.ground = surface::ground(self)?;
         let read = |section, name| (name, [section, name]);
@@ -210,7 +216,7 @@ impl Scene {
         for (name, path) in eyes::names(self, "paths")?.into_iter().map(|name| read("paths", name)) {
             paths.insert(name.to_owned(), eyes::path(&Part::of(self, &path)?, &cameras)?);
         }
-        let view = View::read(&Part::of(self, &["view"])?)?;
+        let view = PictureSettings::read(&Part::of(self, &["view"])?)?;
         eyes::check_view(&view, &cameras, &paths)?;
         let sun = Part::of(self, &["sun"])?;
         let sun = self.has(&["sun"]).then(|| Sun::read(&sun)).transpose()?;
@@ -255,11 +261,11 @@ impl Scene {
 
     /// An error at a key, for faults found after the scene was read.
     pub fn fault(&self, key: &[&str], what: impl Into<String>) -> SceneError {
-        self.error(Fault::new(key, what))
+        self.error(SceneFault::new(key, what))
     }
 
-    /// [`Scene::fault`], for a [`Fault`].
-    pub fn error(&self, fault: Fault) -> SceneError {
+    /// [`Scene::fault`], for a [`SceneFault`].
+    pub fn error(&self, fault: SceneFault) -> SceneError {
         self.document.error(fault)
     }
 

@@ -9,7 +9,7 @@ const NAMED: [&str; 3] = ["cameras", "paths", "surface"];
 
 /// One `KEY=VALUE`.
 #[derive(Clone, Debug)]
-pub(super) struct Change {
+pub(super) struct Override {
     /// As given, for messages.
     pub text: String,
     pub key: Vec<String>,
@@ -18,16 +18,16 @@ pub(super) struct Change {
 
 /// True if the changes give the camera `name` a position and a height, so that it may be a new one. If they set only
 /// other keys, `name` may be a misspelling of another camera's name.
-fn places(name: &str, changes: &[Change]) -> bool {
+fn places(name: &str, changes: &[Override]) -> bool {
     let sets = |key| changes.iter().any(|change| change.key == ["cameras", name, key]);
     let over_the_earth = sets("latitude_deg") && sets("longitude_deg");
     sets("altitude_m") && (over_the_earth || sets("east_m") && sets("north_m"))
 }
 
-impl Change {
+impl Override {
     /// Parses `KEY=VALUE`. A value that is not valid TOML, and does not start with a quote or bracket, is a string:
     /// `view.camera=oblique`.
-    pub fn parse(text: &str) -> Result<Change, SceneError> {
+    pub fn parse(text: &str) -> Result<Override, SceneError> {
         let wrong = |what: String| SceneError::Override { change: text.to_owned(), what };
         let (key, value) = text.split_once('=').unwrap_or_default();
         let key: Vec<String> = key.split('.').map(|part| part.trim().to_owned()).collect();
@@ -45,7 +45,7 @@ impl Change {
                 return Err(wrong(format!("{value:?} is not a TOML value: {why}")));
             }
         };
-        Ok(Change { text: text.to_owned(), key, value })
+        Ok(Override { text: text.to_owned(), key, value })
     }
 
     /// True if the override sets the value of a key.
@@ -67,7 +67,7 @@ impl Change {
     /// # Errors
     /// A camera, path or surface that does not exist, unless the value is a complete table or the changes in `all`
     /// together position a new camera; a key of the previous format.
-    pub fn apply(&self, scene: &mut Table, all: &[Change]) -> Result<(), SceneError> {
+    pub fn apply(&self, scene: &mut Table, all: &[Override]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         if let Some(now) = moved::now(&key) {
             return Err(self.wrong(moved::message(&key, &now, scene)));

@@ -1,7 +1,7 @@
 //! One table of a scene, while it is read.
 
 use super::Scene;
-use super::document::Fault;
+use super::document::SceneFault;
 use super::value::Setting;
 use crate::math::nearest::nearest;
 use std::ops::RangeInclusive;
@@ -17,24 +17,24 @@ pub struct Part<'a> {
 impl<'a> Part<'a> {
     /// # Errors
     /// The value is not a table.
-    pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<Part<'a>, Fault> {
+    pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<Part<'a>, SceneFault> {
         let table = match scene.document.value(path) {
             None => None,
             Some(value) => {
-                let wrong = || Fault::new(path, format!("{value} is not a table"));
+                let wrong = || SceneFault::new(path, format!("{value} is not a table"));
                 Some(value.as_table().ok_or_else(wrong)?)
             }
         };
         Ok(Part { scene, path, table })
     }
 
-    pub fn fault(&self, name: &str, what: impl Into<String>) -> Fault {
-        Fault::new(&self.key_of(name), what)
+    pub fn fault(&self, name: &str, what: impl Into<String>) -> SceneFault {
+        SceneFault::new(&self.key_of(name), what)
     }
 
     /// A fault of the whole table.
-    pub fn whole(&self, what: impl Into<String>) -> Fault {
-        Fault::new(self.path, what)
+    pub fn whole(&self, what: impl Into<String>) -> SceneFault {
+        SceneFault::new(self.path, what)
     }
 
     fn key_of<'b>(&self, name: &'b str) -> Vec<&'b str>
@@ -52,14 +52,14 @@ impl<'a> Part<'a> {
     /// Refuses keys that are not in `known`, and names the nearest known one.
     ///
     /// # Errors
-    /// [`Fault`] with the first unknown key.
-    pub fn check_names(&self, known: &[&str]) -> Result<(), Fault> {
+    /// [`SceneFault`] with the first unknown key.
+    pub fn check_names(&self, known: &[&str]) -> Result<(), SceneFault> {
         let stated = self.table.into_iter().flat_map(|table| table.keys());
         match stated.map(String::as_str).find(|name| !known.contains(name)) {
             None => Ok(()),
             Some(name) => {
                 let nearest = nearest(name, known.iter().copied()).unwrap_or_default();
-                Err(Fault::unknown(&self.key_of(name), &self.key_of(nearest).join(".")))
+                Err(SceneFault::unknown(&self.key_of(name), &self.key_of(nearest).join(".")))
             }
         }
     }
@@ -73,7 +73,7 @@ impl<'a> Part<'a> {
         name: &str,
         default: Option<T>,
         range: Option<RangeInclusive<T::Number>>,
-    ) -> Result<T, Fault> {
+    ) -> Result<T, SceneFault> {
         let key = self.key_of(name);
         let Some(value) = self.table.and_then(|table| table.get(name)) else {
             return default.ok_or_else(|| self.fault(name, "is missing"));
@@ -92,16 +92,16 @@ impl<'a> Part<'a> {
     /// A key that is required for this kind.
     ///
     /// # Errors
-    /// [`Fault`] if it is missing.
-    pub fn needed<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, Fault> {
+    /// [`SceneFault`] if it is missing.
+    pub fn needed<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, SceneFault> {
         value.clone().ok_or_else(|| self.fault(name, format!("{kind} needs {name}")))
     }
 
     /// Keys that are not allowed for this kind.
     ///
     /// # Errors
-    /// [`Fault`] for the first one that the scene states.
-    pub fn absent(&self, names: &[&str], kind: &str) -> Result<(), Fault> {
+    /// [`SceneFault`] for the first one that the scene states.
+    pub fn absent(&self, names: &[&str], kind: &str) -> Result<(), SceneFault> {
         match names.iter().find(|name| self.states(name)) {
             Some(name) => Err(self.fault(name, format!("{kind} has no {name}"))),
             None => Ok(()),

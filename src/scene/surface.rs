@@ -4,7 +4,7 @@
 use super::Scene;
 use super::camera::Ground;
 use super::declare::{Settings, choices, settings};
-use super::document::Fault;
+use super::document::SceneFault;
 use super::error::list;
 use super::eyes::names;
 use super::part::Part;
@@ -158,7 +158,7 @@ settings! {
     check check_plain;
 }
 
-fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), Fault> {
+fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), SceneFault> {
     match plain.source {
         PlainSource::File => part.needed("path", &plain.path, "a plain texture").map(drop),
         other => part.absent(&["path"], &format!("the source {:?}", other.name())),
@@ -207,7 +207,7 @@ impl Surface {
 ///
 /// # Errors
 /// A surface without geometry, or both an ellipsoid and a plane.
-pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
+pub(super) fn ground(scene: &Scene) -> Result<Ground, SceneFault> {
     let kinds = names(scene, "surface")?.into_iter().map(|name| Ok((name, kind(scene, name)?)));
     let kinds = kinds.collect::<Result<Vec<_>, _>>()?;
     let of = |kind| kinds.iter().find(|(_, other)| *other == kind).map(|(name, _)| name);
@@ -216,7 +216,7 @@ pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
             let what = format!(
                 "a scene has one ground, and {ellipsoid} is an ellipsoid; put the plane into another scene"
             );
-            Err(Fault::new(&["surface", plane, "geometry", "kind"], what))
+            Err(SceneFault::new(&["surface", plane, "geometry", "kind"], what))
         }
         (Some(_), None) => Ok(Ground::Planet),
         _ => Ok(Ground::Plane),
@@ -224,25 +224,28 @@ pub(super) fn ground(scene: &Scene) -> Result<Ground, Fault> {
 }
 
 /// The kind of a surface's geometry.
-fn kind<'a>(scene: &'a Scene, name: &str) -> Result<&'a str, Fault> {
+fn kind<'a>(scene: &'a Scene, name: &str) -> Result<&'a str, SceneFault> {
     let key = ["surface", name, "geometry", "kind"];
     scene.word(&key).ok_or_else(|| match scene.document.value(&key) {
-        Some(value) => Fault::new(&key, format!("{value} is not a text")),
-        None => Fault::new(&key, "a surface needs geometry = { kind = ... }"),
+        Some(value) => SceneFault::new(&key, format!("{value} is not a text")),
+        None => SceneFault::new(&key, "a surface needs geometry = { kind = ... }"),
     })
 }
 
-pub(super) fn surfaces(scene: &Scene) -> Result<BTreeMap<String, Surface>, Fault> {
+pub(super) fn surfaces(scene: &Scene) -> Result<BTreeMap<String, Surface>, SceneFault> {
     let names = names(scene, "surface")?;
     if names.is_empty() {
-        return Err(Fault::new(&["surface"], "the scene is empty: it needs at least one [surface.NAME]"));
+        return Err(SceneFault::new(
+            &["surface"],
+            "the scene is empty: it needs at least one [surface.NAME]",
+        ));
     }
     let all = names.iter().map(|&name| Ok((name.to_owned(), surface(scene, name, &names)?)));
     all.collect()
 }
 
 /// Refuses a relief where the surface cannot carry it.
-fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Result<(), Fault> {
+fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Result<(), SceneFault> {
     let fault = |what: &str| Err(part.fault("relief", what));
     match geometry {
         Geometry::Plane(Plane { width_m, height_m, .. }) if width_m == height_m => {}
@@ -261,7 +264,7 @@ fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Res
 }
 
 /// The bound of the filter `"auto"`.
-fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, Fault> {
+fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, SceneFault> {
     let bounds = [keys.max_error.map(FilterBound::MaxError), keys.max_ms.map(FilterBound::MaxMs)];
     let auto = matches!(keys.filter, Some(FilterKeys::Auto(_)));
     match (auto, bounds) {
@@ -274,7 +277,7 @@ fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, Faul
     }
 }
 
-fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, Fault> {
+fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, SceneFault> {
     let path = ["surface", name];
     let part = Part::of(scene, &path)?;
     let keys = SurfaceKeys::read(&part)?;

@@ -2,10 +2,10 @@
 
 use super::action::{Action, Comparison};
 use super::overlay::Overlay;
-use super::shown::{Front, Shown};
+use super::shown::{Front, PanelInput};
 use egui::{DragValue, Slider, Ui};
 
-pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+pub fn variants(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     let stage = shown.stage;
     let second = stage.second.as_ref().map(|second| second.variant);
     for (n, variant) in stage.variants.iter().enumerate() {
@@ -34,7 +34,7 @@ pub fn variants(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
 }
 
 /// A slider along the Pareto front, and the governor's budgets.
-pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+pub fn trade(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     match shown.trade {
         Some(Front { front, measure, at }) if !front.is_empty() => {
             let mut now = at.unwrap_or(0);
@@ -65,7 +65,12 @@ pub fn trade(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
 
 /// One budget of the governor, as a number to drag. Each point that the pointer moves changes it by `step` or by 1 %,
 /// whichever is more. 0 is no budget.
-fn governor(ui: &mut Ui, shown: &Shown<'_>, (key, unit, step): (&str, &str, f64), actions: &mut Vec<Action>) {
+fn governor(
+    ui: &mut Ui,
+    shown: &PanelInput<'_>,
+    (key, unit, step): (&str, &str, f64),
+    actions: &mut Vec<Action>,
+) {
     let value = shown.stage.scene.value(&["governor", key]);
     let now = value.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
     let now = now.unwrap_or(0.0);
@@ -92,7 +97,7 @@ fn governor(ui: &mut Ui, shown: &Shown<'_>, (key, unit, step): (&str, &str, f64)
     });
 }
 
-pub fn overlays(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+pub fn overlays(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     for overlay in Overlay::ALL.into_iter().filter(|overlay| overlay.applies(shown.stage)) {
         let ([name, about], chosen) = (overlay.about(), shown.overlay == Some(overlay));
         if ui.selectable_label(chosen, name).on_hover_text(about).clicked() {

@@ -7,9 +7,9 @@ use super::judge::{Question, Subject};
 use super::levels::Levels;
 use super::live::{ECHO, LaidOut, Live};
 use super::overlay::Overlay;
-use super::probe::{Found, LaidOpen};
+use super::probe::{LaidOpen, ProbedPixel};
 use super::screen::{Arrangement, Pictures};
-use super::shown::Shown;
+use super::shown::PanelInput;
 use super::stage::Second;
 use egui::{FullOutput, Pos2, RawInput, ViewportId};
 use glam::DVec2;
@@ -25,7 +25,7 @@ impl Live {
         let begin = Instant::now();
         let context = self.input.egui_ctx().clone();
         let judged = self.subject().and_then(|subject| self.judge.show(&context, &subject));
-        let shown = Shown {
+        let shown = PanelInput {
             stage: &self.stage,
             camera: &self.eye.camera,
             player: &self.player,
@@ -56,7 +56,7 @@ impl Live {
     }
 
     /// The values of the magnified pixel.
-    pub(super) fn found(&self) -> Option<&Found> {
+    pub(super) fn found(&self) -> Option<&ProbedPixel> {
         self.probe.found.as_ref().filter(|_| self.magnifies)
     }
 

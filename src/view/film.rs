@@ -1,7 +1,7 @@
 //! R: records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png` reproduces them.
 
 use super::encode;
-use super::job::{Job, Progress};
+use super::job::{Job, JobProgress};
 use super::stage::{self, Stage};
 use anyhow::Context;
 use ortelius::frame::Records;
@@ -44,7 +44,7 @@ pub fn start(stage: &Stage, path: &str, folder: &Path) -> anyhow::Result<Job> {
 
 impl Film {
     /// Writes the pictures, the report, the animation and the film. Returns the folder.
-    fn record(self, progress: &Progress) -> anyhow::Result<PathBuf> {
+    fn record(self, progress: &JobProgress) -> anyhow::Result<PathBuf> {
         let Film { gpu, scene, run, poses, folder } = self;
         // Deterministic budgets count tiles instead of time, so the frames are the same on every machine.
         let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;

@@ -1,7 +1,7 @@
 //! Filters to compare with a scene's own.
 
 use ortelius::paper::virtual_texture::{Filtering, VirtualTextureSettings};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::sections;
 use ortelius::scene::{Scene, Surface};
 
@@ -29,7 +29,7 @@ pub fn other_filters(scene: &Scene) -> impl Iterator<Item = (&'static str, Strin
 
 /// The filter of the scene's virtual texture, by the settings that [`FILTERS`] vary.
 fn filter(scene: &Scene) -> Option<(Filtering, u32)> {
-    let filter = VirtualTextureSettings::of_scene(scene, Target::Srgb8).ok()?.config.filter;
+    let filter = VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8).ok()?.config.filter;
     Some((filter.kind, filter.max_anisotropy))
 }
 

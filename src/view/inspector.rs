@@ -1,6 +1,6 @@
 //! Shows the values of the pixel under the magnifier, and a drawing of its footprint in the texture.
 
-use super::probe::{Ellipse, Face, Found, Texel};
+use super::probe::{Ellipse, Face, ProbedPixel, Texel};
 use super::screen::{LENS, lens_at};
 use super::stage::Stage;
 use egui::{Align2, Color32, Grid, Pos2, Sense, Stroke, Ui, pos2, vec2};
@@ -11,7 +11,7 @@ use ortelius::picture::srgb;
 const SIDE: f32 = 96.0;
 
 /// Shows the values and the drawing below the magnifier.
-pub fn show(ui: &mut Ui, stage: &Stage, found: &Found) {
+pub fn show(ui: &mut Ui, stage: &Stage, found: &ProbedPixel) {
     let points = ui.ctx().pixels_per_point();
     let at = found.at.map(|at| at as i32);
     let [left, top] = lens_at(at, stage.renderer.size());
@@ -41,12 +41,12 @@ pub fn show(ui: &mut Ui, stage: &Stage, found: &Found) {
 type Row = (&'static str, String);
 
 /// The inspector's values in one line: `name value; …`.
-pub fn line(stage: &Stage, found: &Found) -> String {
+pub fn line(stage: &Stage, found: &ProbedPixel) -> String {
     let parts = rows(stage, found).into_iter().map(|(name, value)| format!("{name} {value}"));
     parts.collect::<Vec<_>>().join("; ")
 }
 
-fn rows(stage: &Stage, found: &Found) -> Vec<Row> {
+fn rows(stage: &Stage, found: &ProbedPixel) -> Vec<Row> {
     let mut rows = colour(found);
     rows.extend(found.face.iter().flat_map(face));
     rows.extend(found.texel.iter().flat_map(place));
@@ -55,13 +55,13 @@ fn rows(stage: &Stage, found: &Found) -> Vec<Row> {
 }
 
 /// The footprint ellipse, its position in the texture, and the texture's size in texels of level 0.
-fn footprint<'f>(stage: &Stage, found: &'f Found) -> Option<(Ellipse, &'f Texel, [u32; 2])> {
+fn footprint<'f>(stage: &Stage, found: &'f ProbedPixel) -> Option<(Ellipse, &'f Texel, [u32; 2])> {
     let size = stage.renderer.technique.texture.as_ref()?.source.pyramid().level_size(0);
     let texel = found.texel.as_ref()?;
     Some((texel.ellipse(size)?, texel, size))
 }
 
-fn colour(found: &Found) -> Vec<Row> {
+fn colour(found: &ProbedPixel) -> Vec<Row> {
     let [r, g, b] = found.srgb;
     let [x, y] = found.at;
     let linear = found.srgb.map(|code| format!("{:.4}", srgb::to_linear_f64(code))).join(" ");

@@ -12,7 +12,7 @@ pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// Work that ends with the path of what it has written. Dropping it stops the work and waits for its thread.
 pub struct Job {
-    progress: Arc<Progress>,
+    progress: Arc<JobProgress>,
     /// Steps of the work.
     steps: usize,
     /// `None` only while dropping.
@@ -26,12 +26,12 @@ pub struct Stopped;
 
 /// What the work reports, and whether it must stop.
 #[derive(Default)]
-pub struct Progress {
+pub struct JobProgress {
     done: AtomicUsize,
     is_stopped: AtomicBool,
 }
 
-impl Progress {
+impl JobProgress {
     /// Reports a step.
     pub fn advance(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);
@@ -57,9 +57,9 @@ impl Job {
     pub fn start(
         name: &str,
         steps: usize,
-        work: impl FnOnce(&Progress) -> anyhow::Result<PathBuf> + Send + 'static,
+        work: impl FnOnce(&JobProgress) -> anyhow::Result<PathBuf> + Send + 'static,
     ) -> std::io::Result<Job> {
-        let progress = Arc::new(Progress::default());
+        let progress = Arc::new(JobProgress::default());
         let theirs = progress.clone();
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || work(&theirs))?;
         Ok(Job { progress, steps, thread: Some(thread) })
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn a_job_reports_its_steps_and_ends_with_its_path() {
         let (go, wait) = channel();
-        let work = move |progress: &Progress| -> anyhow::Result<PathBuf> {
+        let work = move |progress: &JobProgress| -> anyhow::Result<PathBuf> {
             wait.recv().unwrap();
             progress.advance();
             Ok(PathBuf::from("picture.png"))
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_dropped_job_stops() {
-        let work = |progress: &Progress| -> anyhow::Result<PathBuf> {
+        let work = |progress: &JobProgress| -> anyhow::Result<PathBuf> {
             loop {
                 progress.check()?;
                 std::thread::yield_now();
@@ -131,7 +131,7 @@ mod tests {
         };
         drop(Job::start("test", 1, work).unwrap());
         assert!(Job::start("test", 1, work).unwrap().stop().unwrap_err().is::<Stopped>());
-        let complete = |_: &Progress| Ok(PathBuf::from("a.png"));
+        let complete = |_: &JobProgress| Ok(PathBuf::from("a.png"));
         assert_eq!(Job::start("test", 1, complete).unwrap().stop().unwrap(), PathBuf::from("a.png"));
     }
 }

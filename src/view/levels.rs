@@ -4,7 +4,7 @@
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;
-use ortelius::paper::virtual_texture::footprint::{Footprint, FootprintDump};
+use ortelius::paper::virtual_texture::footprint::{FootprintDump, FootprintPass};
 use ortelius::paper::virtual_texture::shown::ShownLevels;
 use ortelius::paper::virtual_texture::{RequestFormat, VirtualTexture, VirtualTextureError};
 use ortelius::vk::{self, Depth, Frame, Gpu};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// A separate footprint pass, because fused variants have none and request formats differ.
 pub struct Levels {
-    stage1: Footprint,
+    stage1: FootprintPass,
     pub open: FootprintDump,
     pub shown: ShownLevels,
 }
@@ -25,7 +25,7 @@ impl Levels {
     pub fn new(gpu: &Gpu, texture: &VirtualTexture, target: &Target) -> Result<Levels, VirtualTextureError> {
         let config = Config { request_format: Some(RequestFormat::Rgba32), ..texture.settings.config };
         let (depth, pyramid) = ((target.depth.clone(), Depth::Equal), texture.source.pyramid());
-        let stage1 = Footprint::on(gpu, &pyramid, &config, depth, 0)?;
+        let stage1 = FootprintPass::on(gpu, &pyramid, &config, depth, 0)?;
         Ok(Levels {
             open: FootprintDump::new(gpu, &pyramid, &config, &stage1)?,
             shown: ShownLevels::new(gpu, &pyramid, &config, &texture.resident, &stage1)?,

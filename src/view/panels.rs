@@ -5,7 +5,7 @@ use super::compared;
 use super::inspector;
 use super::job;
 use super::settings::SettingsPanel;
-use super::shown::Shown;
+use super::shown::PanelInput;
 use super::stage::{HISTORY, Stage};
 use super::streamed::{self, rows};
 use egui::{
@@ -61,7 +61,7 @@ impl Panels {
     }
 
     /// Lays out all open panels; returns the requested actions.
-    pub fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
+    pub fn show(&mut self, ui: &mut Ui, shown: &PanelInput<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
         if let Some((texture, about)) = &shown.judged {
             let all = Rect::from_min_max(Pos2::ZERO, egui::pos2(1.0, 1.0));
@@ -99,7 +99,7 @@ impl Panels {
         actions
     }
 
-    fn sections(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Action> {
+    fn sections(&mut self, ui: &mut Ui, shown: &PanelInput<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
         let records = &shown.stage.renderer.records;
         let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
@@ -125,7 +125,7 @@ impl Panels {
         actions
     }
 
-    fn status_line(&mut self, ui: &mut Ui, shown: &Shown<'_>) {
+    fn status_line(&mut self, ui: &mut Ui, shown: &PanelInput<'_>) {
         let mut line = None;
         if let Some(Status { text, is_error, since }) = &self.status {
             let left = if *is_error { ERROR } else { MESSAGE }.saturating_sub(since.elapsed());
@@ -158,7 +158,7 @@ impl Panels {
 }
 
 /// Level, row and column of each visible tile, white on black.
-fn labels(ui: &Ui, shown: &Shown<'_>) {
+fn labels(ui: &Ui, shown: &PanelInput<'_>) {
     let points = ui.ctx().pixels_per_point();
     for label in super::labels::apart(shown.labels, points) {
         let [level, row, column] = label.tile;
@@ -234,7 +234,7 @@ fn serves(stage: &Stage, pass: &str) -> String {
     if features.is_empty() { surfaces } else { format!("{surfaces}; needs {features}") }
 }
 
-fn eye(ui: &mut Ui, shown: &Shown<'_>, actions: &mut Vec<Action>) {
+fn eye(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     let camera = shown.camera;
     let place = match camera.place {
         GroundPoint::Planet { latitude_deg, longitude_deg } => {

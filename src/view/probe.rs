@@ -13,7 +13,7 @@ const STRIDE: u64 = 16;
 #[derive(Default)]
 pub struct Probe {
     queries: PerFrame<Option<Query>>,
-    pub found: Option<Found>,
+    pub found: Option<ProbedPixel>,
 }
 
 /// The images of one frame that record each pixel's tile and face. `None` where the scene has no such
@@ -37,7 +37,7 @@ struct Query {
 
 /// The values of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct ProbedPixel {
     pub at: [u32; 2],
     pub srgb: [u8; 3],
     /// Depth along the viewing direction in metres; `None` for the background.
@@ -118,7 +118,7 @@ impl Probe {
 }
 
 impl Query {
-    fn read(&self) -> Found {
+    fn read(&self) -> ProbedPixel {
         let texels = self.buffer.mapped::<[u32; 4]>();
         let words = |n: usize| texels[n];
         let floats = |n: usize| words(n).map(f32::from_bits);
@@ -139,7 +139,7 @@ impl Query {
             };
             (level != u32::MAX).then_some(texel)
         };
-        Found {
+        ProbedPixel {
             at: self.at,
             srgb: [red, green, blue],
             // Depth is reversed: 0 is infinitely far.

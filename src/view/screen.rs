@@ -5,7 +5,7 @@ use ortelius::vk::shader::Present;
 use ortelius::vk::shader::view::{present_frag, present_vert};
 use ortelius::vk::{
     Acquired, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
-    Image, ImageInfo, PresentMode, Resource, Result, Swapchain, TexelCopy, View, WindowSurface,
+    Image, ImageInfo, PresentMode, ReadAs, Resource, Result, Swapchain, TexelCopy, WindowSurface,
 };
 
 /// Parameters of the present pass.
@@ -140,9 +140,9 @@ impl Screen {
         frame.pass("present", |cmd| {
             let color = ColorTarget { image, clear: Clear::Float([0.0; 4]) };
             let resources = [
-                (present_frag::LEFT, Resource::Texture(left, View::Raw)),
-                (present_frag::RIGHT, Resource::Texture(right, View::Raw)),
-                (present_frag::WORDS, Resource::Texture(words.unwrap_or(&self.no_words), View::Whole)),
+                (present_frag::LEFT, Resource::Texture(left, ReadAs::Raw)),
+                (present_frag::RIGHT, Resource::Texture(right, ReadAs::Raw)),
+                (present_frag::WORDS, Resource::Texture(words.unwrap_or(&self.no_words), ReadAs::Whole)),
             ];
             let overlay = if words.is_some() { arrangement.overlay } else { 0 };
             let push = Present { overlay, ..arrangement.push(image.info().size) };

@@ -1,6 +1,6 @@
 //! F12: saves a picture, and a report that reproduces it bit for bit.
 
-use super::job::{Job, Progress};
+use super::job::{Job, JobProgress};
 use super::stage::{self, Stage};
 use anyhow::Context;
 use ortelius::frame::{Records, Technique};
@@ -54,7 +54,7 @@ pub fn start(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Jo
 
 impl Shot {
     /// Writes the picture and the report. Returns the picture's path.
-    fn take(self, progress: &Progress) -> anyhow::Result<PathBuf> {
+    fn take(self, progress: &JobProgress) -> anyhow::Result<PathBuf> {
         let Shot { gpu, scene, run, pose, folder } = self;
         let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
         renderer.keep(Records::all());

@@ -4,13 +4,13 @@ use super::action::Comparison;
 use super::labels::Label;
 use super::overlay::Overlay;
 use super::path::Player;
-use super::probe::Found;
+use super::probe::ProbedPixel;
 use super::stage::Stage;
 use egui::{Pos2, TextureHandle};
 use ortelius::figure::{Trade, Traded};
 use ortelius::scene::camera::Camera;
 
-pub struct Shown<'a> {
+pub struct PanelInput<'a> {
     pub stage: &'a Stage,
     pub camera: &'a Camera,
     pub player: &'a Player,
@@ -22,7 +22,7 @@ pub struct Shown<'a> {
     pub trade: Option<&'a Front>,
     pub overlay: Option<Overlay>,
     /// The values of the magnified pixel.
-    pub found: Option<&'a Found>,
+    pub found: Option<&'a ProbedPixel>,
     /// Outline of the frozen camera's view, in points.
     pub outline: Vec<Option<Pos2>>,
     /// Names of the visible tiles, if the overlay of levels is shown.

@@ -4,7 +4,7 @@ use super::variants::{Variant, own_variants};
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
 use ortelius::frame::Technique;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
@@ -217,7 +217,7 @@ pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Re
 }
 
 fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
-    Options { target: Target::Srgb8, size: Some(size), deterministic, ..Options::default() }
+    Options { target: PixelFormat::Srgb8, size: Some(size), deterministic, ..Options::default() }
 }
 
 /// Switches a renderer from the scene that it shows to another. Opens a new renderer only if the present one cannot

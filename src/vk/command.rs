@@ -4,7 +4,7 @@ use super::buffer::Uses;
 use super::descriptors::Descriptors;
 use super::device::Device;
 use super::shader::DescriptorKind;
-use super::{Buffer, ComputePipeline, Error, Image, Result, Sampler, StreamQuery, TexelCopy, View, Work};
+use super::{Buffer, ComputePipeline, Error, Image, ReadAs, Result, Sampler, StreamQuery, TexelCopy, Work};
 use ash::vk;
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub struct Cmd<'a> {
 /// The object that a draw or dispatch binds to a shader's binding number.
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
-    Texture(&'a Image, View),
+    Texture(&'a Image, ReadAs),
     Sampled(&'a Image, &'a Sampler),
     Buffer(&'a Buffer),
 }
@@ -112,7 +112,7 @@ impl Cmd<'_> {
 
     pub(crate) fn bind(
         &mut self,
-        pipeline: &super::pipeline::Base,
+        pipeline: &super::pipeline::PipelineHandles,
         point: vk::PipelineBindPoint,
         resources: &[(u32, Resource<'_>)],
         push: &[u8],
@@ -149,7 +149,7 @@ impl Cmd<'_> {
     /// missing.
     fn descriptor_set(
         &mut self,
-        pipeline: &super::pipeline::Base,
+        pipeline: &super::pipeline::PipelineHandles,
         resources: &[(u32, Resource<'_>)],
     ) -> Result<Option<vk::DescriptorSet>> {
         if pipeline.descriptors.is_empty() {
@@ -204,11 +204,11 @@ impl Cmd<'_> {
         let (images, buffers, texels);
         let write = match (kind, resource) {
             (DescriptorKind::SampledImage, Resource::Texture(texture, view)) => {
-                let view = if *view == View::Raw { texture.raw_view } else { texture.view };
+                let view = if *view == ReadAs::Raw { texture.raw_view } else { texture.view };
                 images = image(texture, view, none);
                 write.image_info(&images)
             }
-            (DescriptorKind::StorageImage, Resource::Texture(texture, View::Whole)) => {
+            (DescriptorKind::StorageImage, Resource::Texture(texture, ReadAs::Whole)) => {
                 assert!(texture.info().storage, "{pipeline}: {} was not made for stores", texture.name());
                 images = image(texture, texture.view, none);
                 write.image_info(&images)

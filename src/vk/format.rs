@@ -1,6 +1,6 @@
 //! Formats of images.
 
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use ash::vk;
 
 /// Supported formats, named by the content of a texel.
@@ -21,11 +21,11 @@ pub enum Format {
 }
 
 /// The image format of a picture that passes render.
-impl From<Target> for Format {
-    fn from(target: Target) -> Format {
+impl From<PixelFormat> for Format {
+    fn from(target: PixelFormat) -> Format {
         match target {
-            Target::Srgb8 => Format::Rgba8Srgb,
-            Target::Linear32 => Format::Rgba32Float,
+            PixelFormat::Srgb8 => Format::Rgba8Srgb,
+            PixelFormat::Linear32 => Format::Rgba32Float,
         }
     }
 }

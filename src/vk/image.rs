@@ -59,7 +59,7 @@ pub struct Image {
 
 /// Which view of an image a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum View {
+pub enum ReadAs {
     /// All of it, in the image's own format.
     Whole,
     /// Rgba8Srgb without the decoding.

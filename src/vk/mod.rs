@@ -37,7 +37,7 @@ pub use features::{Feature, Need};
 pub use format::Format;
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
 pub use graphics_info::{Blend, Depth, GraphicsInfo};
-pub use image::{Image, ImageInfo, View};
+pub use image::{Image, ImageInfo, ReadAs};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
 pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, GraphicsPipeline};

@@ -8,7 +8,7 @@ use super::{Check, Format, Gpu, Result};
 use ash::vk;
 use std::sync::{Arc, MutexGuard};
 
-pub(crate) struct Base {
+pub(crate) struct PipelineHandles {
     pub(crate) handle: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) set_layout: vk::DescriptorSetLayout,
@@ -19,8 +19,8 @@ pub(crate) struct Base {
     device: Arc<Device>,
 }
 
-pub struct GraphicsPipeline(pub(crate) Arc<Base>);
-pub struct ComputePipeline(pub(crate) Arc<Base>);
+pub struct GraphicsPipeline(pub(crate) Arc<PipelineHandles>);
+pub struct ComputePipeline(pub(crate) Arc<PipelineHandles>);
 
 /// Maximum number of unused pipelines that are kept. Some are kept because a window resizes its picture and returns to
 /// earlier variants.
@@ -31,7 +31,7 @@ const MOST_UNUSED: usize = 64;
 #[derive(Default)]
 pub(crate) struct Pipelines {
     /// In the order of their last requests.
-    known: Vec<(Description, Arc<Base>)>,
+    known: Vec<(Description, Arc<PipelineHandles>)>,
     compiled: u64,
 }
 
@@ -57,16 +57,16 @@ impl Description {
 }
 
 impl Pipelines {
-    fn find(&mut self, description: &Description) -> Option<Arc<Base>> {
+    fn find(&mut self, description: &Description) -> Option<Arc<PipelineHandles>> {
         let at = self.known.iter().position(|(known, _)| known == description)?;
         self.known[at..].rotate_left(1);
         self.known.last().map(|(_, base)| base.clone())
     }
 
     /// Adds a pipeline. Drops unused ones beyond [`MOST_UNUSED`], the least recently requested first.
-    fn add(&mut self, description: Description, base: Arc<Base>) {
+    fn add(&mut self, description: Description, base: Arc<PipelineHandles>) {
         self.compiled += 1;
-        let is_unused = |(_, base): &(_, Arc<Base>)| Arc::strong_count(base) == 1;
+        let is_unused = |(_, base): &(_, Arc<PipelineHandles>)| Arc::strong_count(base) == 1;
         let mut surplus =
             self.known.iter().filter(|known| is_unused(known)).count().saturating_sub(MOST_UNUSED);
         self.known.retain(|known| {
@@ -80,9 +80,9 @@ impl Pipelines {
 
 type Stages<'a> = [(vk::ShaderStageFlags, &'a Shader)];
 
-impl Base {
+impl PipelineHandles {
     /// Builds the layouts from the shaders' reflection.
-    fn new(gpu: &Gpu, name: &str, stages: &Stages<'_>) -> Result<Base> {
+    fn new(gpu: &Gpu, name: &str, stages: &Stages<'_>) -> Result<PipelineHandles> {
         let device = &gpu.device;
         let mut descriptors: Vec<(u32, DescriptorKind)> = Vec::new();
         for (_, shader) in stages {
@@ -123,7 +123,7 @@ impl Base {
             .check("vkCreatePipelineLayout", name)?;
         device.name(set_layout, name);
         device.name(layout, name);
-        Ok(Base {
+        Ok(PipelineHandles {
             handle: vk::Pipeline::null(),
             layout,
             set_layout,
@@ -136,7 +136,7 @@ impl Base {
     }
 }
 
-impl Drop for Base {
+impl Drop for PipelineHandles {
     fn drop(&mut self) {
         self.device.bury(Dead::Pipeline(self.handle, self.layout, self.set_layout));
     }
@@ -222,8 +222,8 @@ impl Gpu {
     fn pipeline(
         &self,
         description: Description,
-        compile: impl FnOnce() -> Result<Base>,
-    ) -> Result<Arc<Base>> {
+        compile: impl FnOnce() -> Result<PipelineHandles>,
+    ) -> Result<Arc<PipelineHandles>> {
         if let Some(known) = self.pipelines().find(&description) {
             return Ok(known);
         }
@@ -254,7 +254,7 @@ impl Gpu {
         assert_names_exist(name, &stages, specialization);
         let description = Description::new(name, &stages, specialization);
         let compile = || {
-            let mut base = Base::new(self, name, &stages)?;
+            let mut base = PipelineHandles::new(self, name, &stages)?;
             let module = Module::new(&self.device, stages[0].0, shader, specialization)?;
             let constants = module.specialization();
             let info =
@@ -282,7 +282,7 @@ impl Gpu {
             ..Description::new(info.name, &stages, info.specialization)
         };
         let compile = || {
-            let mut base = Base::new(self, info.name, &stages)?;
+            let mut base = PipelineHandles::new(self, info.name, &stages)?;
             let modules: Vec<_> = stages
                 .iter()
                 .map(|(stage, shader)| Module::new(&self.device, *stage, shader, info.specialization))
@@ -299,7 +299,7 @@ impl Gpu {
     fn create_graphics(
         &self,
         info: &GraphicsInfo<'_>,
-        base: &Base,
+        base: &PipelineHandles,
         stages: &[vk::PipelineShaderStageCreateInfo<'_>],
     ) -> Result<vk::Pipeline> {
         let (attributes, stride) = vertex_attributes(info.vertex);

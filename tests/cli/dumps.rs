@@ -2,7 +2,7 @@
 
 use super::*;
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::paper::virtual_texture::reference::{Footprint, triple};
+use ortelius::paper::virtual_texture::reference::{PixelDerivatives, triple};
 use ortelius::picture::write::{Planes, read_exr};
 use std::collections::BTreeSet;
 
@@ -88,7 +88,7 @@ fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
         let wanted = |larger: [f64; 2]| {
             let [x, y] = larger;
             let footprint =
-                Footprint { s, t, dsdx: x * dsdx, dtdx: x * dtdx, dsdy: y * dsdy, dtdy: y * dtdy };
+                PixelDerivatives { s, t, dsdx: x * dsdx, dtdx: x * dtdx, dsdy: y * dsdy, dtdy: y * dtdy };
             triple(&footprint, &pyramid, max_anisotropy)
         };
         let exact = wanted([1.0; 2]);

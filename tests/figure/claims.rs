@@ -2,7 +2,7 @@
 //! one.
 
 use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
-use ortelius::figure::{Effort, Figure, Machine, Record, Row, Table, Value, Verdict};
+use ortelius::figure::{Effort, Figure, Machine, Row, Table, TableRecord, Value, Verdict};
 use ortelius::renderer::figures::FAMILIES;
 use std::collections::BTreeMap;
 
@@ -99,7 +99,7 @@ impl Rows {
     }
 
     fn table(&self, kind: &str) -> Table {
-        let record = |(scene, x, variant, quantity): &Key, value| Record {
+        let record = |(scene, x, variant, quantity): &Key, value| TableRecord {
             scene: scene.clone(),
             x: x.map(f64::from_bits),
             row: Row::new(variant.clone(), *quantity, "", value),

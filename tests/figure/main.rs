@@ -11,7 +11,7 @@ mod outputs;
 mod runs;
 
 use ortelius::figure::{
-    Cell, CellResult, Effort, Figure, Machine, Partition, Progress, Results, Run, RunError, Store, Tally,
+    Cell, CellResult, Effort, Figure, Machine, Partition, Results, Run, RunError, RunProgress, Store, Tally,
     write_outputs,
 };
 use std::path::Path;
@@ -33,7 +33,7 @@ fn machine() -> Machine {
 
 struct Silent;
 
-impl Progress for Silent {
+impl RunProgress for Silent {
     fn begins(&self, _: &str, _: &Cell, _: usize, _: usize) {}
     fn ended(&self, _: &CellResult) {}
     fn skipped(&self, _: &CellResult) {}

@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::{
     self, Compaction, Config, Dedup, Filtering, Interpolation, Listing, ONE_SAMPLE, TileAddress,
     VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs,
 };
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Frame, Gpu, GpuOptions, Need, PassTime, Watched};
@@ -63,7 +63,7 @@ struct Landscape {
 impl Landscape {
     fn new() -> Landscape {
         let scene = Scene::embedded("ruler").unwrap();
-        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
         settings.streaming.deterministic = true;
         settings.streaming.gpu_tiles = 96;
         settings.streaming.load_tiles_per_frame = 64;
@@ -153,7 +153,7 @@ fn meshes_are_resized_too() {
     let models: Vec<LoadedMesh> = load(&scene).unwrap();
     let pose = scene.camera("near").unwrap().pose();
     let run = |size| {
-        let own = progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        let own = progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
         ProgressiveMeshes::run(
             gpu.clone(),
             &models,
@@ -328,7 +328,7 @@ fn settling_gives_up_when_nothing_arrives_for_the_stated_time_and_not_while_some
     let gpu = device();
     let pose = Landscape::new().pose;
     let settle = |stall: Option<Duration>, progress: &[Progress]| {
-        let target = frame::Target::new(&gpu, [8, 8], Target::Srgb8).unwrap();
+        let target = frame::Target::new(&gpu, [8, 8], PixelFormat::Srgb8).unwrap();
         // Each frame drops the previous entry.
         let reports = [&[Progress::Settled], progress].concat();
         let mut run = Run::new((*gpu).clone(), Reports(reports.into()), target);

@@ -10,7 +10,7 @@ use ortelius::paper::progressive_mesh::stand::stands;
 use ortelius::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes};
 use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh};
 use ortelius::paper::virtual_texture::{self, VirtualTexture, all_needs};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
@@ -70,7 +70,7 @@ fn pose(scene: &Scene, view: &View) -> Pose {
 /// deterministic.
 pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry> {
     let scene = scene(case);
-    let mut settings = virtual_texture::VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
+    let mut settings = virtual_texture::VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
     settings.size = SIZE;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;
@@ -140,7 +140,7 @@ pub fn progressive_mesh(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entr
     let model = model(shared, case, &scene);
     let settings = progressive_mesh::ProgressiveMeshSettings {
         size: SIZE,
-        ..progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap()
+        ..progressive_mesh::ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap()
     };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &[model], settings).unwrap();
     let mut entries = Vec::new();

@@ -7,7 +7,7 @@ use ortelius::paper::virtual_texture::ruler::Verdicts;
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{ONE_SAMPLE, all_needs};
 use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::scene::camera::{Camera, GroundPoint};
 use ortelius::texture::source::ruler::Ruler;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
@@ -64,8 +64,12 @@ fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -
     let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
     let mesh = mesh::gpu_mesh(&mesh::earth(97, 49));
     let streaming = StreamingConfig { deterministic: true, ..StreamingConfig::default() };
-    let settings =
-        VirtualTextureSettings { size: [320, 180], config: ONE_SAMPLE, streaming, target: Target::Srgb8 };
+    let settings = VirtualTextureSettings {
+        size: [320, 180],
+        config: ONE_SAMPLE,
+        streaming,
+        target: PixelFormat::Srgb8,
+    };
     let source = Arc::new(Spoilt { ruler, spoil, instead });
     let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
     renderer.settle(&pose()).unwrap();

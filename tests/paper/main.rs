@@ -3,7 +3,7 @@
 
 mod fog;
 
-use ortelius::figure::{Bench, Cell, Effort, Machine, Record, Row, Table, Value, Verdict};
+use ortelius::figure::{Bench, Cell, Effort, Machine, Row, Table, TableRecord, Value, Verdict};
 use ortelius::frame::{Run, Target};
 use ortelius::renderer::sections::LANGUAGES;
 use ortelius::scene::Scene;
@@ -43,7 +43,7 @@ fn a_paper_in_less_than_sixty_lines_is_a_surface_a_setting_a_figure_and_a_claim(
     assert!(wrong.contains("haze.toml:4:11") && wrong.contains("0 ..= 1"), "{wrong}");
 
     let gpu = ortelius::vk::Watched::open(&Default::default());
-    let target = Target::new(&gpu, [8, 4], ortelius::picture::Target::Linear32).unwrap();
+    let target = Target::new(&gpu, [8, 4], ortelius::picture::PixelFormat::Linear32).unwrap();
     let mut run = Run::new(gpu.clone(), fog::Fog::of(&scene(SCENE)), target);
     run.settle(&scene(SCENE).pose(0).unwrap()).unwrap();
     let picture = run.picture_bytes().unwrap();
@@ -59,7 +59,7 @@ fn a_paper_in_less_than_sixty_lines_is_a_surface_a_setting_a_figure_and_a_claim(
     let mut bench = Bench::new(Effort::Quick, None, folder.path().to_owned());
     let rows = (fog::FIGURES[0].measure)(&mut bench, &cell).unwrap();
     let check = |rows: Vec<Row>| {
-        let record = |row| Record { scene: "haze".into(), x: None, row };
+        let record = |row| TableRecord { scene: "haze".into(), x: None, row };
         let machine = Machine {
             device: "none".into(),
             device_kind: "cpu".into(),

@@ -7,7 +7,7 @@ use ortelius::frame::Technique;
 use ortelius::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::Renderer;
 use ortelius::scene::Scene;
 
@@ -56,7 +56,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
         let opened = |order| {
             let scene = bunny(source, order, &[]);
             let models = load(&scene).unwrap();
-            let own = ProgressiveMeshSettings::of_scene(&scene, Target::Linear32).unwrap();
+            let own = ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Linear32).unwrap();
             let session = ProgressiveMeshes::run(
                 gpu.clone(),
                 &models,

@@ -2,7 +2,7 @@
 //! message fails the test.
 
 use super::made::{Random, arrange, collapse, torus};
-use ortelius::paper::progressive_mesh::apply::{Change, DeviceProgram};
+use ortelius::paper::progressive_mesh::apply::{DeviceProgram, LevelChange};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
 use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
@@ -88,7 +88,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
             if new > old && !program.constructs(*level, to) {
                 born.push([old, n * slots + old, new - old].map(|faces| 3 * index.bytes() * faces as u64));
             }
-            changes.push(Change { first_slot: (n * slots) as u32, from: *level, to });
+            changes.push(LevelChange { first_slot: (n * slots) as u32, from: *level, to });
             *level = to;
         }
         let mut frame = gpu.frame().unwrap();

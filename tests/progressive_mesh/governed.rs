@@ -1,6 +1,6 @@
 //! Frames under a governor.
 
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
 
@@ -10,8 +10,13 @@ fn open(set: &[&str], deterministic: bool) -> Result<(Scene, Renderer), RenderEr
     let herd = ["surface.herd.geometry.instances=40", "surface.herd.geometry.error_pixels=0.1"];
     let changes: Vec<String> = herd.iter().chain(set).map(|change| change.to_string()).collect();
     let scene = Scene::load_with("herd", &changes).unwrap();
-    let options =
-        Options { target: Target::Srgb8, size: Some([160, 90]), device: None, validate: true, deterministic };
+    let options = Options {
+        target: PixelFormat::Srgb8,
+        size: Some([160, 90]),
+        device: None,
+        validate: true,
+        deterministic,
+    };
     let renderer = Renderer::open(&scene, &options)?;
     Ok((scene, renderer))
 }

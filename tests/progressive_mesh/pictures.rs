@@ -13,7 +13,7 @@ use ortelius::paper::progressive_mesh::surface::vertices;
 use ortelius::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use ortelius::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use ortelius::picture::error::compare;
-use ortelius::picture::{Picture, Target};
+use ortelius::picture::{Picture, PixelFormat};
 use ortelius::reference::distance::{Triangles, compare_surfaces};
 use ortelius::reference::{ReferenceView, Sample};
 use ortelius::renderer::{Options, Renderer};
@@ -30,7 +30,7 @@ const SIZE: [u32; 2] = [320, 180];
 /// Options for a small picture.
 pub fn options() -> Options<'static> {
     Options {
-        target: Target::Srgb8,
+        target: PixelFormat::Srgb8,
         size: Some([64, 36]),
         device: None,
         validate: true,
@@ -46,7 +46,7 @@ fn scene(name: &str, changes: &[&str]) -> Scene {
 pub fn open(gpu: &Gpu, scene: &Scene) -> Run<ProgressiveMeshes> {
     let settings = ProgressiveMeshSettings {
         size: SIZE,
-        ..ProgressiveMeshSettings::of_scene(scene, Target::Linear32).unwrap()
+        ..ProgressiveMeshSettings::of_scene(scene, PixelFormat::Linear32).unwrap()
     };
     ProgressiveMeshes::run(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
 }
@@ -243,7 +243,7 @@ fn a_herd_after_a_walk_equals_a_fresh_one() {
         }
     }
     walked.drain().unwrap();
-    let sum = |of: fn(&ortelius::paper::progressive_mesh::Change) -> u64| -> u64 {
+    let sum = |of: fn(&ortelius::paper::progressive_mesh::FrameChanges) -> u64| -> u64 {
         walked.records.iter().map(|record| of(&record.change)).sum()
     };
     assert!(sum(|c| c.splits) > 1000 && sum(|c| c.collapses) > 1000, "levels went up and down");
@@ -299,7 +299,7 @@ fn indices_of_16_and_of_32_bits_draw_the_same_picture() {
         wide[0].mesh = widened(&narrow[0].mesh);
         let settings = ProgressiveMeshSettings {
             size: SIZE,
-            ..ProgressiveMeshSettings::of_scene(&scene, Target::Linear32).unwrap()
+            ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Linear32).unwrap()
         };
         let mut sessions =
             [narrow, wide].map(|models| ProgressiveMeshes::run(gpu.clone(), &models, settings).unwrap());
@@ -357,7 +357,7 @@ fn the_device_counts_every_index_and_no_more_vertices_than_those() {
     let scene = scene("herd", &["surface.herd.geometry.instances=20"]);
     let settings = ProgressiveMeshSettings {
         size: SIZE,
-        ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8).unwrap()
+        ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap()
     };
     let mut session = ProgressiveMeshes::run(gpu.clone(), &load(&scene).unwrap(), settings).unwrap();
     gpu.count_work(true);

@@ -2,9 +2,9 @@
 
 use crate::scenes::{SIZE, VIEW};
 use crate::{settled, silent};
-use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{filtered, levels};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::reference::filter::srgb8_to_linear;
 use ortelius::reference::{ReferenceView, Sample};
 use ortelius::scene::Scene;
@@ -53,7 +53,7 @@ fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[
         let [[ux, uy], [vx, vy]] =
             [[d.dsdx, d.dsdy].map(|d| d * by * width), [d.dtdx, d.dtdy].map(|d| d * by * height)];
         let centre = [sample.s * width, sample.t * height];
-        Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
+        PixelCentre { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
     };
     let coarsest = texture.levels.len() as u32 - 1;
     let [low, high] = [
@@ -75,7 +75,7 @@ fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[
 
 /// The number of covered pixels, and of those further than 5/256 from every colour that `ellipse` allows.
 fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2] {
-    let mut renderer = settled(scene, Target::Linear32);
+    let mut renderer = settled(scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
     silent(&renderer);
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
@@ -118,7 +118,7 @@ fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
 fn a_constant_plain_texture_comes_out_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, _) = scene(folder.path(), [200, 77], |_| 119);
-    let mut renderer = settled(&scene, Target::Linear32);
+    let mut renderer = settled(&scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
     let mut colours: Vec<u32> =
         bytes.chunks_exact(16).map(|pixel| u32::from_le_bytes(pixel[..4].try_into().unwrap())).collect();

@@ -13,20 +13,20 @@ use ortelius::paper::progressive_mesh::{self, LoadedMesh};
 use ortelius::paper::virtual_texture::config::one_sample_scene;
 use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::reference::ReferenceView;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::{SHIPPED, Scene};
 use scenes::{Parts, SIZE};
 use std::collections::{BTreeMap, BTreeSet};
 
-fn open(scene: &Scene, target: Target) -> Renderer {
+fn open(scene: &Scene, target: PixelFormat) -> Renderer {
     let options =
         Options { target, size: Some(SIZE), validate: true, deterministic: true, ..Options::default() };
     Renderer::open(scene, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn settled(scene: &Scene, target: Target) -> Renderer {
+fn settled(scene: &Scene, target: PixelFormat) -> Renderer {
     let mut renderer = open(scene, target);
     renderer.settle(&scene.pose(0).unwrap()).unwrap();
     renderer.drain().unwrap();
@@ -95,7 +95,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
     for variant in ["", "[variant]\ndedup = \"fused-exact\"\naddress = \"own-level\"\ncompact = \"append\"\n"]
     {
         let scene = parts.scene(&["land", "hill", "bunny", "board"], variant);
-        let renderer = settled(&scene, Target::Srgb8);
+        let renderer = settled(&scene, PixelFormat::Srgb8);
         let check = against_reference(&scene, &renderer, "");
         println!("{} of {} pixels differ", check.differing, check.pixels);
         assert!(
@@ -126,7 +126,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
 #[test]
 fn the_valleys_visible_set_is_that_of_the_reference() {
     let scene = one_sample_scene("valley").unwrap();
-    let renderer = settled(&scene, Target::Srgb8);
+    let renderer = settled(&scene, PixelFormat::Srgb8);
     let check = against_reference(&scene, &renderer, "");
     println!("{} of {} pixels differ", check.differing, check.pixels);
     assert!(check.unexplained.is_empty(), "{} {:#?}", check.unexplained.len(), check.unexplained);
@@ -154,7 +154,7 @@ fn costs(renderer: &Renderer) -> Costs {
 fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
     let parts = Parts::new();
     let all = ["land", "hill", "bunny", "board"];
-    let (passes, features, bytes) = costs(&open(&parts.scene(&all, ""), Target::Srgb8));
+    let (passes, features, bytes) = costs(&open(&parts.scene(&all, ""), PixelFormat::Srgb8));
     // The passes and features that belong to a surface. Those that other surfaces also need stay.
     let texture = ["upload", "footprint", "dedup", "compact", "read-back", "texturing"];
     let cases: [(&[&str], &[&str], bool); 4] = [
@@ -165,7 +165,8 @@ fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
     ];
     for (deleted, gone, all_features) in cases {
         let left: Vec<&str> = all.into_iter().filter(|name| !deleted.contains(name)).collect();
-        let (passes_left, features_left, bytes_left) = costs(&open(&parts.scene(&left, ""), Target::Srgb8));
+        let (passes_left, features_left, bytes_left) =
+            costs(&open(&parts.scene(&left, ""), PixelFormat::Srgb8));
         let expected: BTreeSet<_> = passes.iter().filter(|pass| !gone.contains(pass)).copied().collect();
         assert_eq!(passes_left, expected, "without {deleted:?}");
         assert_eq!(features_left, if all_features { BTreeSet::new() } else { features.clone() });
@@ -185,7 +186,7 @@ fn deleting_a_surface_deletes_exactly_its_passes_features_and_bytes() {
 fn the_order_of_surfaces_changes_no_pixel() {
     let parts = Parts::new();
     let names = ["land", "hill", "bunny", "board"];
-    let picture = |scene: &Scene| settled(scene, Target::Srgb8).picture_bytes().unwrap();
+    let picture = |scene: &Scene| settled(scene, PixelFormat::Srgb8).picture_bytes().unwrap();
     let shown = picture(&parts.scene(&names, ""));
     assert!(shown == picture(&parts.renamed(&names, &["z", "y", "x", "a"])));
     assert!(shown != picture(&parts.scene(&["land", "hill", "board"], "")), "the bunny must be visible");
@@ -197,7 +198,7 @@ fn the_order_of_surfaces_changes_no_pixel() {
 fn the_sun_lights_what_the_scene_says() {
     let parts = Parts::new();
     let floats = |scene: &Scene| -> Vec<[f32; 4]> {
-        let bytes = settled(scene, Target::Linear32).picture_bytes().unwrap();
+        let bytes = settled(scene, PixelFormat::Linear32).picture_bytes().unwrap();
         bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
     };
     for variant in ["", "[variant]\ndedup = \"fused\"\naddress = \"own-level\"\ncompact = \"append\"\n"] {
@@ -217,7 +218,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
     let parts = Parts::new();
     let scene = parts.scene(&["land", "hill", "bunny", "board"], "");
     let pose = scene.pose(0).unwrap();
-    let mut renderer = settled(&scene, Target::Srgb8);
+    let mut renderer = settled(&scene, PixelFormat::Srgb8);
     let compiled = renderer.gpu.compiled_pipelines();
     for n in 0..20 {
         let size = [[160, 90], [31, 77], [200, 40], [1, 1], [64, 64]][n % 5];
@@ -236,7 +237,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
 #[test]
 fn a_frozen_eye_streams_and_culls_for_itself() {
     let scene = one_sample_scene("valley").unwrap();
-    let mut renderer = settled(&scene, Target::Srgb8);
+    let mut renderer = settled(&scene, PixelFormat::Srgb8);
     let pose = scene.pose(0).unwrap();
     let elsewhere = pose.moved(pose.up * 3000.0 - pose.forward * 20_000.0);
     let found = |renderer: &mut Renderer| {

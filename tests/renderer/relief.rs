@@ -7,7 +7,7 @@ use ortelius::paper::texture_mapping::config::side_of;
 use ortelius::paper::texture_mapping::relief::reference::first_hit;
 use ortelius::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use ortelius::paper::texture_mapping::relief::{Ray, Relief, ReliefKind};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::reference::ReferenceView;
 use ortelius::reference::filter::srgb8_to_linear;
 use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
@@ -68,7 +68,7 @@ fn bilinear(values: &[f64], side: usize, x: f64, y: f64) -> f64 {
 
 /// The NMSE of the green channel, over the pixels that lie wholly on the plane.
 fn nmse(scene: &Scene, truth: &Truth) -> f64 {
-    let mut renderer = settled(scene, Target::Linear32);
+    let mut renderer = settled(scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
     silent(&renderer);
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
@@ -115,7 +115,7 @@ fn a_near_oblique_view_of_a_deep_relief_has_a_colour_in_every_pixel() {
         unlit("relief-brick", &maps.iter().chain(&camera).map(String::as_str).collect::<Vec<_>>())
     };
     for map in ["bricks", "pillars"] {
-        let mut renderer = settled(&near(map), Target::Linear32);
+        let mut renderer = settled(&near(map), PixelFormat::Linear32);
         let values: Vec<f32> =
             renderer.picture_bytes().unwrap().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
         silent(&renderer);

@@ -3,7 +3,7 @@
 use crate::scenes::SIZE;
 use crate::{settled, silent};
 use glam::{DVec3, DVec4};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::reference::cylinder::Cylinder;
 use ortelius::reference::ellipsoid;
 use ortelius::reference::pattern::Pattern;
@@ -31,7 +31,7 @@ fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 
 
 /// The NMSE over the pixels whose kernel lies wholly on the surface.
 fn nmse(scene: &Scene, truth: &Truth) -> f64 {
-    let mut renderer = settled(scene, Target::Linear32);
+    let mut renderer = settled(scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
     silent(&renderer);
     let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();

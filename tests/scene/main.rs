@@ -7,7 +7,7 @@ mod surfaces;
 use ortelius::paper::virtual_texture::config::{Config, TextureSource, source_mesh, texture};
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
 use ortelius::paper::virtual_texture::{TileAddress, VirtualTextureSettings};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::renderer::sections;
 use ortelius::scene::camera::{self, GroundPoint};
 use ortelius::scene::{Ellipsoid, Geometry, SHIPPED, Scene, SceneError};
@@ -160,7 +160,7 @@ fn omitted_keys_have_their_documented_values() {
     assert_eq!(scene.name, "small");
     assert_eq!((texture(&scene).unwrap().tile_size, texture(&scene).unwrap().border), (512, 4));
     let VirtualTextureSettings { config, streaming, .. } =
-        VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
     assert_eq!((config, &streaming), (Config::DEFAULT, &StreamingConfig::DEFAULT));
     assert_eq!((streaming.gpu_tiles, streaming.host_tiles), (192, 384));
     assert_eq!((config.request_format, config.address), (None, TileAddress::Level0));
@@ -338,7 +338,7 @@ fn changes_reach_every_section_with_any_value() {
     ])
     .unwrap();
     let VirtualTextureSettings { config, streaming, .. } =
-        VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
     assert_eq!((config.block_log2, config.address, config.request_format), (1, TileAddress::OwnLevel, None));
     assert_eq!(config.filter.kind.name(), "stochastic");
     assert_eq!(streaming.upload_budget_ms, 0.5);

@@ -6,7 +6,7 @@ use ortelius::paper::texture_mapping::coordinates::twin::{self, Fma};
 use ortelius::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk, reference};
 use ortelius::paper::texture_mapping::method::{Coordinates, Ellipse};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
-use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
+use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::reference::pattern::Pattern;
 use ortelius::vk::{Feature, Format, Gpu, GpuOptions, ImageInfo, SamplerFilter, SamplerInfo, Watched};
@@ -19,14 +19,14 @@ fn device() -> Watched {
 }
 
 /// Planes with coordinates within 8192 texels, and two rows of each.
-fn planes() -> impl Iterator<Item = (Plane, Band)> {
+fn planes() -> impl Iterator<Item = (TiltedPlane, Band)> {
     (0..6).map(|seed| {
         let band = Band { size: [WIDTH, 2], first_row: 1800 * seed };
-        (Plane::random(u64::from(seed), PICTURE, 8192.0), band)
+        (TiltedPlane::random(u64::from(seed), PICTURE, 8192.0), band)
     })
 }
 
-fn run(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> CoordinatesPass {
+fn run(gpu: &Gpu, form: Form, output: Output, plane: &TiltedPlane, band: Band) -> CoordinatesPass {
     let image = gpu.image("ramp", ImageInfo::texture([64, 64], Format::Rgba8, 1)).unwrap();
     let texels: Vec<u8> =
         (0..64 * 64).flat_map(|n: u32| [n % 64 * 4, n / 64 * 4, 0, 255].map(|c| c as u8)).collect();
@@ -40,12 +40,12 @@ fn run(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> Coor
     pass
 }
 
-fn values(gpu: &Gpu, form: Form, output: Output, plane: &Plane, band: Band) -> Vec<[f32; 4]> {
+fn values(gpu: &Gpu, form: Form, output: Output, plane: &TiltedPlane, band: Band) -> Vec<[f32; 4]> {
     run(gpu, form, output, plane, band).read_values(gpu).unwrap()
 }
 
 /// The terms of a band, computed by a form's twin.
-fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
+fn twin_of(form: Form, plane: &TiltedPlane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
     let [width, height] = band.size;
     let rows = (0..height).flat_map(|row| {
         let constants = plane.row_constants(band.first_row + row);
@@ -68,7 +68,7 @@ fn twin_of(form: Form, plane: &Plane, band: Band, fma: Fma) -> Vec<[f32; 3]> {
 }
 
 /// The errors of a band's coordinates and their bounds, in texels.
-fn errors(found: &[[f32; 4]], plane: &Plane, band: Band) -> Vec<(f64, f64)> {
+fn errors(found: &[[f32; 4]], plane: &TiltedPlane, band: Band) -> Vec<(f64, f64)> {
     let width = band.size[0] as usize;
     let of_pixel = |(at, found): (usize, &[f32; 4])| {
         let (column, row) = ((at % width) as u32, band.first_row + (at / width) as u32);
@@ -186,7 +186,7 @@ fn integers_have_no_drift() {
 }
 
 /// The largest error of derivatives, relative to the largest derivative of the pixel.
-fn derivative_error(gpu: &Gpu, form: Form, method: Derivatives, plane: &Plane, band: Band) -> f64 {
+fn derivative_error(gpu: &Gpu, form: Form, method: Derivatives, plane: &TiltedPlane, band: Band) -> f64 {
     let found = values(gpu, form, Output::Derivatives(method), plane, band);
     let of_pixel = |(at, found): (usize, &[f32; 4])| {
         let x = f64::from(at as u32 % WIDTH) + 0.5;
@@ -221,7 +221,7 @@ fn derivatives_of_the_rows_constants_err_by_a_few_ulp_and_differences_by_thousan
 fn every_form_draws_every_pixel_of_the_same_picture() {
     let gpu = device();
     let size = [321, 67];
-    let plane = Plane::tilted(size, 60.0, 20.0, 64.0);
+    let plane = TiltedPlane::tilted(size, 60.0, 20.0, 64.0);
     let band = Band { size, first_row: 0 };
     let texels = |form| -> Vec<[u8; 4]> {
         let words = run(&gpu, form, Output::Texels, &plane, band).read(&gpu).unwrap();
@@ -242,7 +242,7 @@ fn every_form_draws_every_pixel_of_the_same_picture() {
 }
 
 /// The pixels of an ellipse filter with this form of the coordinates.
-fn filtered(gpu: &Gpu, form: Coordinates, plane: &Plane) -> Vec<Dumped> {
+fn filtered(gpu: &Gpu, form: Coordinates, plane: &TiltedPlane) -> Vec<Dumped> {
     let size = super::SIZE;
     let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
     let pass = FilterPass::by(gpu, &Ellipse::BEST, texels.coarsest(), form, (plane, size), true).unwrap();
@@ -253,7 +253,7 @@ fn filtered(gpu: &Gpu, form: Coordinates, plane: &Plane) -> Vec<Dumped> {
 }
 
 /// Each pixel's error of the Jacobian over its bound; the larger of both rows.
-fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &Plane) -> Vec<f64> {
+fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &TiltedPlane) -> Vec<f64> {
     let [width, height] = super::SIZE;
     let of_pixel = |(n, dumped): (usize, &Dumped)| {
         let [column, row] = [n as u32 % width, n as u32 / width].map(|c| f64::from(c) + 0.5);

@@ -1,6 +1,6 @@
 //! Properties of the reference's weights: covariance, maps, edges.
 
-use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use ortelius::paper::texture_mapping::plane::Tilt;
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::Texels;
@@ -9,15 +9,15 @@ use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
 use ortelius::reference::pattern::Pattern;
 
 /// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer one is rotated by `degrees`.
-fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> Pixel {
+fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> PixelCentre {
     let (sin, cos) = f64::to_radians(degrees).sin_cos();
     let jacobian = [[cos * minor * ratio, -sin * minor], [sin * minor * ratio, cos * minor]];
-    Pixel { place: [0, 0], centre, jacobian, determinant: minor * minor * ratio }
+    PixelCentre { place: [0, 0], centre, jacobian, determinant: minor * minor * ratio }
 }
 
 /// The covariance of the filter's effective kernel at level 0: the second moments of the texels' weights. A texel's
 /// weight is the filtered value of an impulse at that texel.
-fn covariance(method: &Ellipse, pixel: &Pixel, texels: u32) -> [f64; 3] {
+fn covariance(method: &Ellipse, pixel: &PixelCentre, texels: u32) -> [f64; 3] {
     let mut moments = [0.0; 3];
     let reach = ellipse::weights(method, pixel, texels.ilog2(), 0);
     let total: f64 = reach.iter().map(|(_, weight)| weight).sum();
@@ -93,7 +93,7 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
                 let jacobian = plane.jacobian(x, y);
                 let determinant = jacobian[0][0] * jacobian[1][1] - jacobian[0][1] * jacobian[1][0];
                 let pixel =
-                    Pixel { place: [0, 0], centre: plane.texels(x, y).unwrap(), jacobian, determinant };
+                    PixelCentre { place: [0, 0], centre: plane.texels(x, y).unwrap(), jacobian, determinant };
                 for texels in [&texels, &checker] {
                     let level = ellipse::levels(&formula, &pixel, texels.coarsest())[0];
                     let texel = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;

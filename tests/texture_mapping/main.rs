@@ -8,11 +8,11 @@ mod object_space;
 mod parallax;
 mod relief;
 
-use ortelius::paper::texture_mapping::baselines::Baseline;
+use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{Ellipse, Method};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
-use ortelius::paper::texture_mapping::plane::Plane;
+use ortelius::paper::texture_mapping::plane::TiltedPlane;
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
@@ -48,19 +48,19 @@ fn methods() -> Vec<Method> {
     ellipses.extend(Edge::ALL.map(|edge| best.edge(edge).kernel(Kernel::FORMULA_4)));
     ellipses.extend([Kernel::DIAMETER_1, Kernel::UNIFORM].map(|kernel| best.kernel(kernel).edge(Edge::None)));
     let baselines = [
-        Baseline::Trilinear,
-        Baseline::Anisotropic(16),
-        Baseline::Feline(16),
-        Baseline::Mavridis(7),
-        Baseline::Pbrt,
-        Baseline::Stochastic(1),
-        Baseline::Stochastic(16),
-        Baseline::SummedArea,
+        FilterBaseline::Trilinear,
+        FilterBaseline::Anisotropic(16),
+        FilterBaseline::Feline(16),
+        FilterBaseline::Mavridis(7),
+        FilterBaseline::Pbrt,
+        FilterBaseline::Stochastic(1),
+        FilterBaseline::Stochastic(16),
+        FilterBaseline::SummedArea,
     ];
     ellipses.into_iter().map(Method::Ellipse).chain(baselines.map(Method::Baseline)).collect()
 }
 
-fn dumped(gpu: &Watched, method: &Method, texels: &Texels, plane: &Plane) -> Vec<Dumped> {
+fn dumped(gpu: &Watched, method: &Method, texels: &Texels, plane: &TiltedPlane) -> Vec<Dumped> {
     let texture = Uploaded::new(gpu, "texture", texels).unwrap();
     let targets = Targets::new(gpu, SIZE, true).unwrap();
     let pass = FilterPass::new(gpu, method, texels.coarsest(), true).unwrap();

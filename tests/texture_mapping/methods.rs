@@ -1,16 +1,16 @@
 //! Pictures of every filter method against the f64 reference.
 
 use super::{SIZE, device, dumped, methods};
-use ortelius::paper::texture_mapping::baselines::Baseline;
+use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::Determinant;
 use ortelius::paper::texture_mapping::method::{Ellipse, Method};
-use ortelius::paper::texture_mapping::plane::{Plane, Tilt};
+use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::reference::pattern::Pattern;
 
 /// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
-fn planes() -> Vec<(&'static str, Plane)> {
+fn planes() -> Vec<(&'static str, TiltedPlane)> {
     let turned = |tilt| Tilt { roll_degrees: 20.0, yaw_degrees: 35.0, ..Tilt::of(tilt) };
     vec![
         ("facing", Tilt::of(0.0).plane(SIZE[1])),
@@ -19,7 +19,7 @@ fn planes() -> Vec<(&'static str, Plane)> {
         ("horizon", Tilt { half_view_degrees: 20.0, ..turned(82.0) }.plane(SIZE[1])),
         ("89.999 degrees", Tilt::of(89.999).plane(SIZE[1])),
         ("magnified", Tilt { texels_per_pixel: 0.05, ..turned(30.0) }.plane(SIZE[1])),
-        ("rank 1", Plane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]])),
+        ("rank 1", TiltedPlane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]])),
     ]
 }
 
@@ -68,7 +68,7 @@ fn a_constant_texture_comes_out_exactly() {
     let texels = Texels::new(64, Pattern::Constant(119).texels(64));
     // The summation of the device's anisotropic filter is unspecified, hence its wider bound.
     let own = methods().into_iter().map(|method| (method, 2f32.powi(-25)));
-    for (method, most) in own.chain([(Method::Baseline(Baseline::Hardware(16)), 1.0 / 512.0)]) {
+    for (method, most) in own.chain([(Method::Baseline(FilterBaseline::Hardware(16)), 1.0 / 512.0)]) {
         for (name, plane) in planes() {
             for pixel in dumped(&gpu, &method, &texels, &plane).iter().filter(|pixel| pixel.pixel.is_some()) {
                 // A device decodes a byte within an ulp.

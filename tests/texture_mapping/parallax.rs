@@ -1,15 +1,15 @@
 //! Filtered relief compared with its f64 form, and with the mean of exact intersections.
 
-use ortelius::paper::texture_mapping::relief::parallax::{ParallaxFilter, View, truth};
-use ortelius::paper::texture_mapping::relief::parallax_reference::{Pixel, pixels};
-use ortelius::paper::texture_mapping::relief::pass::Filtered;
+use ortelius::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
+use ortelius::paper::texture_mapping::relief::parallax_reference::{RayPixel, pixels};
+use ortelius::paper::texture_mapping::relief::pass::FilteredRelief;
 use ortelius::paper::texture_mapping::relief::{Relief, ReliefKind};
 use ortelius::vk::{GpuOptions, Watched};
 
 const SIDE: usize = 32;
 
-fn view(elevation_degrees: f64) -> View {
-    View { elevation_degrees, columns: SIDE as u32 / 4, pixel: 4.0 }
+fn view(elevation_degrees: f64) -> ParallaxView {
+    ParallaxView { elevation_degrees, columns: SIDE as u32 / 4, pixel: 4.0 }
 }
 
 /// Each pixel's colour, and the number of texels visited.
@@ -17,10 +17,10 @@ fn read(
     gpu: &Watched,
     relief: &Relief,
     colours: &[f32],
-    view: &View,
+    view: &ParallaxView,
     method: ParallaxFilter,
 ) -> Vec<[f32; 2]> {
-    let own = Filtered::new(gpu, relief, colours, view, method).unwrap();
+    let own = FilteredRelief::new(gpu, relief, colours, view, method).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame.pass("filter", |cmd| own.run(cmd)).unwrap();
     frame.submit().unwrap().wait().unwrap();
@@ -31,16 +31,16 @@ fn filtered(
     gpu: &Watched,
     relief: &Relief,
     colours: &[f32],
-    view: &View,
+    view: &ParallaxView,
     method: ParallaxFilter,
 ) -> Vec<f64> {
     read(gpu, relief, colours, view, method).iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
 /// The number of pixels with another colour or number of texels than f64 allows.
-fn outliers(found: &[[f32; 2]], right: &[Pixel]) -> usize {
+fn outliers(found: &[[f32; 2]], right: &[RayPixel]) -> usize {
     assert_eq!(found.len(), right.len());
-    let within = |&(found, right): &(&[f32; 2], &Pixel)| {
+    let within = |&(found, right): &(&[f32; 2], &RayPixel)| {
         let [colour, texels] = *found;
         let [low, high] = right.range;
         let [fewest, most] = right.texels.map(|n| n as f32);

@@ -3,7 +3,7 @@
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{Renderer, bordered, device, open, open_with, pose};
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::paper::texture_mapping::method::{Ellipse, Pixel};
+use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{bounded, filtered, half_sides, levels};
 use ortelius::paper::virtual_texture::config::Filter;
 use ortelius::paper::virtual_texture::reach::neighbours;
@@ -12,9 +12,9 @@ use ortelius::paper::virtual_texture::reference::{tiles_of_texels, visible_tiles
 use ortelius::paper::virtual_texture::{
     Compaction, Config, Dedup, Filtering, Listing, RequestFormat, TileAddress, VirtualTextureSettings,
 };
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::reference::Sample;
-use ortelius::reference::filter::{Edges, Texture, sample_count, srgb8_to_linear};
+use ortelius::reference::filter::{Edges, MipPyramid, sample_count, srgb8_to_linear};
 use ortelius::reference::supersample::{Density, Kernel, supersample};
 use ortelius::texture::source::{TileError, TileSource};
 use std::collections::BTreeSet;
@@ -39,7 +39,7 @@ fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
 }
 
 fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
-    settings.target = Target::Linear32;
+    settings.target = PixelFormat::Linear32;
     settings.streaming.gpu_tiles = 192;
     settings.config.filter = Filter { kind: Filtering::Ellipse, max_anisotropy, ..Filter::DEFAULT };
 }
@@ -58,8 +58,8 @@ fn settled(
     renderer
 }
 
-fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> Pixel {
-    Pixel { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
+fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> PixelCentre {
+    PixelCentre { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
 }
 
 /// The number of pixels whose level differs from that of the reference (from the device's derivatives), and the number
@@ -341,14 +341,14 @@ fn another_ellipse_is_not_the_picture() {
 }
 
 /// A level's linear colours as a function that threads share.
-fn green(source: &dyn TileSource, level: u32) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + Sync> {
+fn green(source: &dyn TileSource, level: u32) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + Sync> {
     let (texels, pyramid) = (Texels::new(source), source.pyramid());
     let [width, height] = pyramid.level_size(level);
     let texture = texels.texture();
     let place = |n: u32| texture.texel_at(level, i64::from(n % width), i64::from(n / width));
     let all: Vec<[f64; 4]> = (0..width * height).map(place).collect();
     let texel = move |_: u32, x: u32, y: u32| all[(y * width + x) as usize];
-    Texture {
+    MipPyramid {
         width_log2: pyramid.width_log2(),
         height_log2: pyramid.height_log2(),
         edges: Edges::Planet,

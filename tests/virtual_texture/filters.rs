@@ -10,7 +10,7 @@ use ortelius::paper::virtual_texture::figures::stage1::snapping;
 use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
 use ortelius::picture::Picture;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::picture::error::compare;
 use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
@@ -71,7 +71,7 @@ fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize 
     let gpu = device();
     let (scene, size) = (bordered("ruler", border), [240, 135]);
     let mut renderer = open(&gpu, &scene, size, |settings| {
-        settings.target = Target::Linear32;
+        settings.target = PixelFormat::Linear32;
         settings.config.filter.kind = Filtering::Stochastic;
     });
     let pose = pose(&scene, camera);
@@ -112,7 +112,7 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
     let pose = pose(&scene, "oblique");
     let open = |filter, samples| {
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
-            settings.target = Target::Linear32;
+            settings.target = PixelFormat::Linear32;
             settings.config.filter.kind = filter;
             settings.config.filter.samples = samples;
         });
@@ -158,7 +158,7 @@ fn beyond(
     let gpu = device();
     let (scene, size) = (bordered("earth", border), [320, 180]);
     let mut renderer = open(&gpu, &scene, size, |settings| {
-        settings.target = Target::Linear32;
+        settings.target = PixelFormat::Linear32;
         settings.streaming.gpu_tiles = 192;
         change(settings);
     });

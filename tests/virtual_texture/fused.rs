@@ -179,7 +179,7 @@ fn hidden_tiles_are_marked_only_without_a_depth_pass() {
     let mut extra = Vec::new();
     for dedup in [Dedup::FusedExact, Dedup::Fused] {
         let mut settings =
-            VirtualTextureSettings::of_scene(&scene, ortelius::picture::Target::Srgb8).unwrap();
+            VirtualTextureSettings::of_scene(&scene, ortelius::picture::PixelFormat::Srgb8).unwrap();
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
         fuse(&mut settings, dedup);

@@ -7,7 +7,7 @@ use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
-use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::footprint::FootprintPass;
 use ortelius::paper::virtual_texture::streaming::{TileAddress, distinct_tiles};
 use ortelius::paper::virtual_texture::{Compaction, Config, RequestFormat, reference};
 use ortelius::vk::Gpu;
@@ -25,7 +25,7 @@ pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32;
 /// Runs the passes once and returns the list.
 pub(crate) fn run(
     gpu: &Gpu,
-    stage1: &Footprint,
+    stage1: &FootprintPass,
     config: &Config,
     dedup: &DedupPass,
     compact: &CompactPass,

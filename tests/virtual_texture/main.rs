@@ -20,7 +20,7 @@ use ortelius::math::camera::Pose;
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::config::{one_sample_scene, open_texture, owner, source_mesh};
 use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, all_needs};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::scene::{SHIPPED, Scene};
 use ortelius::texture::source::TileSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
@@ -42,7 +42,7 @@ fn open_with(
     source: Arc<dyn TileSource>,
     change: impl FnOnce(&mut VirtualTextureSettings),
 ) -> Renderer {
-    let mut settings = VirtualTextureSettings::of_scene(scene, Target::Srgb8).unwrap();
+    let mut settings = VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8).unwrap();
     settings.size = size;
     settings.streaming.gpu_tiles = 64;
     settings.streaming.deterministic = true;

@@ -4,14 +4,14 @@
 use crate::device;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::compact::CompactPass;
-use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::footprint::FootprintPass;
 use ortelius::paper::virtual_texture::read_words;
 use ortelius::paper::virtual_texture::tile_mask::{Mask, TileMask};
 use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, MaskLayout, ONE_SAMPLE, RequestFormat};
 use ortelius::vk::shader::{Blocks, Shader, virtual_texture as glsl};
 use ortelius::vk::{
-    Blend, BufferUse, Clear, ColorTarget, Format, Gpu, GraphicsInfo, Image, Resource, Sampler, SamplerFilter,
-    SamplerInfo, TexelCopy, View,
+    Blend, BufferUse, Clear, ColorTarget, Format, Gpu, GraphicsInfo, Image, ReadAs, Resource, Sampler,
+    SamplerFilter, SamplerInfo, TexelCopy,
 };
 use std::collections::BTreeSet;
 
@@ -133,7 +133,7 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> Ima
     frame
         .pass("dedup", |cmd| {
             cmd.render(mask.info().size, &[target], None, |render| {
-                let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, View::Whole))];
+                let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, ReadAs::Whole))];
                 render.draw(&pipeline, &resources, bytemuck::bytes_of(&push), columns * rows)
             })
         })
@@ -166,7 +166,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
     let [m, n, k] = TEXTURE;
     let pyramid = Pyramid::new(m, n, k, 2, None).unwrap();
     let config = Config { request_format: Some(RequestFormat::Rgba32), ..ONE_SAMPLE };
-    let requests = Footprint::new(&gpu, &pyramid, &config, SIZE).unwrap().requests;
+    let requests = FootprintPass::new(&gpu, &pyramid, &config, SIZE).unwrap().requests;
     let triples = triples();
     upload(&gpu, &requests, &triples);
     for own_level in [false, true] {

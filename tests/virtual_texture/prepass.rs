@@ -9,7 +9,7 @@ use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
 use ortelius::paper::virtual_texture::config::source_mesh;
-use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::footprint::FootprintPass;
 use ortelius::paper::virtual_texture::fused::Fused;
 use ortelius::paper::virtual_texture::list_passes::Stage3;
 use ortelius::paper::virtual_texture::prepass::Culling;
@@ -78,7 +78,7 @@ struct Drawn<'a> {
     target: Image,
     shape: Shape,
     clusters: Vec<Cluster>,
-    stage1: Footprint,
+    stage1: FootprintPass,
     fused: Fused,
     stage3: Stage3,
     depth: Image,
@@ -100,7 +100,7 @@ impl Drawn<'_> {
         Drawn {
             shape: Shape::with_depth_alone(gpu, &mesh).unwrap(),
             clusters: mesh.clusters(),
-            stage1: Footprint::new(gpu, &pyramid, &config, SIZE).unwrap(),
+            stage1: FootprintPass::new(gpu, &pyramid, &config, SIZE).unwrap(),
             fused: Fused::new(gpu, &pyramid, &config, &resident, (Format::Rgba8Srgb, None)).unwrap(),
             stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),
             depth: gpu.image("depth", ImageInfo::target(SIZE, Format::Depth32Float)).unwrap(),

@@ -4,7 +4,7 @@ use crate::Renderer;
 use crate::{device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::config::open_texture;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::sync::Arc;
 
@@ -133,7 +133,7 @@ fn tiles_fade_in_over_the_previous_picture_in_equal_steps() {
     let pictures = |fade_in_frames| {
         // All tiles arrive in one frame.
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
-            settings.target = Target::Linear32;
+            settings.target = PixelFormat::Linear32;
             settings.config.fade_in_frames = fade_in_frames;
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.load_tiles_per_frame = 64;

@@ -4,7 +4,7 @@ use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh, texture};
 use ortelius::paper::virtual_texture::{PAPER, VirtualTexture, VirtualTextureSettings};
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {
@@ -77,7 +77,7 @@ fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
     assert_eq!(PAPER.filter.max_anisotropy, 16);
     for (border, max_anisotropy, refused) in [(0, 1, false), (0, 16, true), (1, 2, true), (2, 16, false)] {
         let scene = bordered("earth", border);
-        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8).unwrap();
+        let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8).unwrap();
         settings.size = [64, 36];
         settings.streaming.gpu_tiles = 8;
         settings.config.filter = Filter { max_anisotropy, ..Filter::DEFAULT };

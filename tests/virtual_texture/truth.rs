@@ -8,7 +8,7 @@ use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, Texe
 use ortelius::paper::virtual_texture::reference::{Tolerance, visible_tiles};
 use ortelius::paper::virtual_texture::{Interpolation, VirtualTextureSettings};
 use ortelius::picture::Picture;
-use ortelius::picture::Target;
+use ortelius::picture::PixelFormat;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{ReferenceView, Sample};
 use ortelius::scene::Scene;
@@ -118,7 +118,7 @@ fn settled_beside_truth(
     let size = [640, 360];
     let pose = pose(scene, camera);
     let mut renderer = open(&gpu, scene, size, |settings| {
-        settings.target = Target::Linear32;
+        settings.target = PixelFormat::Linear32;
         settings.streaming.gpu_tiles = 192;
         change(settings);
     });

@@ -7,7 +7,7 @@ use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
 use ortelius::paper::virtual_texture::dedup::DedupPass;
-use ortelius::paper::virtual_texture::footprint::Footprint;
+use ortelius::paper::virtual_texture::footprint::FootprintPass;
 use ortelius::paper::virtual_texture::needs;
 use ortelius::paper::virtual_texture::streaming::TileAddress;
 use ortelius::paper::virtual_texture::{
@@ -208,7 +208,7 @@ fn variants_with_subgroups_list_the_reference_set() {
     let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
     let size = [122, 67];
     let base = Config { request_format: Some(RequestFormat::Packed), ..ONE_SAMPLE };
-    let stage1 = Footprint::new(&gpu, &pyramid, &base, size).unwrap();
+    let stage1 = FootprintPass::new(&gpu, &pyramid, &base, size).unwrap();
     let requests = hashed_triples(&pyramid, size);
     let [columns, rows] = pyramid.tile_grid(0);
     let pack = |&[q, i, j]: &[u32; 3]| if q == u32::MAX { q } else { (q * rows + i) * columns + j };
@@ -288,7 +288,7 @@ fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
     // 2^20 x 2^19 texels need 350 KB of bits, more than any device's shared memory.
     let gpu = device();
     let large = Pyramid::new(20, 19, 9, 4, None).unwrap();
-    let stage1 = Footprint::new(&gpu, &large, &bits, [16, 16]).unwrap();
+    let stage1 = FootprintPass::new(&gpu, &large, &bits, [16, 16]).unwrap();
     let line = DedupPass::new(&gpu, &large, &bits, &stage1).err().unwrap().to_string();
     let most = gpu.physical().shared_bytes.to_string();
     for word in ["349528", most.as_str(), "shared memory", "tile-memo"] {

@@ -30,7 +30,7 @@ enum MeshCommand {
     /// Write one level as a plain mesh
     Export(export::ExportArgs),
     /// Check every byte and every level, and that refining to the full mesh and back changes nothing
-    Verify(verify::VerifyArgs),
+    Verify(verify::MeshVerifyArgs),
 }
 
 /// Runs the subcommand. A failure names the file; for a corrupt file it carries a

@@ -11,7 +11,7 @@ use thiserror::Error;
 /// Checks every byte of a .pmesh file against its checksums. Also checks that all levels can be reached, and that going
 /// from the coarsest level to the full mesh and back restores the same face buffer bit by bit.
 #[derive(Args, Debug)]
-pub struct VerifyArgs {
+pub struct MeshVerifyArgs {
     /// The file to check
     #[arg(value_name = "FILE.pmesh")]
     file: PathBuf,
@@ -33,7 +33,7 @@ impl Unsound {
 
 /// Runs the subcommand. A failure carries [`Unsound`] or a
 /// [`ortelius::paper::progressive_mesh::file::PmeshError`].
-pub fn run(args: &VerifyArgs) -> Result<()> {
+pub fn run(args: &MeshVerifyArgs) -> Result<()> {
     let path = &args.file;
     let unsound = |what| Unsound::new(path, what);
     let loaded = ProgressiveMesh::read(path)?;

@@ -13,7 +13,7 @@ use super::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
 use super::words::human;
 use super::{Finding, Table, Verdict};
 use crate::stats::{median, median_interval};
-use sample::{Found, Sample, SceneAt, places};
+use sample::{FoundSamples, Sample, SceneAt, places};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses it in 2 x 2^-5
 /// = 6 % of all cases.
@@ -173,7 +173,7 @@ impl Test {
         for place in places(table, at, swept) {
             match self.term {
                 Term::Value(pick) => {
-                    let Found { samples, why_not } = Found::of(table, &pick, &place);
+                    let FoundSamples { samples, why_not } = FoundSamples::of(table, &pick, &place);
                     found.why_not.extend(why_not.filter(|_| samples.is_empty()));
                     for sample in samples {
                         let sample = if sample.chosen { sample.judged() } else { sample };
@@ -181,7 +181,7 @@ impl Test {
                     }
                 }
                 Term::Ratio(of, to) | Term::Difference(of, to) => {
-                    let (a, b) = (Found::of(table, &of, &place), Found::of(table, &to, &place));
+                    let (a, b) = (FoundSamples::of(table, &of, &place), FoundSamples::of(table, &to, &place));
                     if a.samples.is_empty() || b.samples.is_empty() {
                         found.why_not.extend(a.why_not.or(b.why_not));
                     }
@@ -297,15 +297,15 @@ fn compared(a: &Sample, b: &Sample, of: impl Fn(f64, f64) -> f64) -> Measured {
 }
 
 /// A pick at every x of its scene, in order of x.
-fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> Found {
-    let of_scene = |record: &&super::Record| place.scenes.contains(&record.scene);
+fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> FoundSamples {
+    let of_scene = |record: &&super::TableRecord| place.scenes.contains(&record.scene);
     let xs = table.records.iter().filter(of_scene).filter_map(|record| record.x);
     let mut xs: Vec<f64> = xs.filter(|x| (at.x[0]..=at.x[1]).contains(x)).collect();
     xs.sort_by(f64::total_cmp);
     xs.dedup();
-    let mut found = Found::default();
+    let mut found = FoundSamples::default();
     for x in xs {
-        let here = Found::of(table, pick, &SceneAt { x: Some(x), ..place.clone() });
+        let here = FoundSamples::of(table, pick, &SceneAt { x: Some(x), ..place.clone() });
         let judged = |sample: Sample| if sample.chosen { sample.judged() } else { sample };
         found.samples.extend(here.samples.into_iter().map(|sample| Sample { x: Some(x), ..judged(sample) }));
         found.why_not = found.why_not.or(here.why_not);

@@ -1,7 +1,7 @@
 //! Looks up the numbers of a claim in a table.
 
 use super::super::claim::{At, Part, Pick, Places, Who};
-use super::super::{Record, Row, Table, Value};
+use super::super::{Row, Table, TableRecord, Value};
 use crate::stats::median;
 
 /// A variant's number at one place.
@@ -24,7 +24,7 @@ pub struct Sample {
 
 /// The samples for a pick.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct FoundSamples {
     pub samples: Vec<Sample>,
     /// Why a variant does not run here.
     pub why_not: Option<String>,
@@ -78,7 +78,7 @@ fn number(row: &Row, part: Part) -> Option<f64> {
     }
 }
 
-fn sample(record: &Record, part: Part) -> Option<Sample> {
+fn sample(record: &TableRecord, part: Part) -> Option<Sample> {
     Some(Sample {
         variant: record.row.variant.clone(),
         unit: record.row.unit.clone(),
@@ -90,14 +90,15 @@ fn sample(record: &Record, part: Part) -> Option<Sample> {
     })
 }
 
-impl Found {
+impl FoundSamples {
     /// The samples of a pick in a place.
-    pub fn of(table: &Table, pick: &Pick, place: &SceneAt) -> Found {
+    pub fn of(table: &Table, pick: &Pick, place: &SceneAt) -> FoundSamples {
         let mut found = match &place.scenes[..] {
-            [scene] => Found::in_scene(table, pick, pick.scene.unwrap_or(scene), place.x),
+            [scene] => FoundSamples::in_scene(table, pick, pick.scene.unwrap_or(scene), place.x),
             scenes => {
-                let each = scenes.iter().map(|scene| Found::in_scene(table, pick, scene, place.x)).collect();
-                Found::mean(each)
+                let each =
+                    scenes.iter().map(|scene| FoundSamples::in_scene(table, pick, scene, place.x)).collect();
+                FoundSamples::mean(each)
             }
         };
         match pick.who {
@@ -110,7 +111,7 @@ impl Found {
         found
     }
 
-    fn in_scene(table: &Table, pick: &Pick, scene: &str, x: Option<f64>) -> Found {
+    fn in_scene(table: &Table, pick: &Pick, scene: &str, x: Option<f64>) -> FoundSamples {
         let named = |variant: &str| match pick.who {
             Who::One(name) => variant == name,
             Who::Others(name) => variant != name,
@@ -121,7 +122,7 @@ impl Found {
             At::X(x) => at == Some(x),
             At::Least => true,
         };
-        let mut found = Found::default();
+        let mut found = FoundSamples::default();
         let of = table.of(pick.quantity).filter(|record| record.scene == scene && there(record.x));
         for record in of.filter(|record| named(&record.row.variant)) {
             match (&record.row.value, pick.x) {
@@ -145,18 +146,19 @@ impl Found {
     }
 
     /// The mean of each variant over the scenes, for variants with a number in every scene.
-    fn mean(each: Vec<Found>) -> Found {
+    fn mean(each: Vec<FoundSamples>) -> FoundSamples {
         let why_not = each.iter().find_map(|found| found.why_not.clone());
         let first = each.first().map_or(&[][..], |found| &found.samples);
         let mean = |first: &Sample| {
-            let of =
-                |found: &Found| found.samples.iter().find(|s| s.variant == first.variant).map(|s| s.value);
+            let of = |found: &FoundSamples| {
+                found.samples.iter().find(|s| s.variant == first.variant).map(|s| s.value)
+            };
             let values: Option<Vec<f64>> = each.iter().map(of).collect();
             let values = values?;
             let value = values.iter().sum::<f64>() / values.len() as f64;
             Some(Sample { value, rounds: Vec::new(), ..first.clone() })
         };
-        Found { samples: first.iter().filter_map(mean).collect(), why_not }
+        FoundSamples { samples: first.iter().filter_map(mean).collect(), why_not }
     }
 }
 

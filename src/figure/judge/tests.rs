@@ -1,7 +1,7 @@
 //! Each rule is tested on both sides of its bound and on it.
 
 use super::super::claim::{At, Better, Bound, Claim, Part, Places, Test, best, each, every, one, others};
-use super::super::{Cell, Finding, Machine, Record, Row, Table, Value, Verdict};
+use super::super::{Cell, Finding, Machine, Row, Table, TableRecord, Value, Verdict};
 use Bound::{Above, AtLeast, AtMost, Below, Equal, Within};
 use Verdict::{
     BetterThanStated, HoldsHere, InPart, InPartHere, NotHere, NotMeasurable, NotMeasured, NotReproduced,
@@ -9,7 +9,7 @@ use Verdict::{
 };
 
 fn table(kind: &str, rows: &[(&str, Option<f64>, &str, Value)]) -> Table {
-    let record = |(scene, x, variant, value): &(&str, Option<f64>, &str, Value)| Record {
+    let record = |(scene, x, variant, value): &(&str, Option<f64>, &str, Value)| TableRecord {
         scene: scene.to_string(),
         x: *x,
         row: Row::new(*variant, "q", "ms", value.clone()),
@@ -27,7 +27,7 @@ fn exact(numbers: &[(&str, f64)]) -> Table {
 
 /// Interleaved repeated measurements of variants in one scene.
 fn rounds(kind: &str, rows: &[(&str, Vec<f64>)]) -> Table {
-    let row = |(name, rounds): &(&str, Vec<f64>)| Record {
+    let row = |(name, rounds): &(&str, Vec<f64>)| TableRecord {
         scene: "s".into(),
         x: None,
         row: Row::of_rounds(name, "q", "ms", Some(rounds.clone())),
@@ -134,7 +134,7 @@ fn fewer_than_six_rounds_decide_nothing() {
 fn measurements_without_common_rounds_are_compared_by_their_intervals() {
     const FLAT: &[Test] = &[Test::ratio(OF_A.x(At::X(2.0)), OF_A.x(At::X(1.0)), AtMost(1.25))];
     let found = |large: f64| {
-        let at = |x, middle: f64| Record {
+        let at = |x, middle: f64| TableRecord {
             scene: "s".into(),
             x: Some(x),
             row: Row::of_rounds(

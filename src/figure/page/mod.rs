@@ -11,7 +11,7 @@ use super::words::human;
 use super::{Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
 use glossary::GLOSSARY;
 use minijinja::{Environment, HtmlEscape, Value, syntax::SyntaxConfig, value::Serde};
-use pictures::Shown;
+use pictures::PagePicture;
 use serde::Serialize;
 use tables::TableView;
 
@@ -71,7 +71,7 @@ struct FigureView<'a> {
     claims: Vec<ClaimView<'a>>,
     plots: Vec<PlotView>,
     tables: Vec<TableView>,
-    pictures: Vec<Shown>,
+    pictures: Vec<PagePicture>,
     /// Pictures of the run that are not in the page.
     pictures_elsewhere: usize,
     /// CSV and JSON of the figure are next to the page.

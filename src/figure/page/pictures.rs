@@ -11,7 +11,7 @@ const WIDEST: u32 = 480;
 
 /// A picture in the page.
 #[derive(Serialize)]
-pub struct Shown {
+pub struct PagePicture {
     /// File name without its ending.
     name: String,
     /// Link to the full picture.
@@ -23,13 +23,13 @@ pub struct Shown {
 
 /// # Errors
 /// A file cannot be read.
-pub fn shown(folder: &Path, file: &str) -> anyhow::Result<Shown> {
+pub fn shown(folder: &Path, file: &str) -> anyhow::Result<PagePicture> {
     let path = folder.join(file);
     let picture = read_png(&path)?;
     let factor = picture.width.div_ceil(WIDEST);
     let small = if factor > 1 { reduced(&picture, factor) } else { picture };
     let bytes = png_bytes(&small).with_context(|| format!("{}: reduced for the page", path.display()))?;
-    Ok(Shown {
+    Ok(PagePicture {
         name: file.trim_end_matches(".png").to_string(),
         file: format!("pictures/{file}"),
         width: small.width,

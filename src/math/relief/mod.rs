@@ -42,7 +42,7 @@ pub const PLAIN_M: [f64; 3] = [-16_800.0, -4600.0, 4150.0];
 const PLAIN_RADII_M: [f64; 2] = [1900.0, 3900.0];
 
 /// The real samples, and each one's height above its surroundings.
-pub struct Relief {
+pub struct TerrainRelief {
     /// Metres, rows from the north.
     pub samples: Vec<f64>,
     /// A sample minus the 3 x 3 mean with weights 1-2-1.
@@ -59,15 +59,15 @@ pub struct Slope {
     pub north: f64,
 }
 
-static RELIEF: LazyLock<Relief> = LazyLock::new(|| {
+static RELIEF: LazyLock<TerrainRelief> = LazyLock::new(|| {
     let samples = decode().expect("the shipped picture is decoded by a test");
     let above = above(&samples);
     let lacking = lacking(&above);
-    Relief { samples, above, lacking }
+    TerrainRelief { samples, above, lacking }
 });
 
 /// The shipped heights, decoded on first use.
-pub fn relief() -> &'static Relief {
+pub fn relief() -> &'static TerrainRelief {
     &RELIEF
 }
 
@@ -87,7 +87,7 @@ fn above(samples: &[f64]) -> Vec<f64> {
     (0..side * side).map(|index| at(index % side, index / side) - mean(index % side, index / side)).collect()
 }
 
-/// 0 for rough ground, 1 for smooth: 1.25 minus the 9 x 9 mean of |[`Relief::above`]| in units of [`ROUGH_M`].
+/// 0 for rough ground, 1 for smooth: 1.25 minus the 9 x 9 mean of |[`TerrainRelief::above`]| in units of [`ROUGH_M`].
 fn lacking(above: &[f64]) -> Vec<f64> {
     let side = i64::from(SIDE);
     let at = |x: i64, y: i64| above[(y.clamp(0, side - 1) * side + x.clamp(0, side - 1)) as usize];
@@ -119,7 +119,7 @@ fn cubic(t: f64) -> ([f64; 4], [f64; 4]) {
     (value, slope)
 }
 
-impl Relief {
+impl TerrainRelief {
     /// The smooth surface through one of the grids, in metres east and north of the summit; constant beyond
     /// the last sample.
     fn through(samples: &[f64], east_m: f64, north_m: f64) -> Slope {
@@ -147,15 +147,15 @@ impl Relief {
 
     /// The real heights, interpolated.
     pub fn real(&self, east_m: f64, north_m: f64) -> Slope {
-        Relief::through(&self.samples, east_m, north_m)
+        TerrainRelief::through(&self.samples, east_m, north_m)
     }
 
     /// The displayed surface, in metres above the sea. Gullies narrower than two `finest_m` (the spacing of the
     /// caller's grid) are omitted.
     pub fn height_m(&self, east_m: f64, north_m: f64, finest_m: f64) -> f64 {
         let real = self.real(east_m, north_m);
-        let ridge = Relief::through(&self.above, east_m, north_m);
-        let lacking = Relief::through(&self.lacking, east_m, north_m).height.clamp(0.0, 1.0);
+        let ridge = TerrainRelief::through(&self.above, east_m, north_m);
+        let lacking = TerrainRelief::through(&self.lacking, east_m, north_m).height.clamp(0.0, 1.0);
         // The added ridges are lower in the foothills.
         let high_m = RIDGE_M * lacking * ((real.height + 1200.0) / 5500.0).clamp(0.0, 1.0);
         let more = ridges::ridges(east_m, north_m);

@@ -1,7 +1,7 @@
 //! Accessors: numbers in the binary chunk. All bounds are checked before reading.
 
 use super::json::{Accessor, Document};
-use crate::model::error::Fault;
+use crate::model::error::ModelFault;
 use crate::model::number::{Endian, NumberType};
 
 /// Rows of numbers.
@@ -47,8 +47,8 @@ pub(super) fn accessor<'a>(
     index: usize,
     columns: &[usize],
     count: Option<usize>,
-) -> Result<Numbers<'a>, Fault> {
-    let fault = |what: &str| Fault::whole(format!("accessor {index}: {what}"));
+) -> Result<Numbers<'a>, ModelFault> {
+    let fault = |what: &str| ModelFault::whole(format!("accessor {index}: {what}"));
     let accessor = document.accessors.get(index).ok_or_else(|| fault("it does not exist"))?;
     let numbers = locate(document, bin, accessor).map_err(|what| fault(&what))?;
     if !columns.contains(&numbers.columns) {

@@ -15,7 +15,7 @@ pub(super) struct Document {
     #[serde(default)]
     pub nodes: Vec<Node>,
     #[serde(default)]
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<GltfMesh>,
     #[serde(default)]
     pub accessors: Vec<Accessor>,
     #[serde(default)]
@@ -44,7 +44,7 @@ pub(super) struct Node {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Mesh {
+pub(super) struct GltfMesh {
     pub primitives: Vec<Primitive>,
 }
 

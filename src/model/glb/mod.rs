@@ -4,7 +4,7 @@
 mod accessor;
 mod json;
 
-use super::error::Fault;
+use super::error::ModelFault;
 use super::raw::Raw;
 use accessor::{Numbers, accessor};
 use glam::{DMat3, DMat4, DQuat, DVec3};
@@ -21,14 +21,14 @@ const HARMLESS: [&str; 5] =
 /// Reads a GLB file.
 ///
 /// # Errors
-/// [`Fault`] with the chunk's byte or the object's index.
-pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
+/// [`ModelFault`] with the chunk's byte or the object's index.
+pub(super) fn read(file: &[u8]) -> Result<Raw, ModelFault> {
     let (text, bin) = chunks(file)?;
     let document: Document =
-        serde_json::from_slice(text).map_err(|error| Fault::whole(format!("invalid JSON: {error}")))?;
+        serde_json::from_slice(text).map_err(|error| ModelFault::whole(format!("invalid JSON: {error}")))?;
     let strange = |name: &&String| !HARMLESS.iter().any(|harmless| name.starts_with(harmless));
     if let Some(extension) = document.extensions_required.iter().find(strange) {
-        return Err(Fault::whole(format!(
+        return Err(ModelFault::whole(format!(
             "it requires the extension {extension:.60}, which is not supported; save the file without it"
         )));
     }
@@ -45,24 +45,24 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
 }
 
 /// The JSON text and the binary chunk, which may be missing.
-fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
+fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), ModelFault> {
     let word = |at: usize| {
         let bytes = file.get(at..at + 4)?;
         Some(u32::from_le_bytes(bytes.try_into().ok()?))
     };
     if file.get(..4) != Some(b"glTF") {
-        return Err(Fault::byte(0, "does not begin with \"glTF\""));
+        return Err(ModelFault::byte(0, "does not begin with \"glTF\""));
     }
     if word(4) != Some(2) {
-        return Err(Fault::byte(4, "not version 2"));
+        return Err(ModelFault::byte(4, "not version 2"));
     }
-    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], Fault> {
-        let length = word(at).ok_or_else(|| Fault::byte(at, "ends before the chunk"))? as usize;
+    let chunk = |at: usize, kind: &[u8; 4]| -> Result<&[u8], ModelFault> {
+        let length = word(at).ok_or_else(|| ModelFault::byte(at, "ends before the chunk"))? as usize;
         if file.get(at + 4..at + 8) != Some(kind) {
-            return Err(Fault::byte(at + 4, format!("not a chunk {:?}", String::from_utf8_lossy(kind))));
+            return Err(ModelFault::byte(at + 4, format!("not a chunk {:?}", String::from_utf8_lossy(kind))));
         }
         let content = file[at + 8..].get(..length);
-        content.ok_or_else(|| Fault::byte(at, format!("a chunk of {length} bytes exceeds the file")))
+        content.ok_or_else(|| ModelFault::byte(at, format!("a chunk of {length} bytes exceeds the file")))
     };
     let text = chunk(12, b"JSON")?;
     let second = 20 + text.len().next_multiple_of(4);
@@ -79,19 +79,19 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     /// Adds the default scene, or the first one if there is no default.
-    fn scene(&mut self) -> Result<(), Fault> {
+    fn scene(&mut self) -> Result<(), ModelFault> {
         let document = self.document;
         let index = document.scene.unwrap_or(0);
         let scene = document.scenes.get(index);
-        let scene = scene.ok_or_else(|| Fault::whole(format!("there is no scene {index}")))?;
+        let scene = scene.ok_or_else(|| ModelFault::whole(format!("there is no scene {index}")))?;
         let mut open: Vec<(usize, DMat4)> =
             scene.nodes.iter().rev().map(|&node| (node, DMat4::IDENTITY)).collect();
         let mut seen = vec![false; document.nodes.len()];
         while let Some((index, parent)) = open.pop() {
             let node = document.nodes.get(index);
-            let node = node.ok_or_else(|| Fault::whole(format!("there is no node {index}")))?;
+            let node = node.ok_or_else(|| ModelFault::whole(format!("there is no node {index}")))?;
             if std::mem::replace(&mut seen[index], true) {
-                return Err(Fault::whole(format!(
+                return Err(ModelFault::whole(format!(
                     "node {index} appears twice in the scene, or is its own ancestor"
                 )));
             }
@@ -104,18 +104,22 @@ impl Builder<'_> {
         Ok(())
     }
 
-    fn mesh(&mut self, index: usize, to_world: DMat4) -> Result<(), Fault> {
+    fn mesh(&mut self, index: usize, to_world: DMat4) -> Result<(), ModelFault> {
         let document = self.document;
-        let mesh =
-            document.meshes.get(index).ok_or_else(|| Fault::whole(format!("there is no mesh {index}")))?;
+        let mesh = document
+            .meshes
+            .get(index)
+            .ok_or_else(|| ModelFault::whole(format!("there is no mesh {index}")))?;
         for (at, primitive) in mesh.primitives.iter().enumerate() {
             let placed = self.primitive(primitive, to_world);
-            placed.map_err(|fault| Fault::whole(format!("mesh {index}, primitive {at}: {}", fault.what)))?;
+            placed.map_err(|fault| {
+                ModelFault::whole(format!("mesh {index}, primitive {at}: {}", fault.what))
+            })?;
         }
         Ok(())
     }
 
-    fn primitive(&mut self, primitive: &Primitive, to_world: DMat4) -> Result<(), Fault> {
+    fn primitive(&mut self, primitive: &Primitive, to_world: DMat4) -> Result<(), ModelFault> {
         let mode = primitive.mode.unwrap_or(4);
         if mode < 4 {
             return Ok(());
@@ -125,7 +129,7 @@ impl Builder<'_> {
             index.map(|&index| accessor(self.document, self.bin, index, columns, count)).transpose()
         };
         let positions =
-            attribute("POSITION", &[3], None)?.ok_or_else(|| Fault::whole("it has no POSITION"))?;
+            attribute("POSITION", &[3], None)?.ok_or_else(|| ModelFault::whole("it has no POSITION"))?;
         let count = positions.count;
         let normals = attribute("NORMAL", &[3], Some(count))?;
         let coordinates = attribute("TEXCOORD_0", &[2], Some(count))?;
@@ -133,7 +137,7 @@ impl Builder<'_> {
         let corners = self.corners(primitive, count)?;
         let triangles = corners.len().saturating_sub(2);
         if self.raw.positions.len() + count > self.most || self.raw.faces.len() + triangles > self.most {
-            return Err(Fault::whole(format!("more than {} vertices or faces", self.most)));
+            return Err(ModelFault::whole(format!("more than {} vertices or faces", self.most)));
         }
         let first = self.raw.positions.len();
         self.faces(&corners, mode, first as u32, to_world)?;
@@ -143,7 +147,7 @@ impl Builder<'_> {
     }
 
     /// The vertices in drawing order.
-    fn corners(&self, primitive: &Primitive, count: usize) -> Result<Vec<u32>, Fault> {
+    fn corners(&self, primitive: &Primitive, count: usize) -> Result<Vec<u32>, ModelFault> {
         let Some(index) = primitive.indices else {
             return Ok((0..count as u32).collect());
         };
@@ -151,24 +155,24 @@ impl Builder<'_> {
         let corner = |row: usize| {
             let vertex = indices.raw(row, 0);
             let fits = vertex >= 0.0 && vertex < count as f64 && vertex.fract() == 0.0;
-            let fault = || Fault::whole(format!("index {row} is {vertex}, of {count} vertices"));
+            let fault = || ModelFault::whole(format!("index {row} is {vertex}, of {count} vertices"));
             if fits { Ok(vertex as u32) } else { Err(fault()) }
         };
         (0..indices.count).map(corner).collect()
     }
 
-    fn faces(&mut self, corners: &[u32], mode: u32, first: u32, to_world: DMat4) -> Result<(), Fault> {
+    fn faces(&mut self, corners: &[u32], mode: u32, first: u32, to_world: DMat4) -> Result<(), ModelFault> {
         let count = corners.len();
         let triangle = |[a, b, c]: [usize; 3]| [a, b, c].map(|at| first + corners[at]);
         let drawn: Vec<[u32; 3]> = match mode {
             4 if !count.is_multiple_of(3) => {
-                return Err(Fault::whole(format!("{count} corners do not form whole triangles")));
+                return Err(ModelFault::whole(format!("{count} corners do not form whole triangles")));
             }
             4 => (0..count / 3).map(|i| triangle([3 * i, 3 * i + 1, 3 * i + 2])).collect(),
             // Every second triangle of a strip has the opposite winding.
             5 => (2..count).map(|i| triangle([i - 2, i - 1 + i % 2, i - i % 2])).collect(),
             6 => (2..count).map(|i| triangle([0, i - 1, i])).collect(),
-            other => return Err(Fault::whole(format!("mode {other} does not exist in glTF"))),
+            other => return Err(ModelFault::whole(format!("mode {other} does not exist in glTF"))),
         };
         // A mirroring transform reverses the winding (glTF 2.0, 3.7.4).
         let mirrored = to_world.determinant() < 0.0;

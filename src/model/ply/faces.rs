@@ -1,6 +1,6 @@
 //! Faces of a PLY file: polygons, triangle strips, and texture coordinates of face corners.
 
-use super::{Element, Fault, MOST, NumberType, Property, Raw, Values, pass};
+use super::{Element, MOST, ModelFault, NumberType, Property, Raw, Values, pass};
 
 /// Texture coordinates of a triangle's corners.
 pub(super) type Corners = [[f32; 2]; 3];
@@ -14,9 +14,9 @@ fn is_coordinates(property: &Property) -> bool {
     property.length.is_some() && property.name == b"texcoord"
 }
 
-fn needs_corners(element: &Element, whose: &str) -> Result<(), Fault> {
+fn needs_corners(element: &Element, whose: &str) -> Result<(), ModelFault> {
     match element.count > 0 && !element.properties.iter().any(is_corners) {
-        true => Err(Fault::whole(format!("{whose} have no list \"vertex_indices\""))),
+        true => Err(ModelFault::whole(format!("{whose} have no list \"vertex_indices\""))),
         false => Ok(()),
     }
 }
@@ -27,7 +27,7 @@ pub(super) fn polygons(
     values: &mut Values,
     raw: &mut Raw,
     coordinates: &mut Vec<Corners>,
-) -> Result<(), Fault> {
+) -> Result<(), ModelFault> {
     needs_corners(element, "faces")?;
     let has_coordinates = element.properties.iter().any(is_coordinates);
     raw.faces.reserve_exact(element.count);
@@ -59,7 +59,12 @@ pub(super) fn polygons(
     Ok(())
 }
 
-fn polygon(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), Fault> {
+fn polygon(
+    values: &mut Values,
+    length: NumberType,
+    kind: NumberType,
+    raw: &mut Raw,
+) -> Result<(), ModelFault> {
     let corners = values.length(length, kind)?;
     if corners < 3 {
         return Err(values.fault(format!("a face of {corners} corners")));
@@ -76,13 +81,13 @@ fn polygon(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut 
     Ok(())
 }
 
-fn corner(values: &mut Values, kind: NumberType) -> Result<u32, Fault> {
+fn corner(values: &mut Values, kind: NumberType) -> Result<u32, ModelFault> {
     let value = values.next(kind)?;
     index(values, value)
 }
 
 /// A vertex that does not exist is reported at the end, when the count is known.
-fn index(values: &Values, value: f64) -> Result<u32, Fault> {
+fn index(values: &Values, value: f64) -> Result<u32, ModelFault> {
     let index = value as u32;
     let wrong = || values.fault(format!("{value} is not a vertex index"));
     (f64::from(index) == value).then_some(index).ok_or_else(wrong)
@@ -90,7 +95,7 @@ fn index(values: &Values, value: f64) -> Result<u32, Fault> {
 
 /// Reads strips, as the Stanford repository packs scans: each vertex makes a triangle with the two before it, every
 /// second one reversed; -1 starts a new strip.
-pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Fault> {
+pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), ModelFault> {
     needs_corners(element, "tristrips")?;
     for _ in 0..element.count {
         for property in &element.properties {
@@ -103,7 +108,7 @@ pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> R
     Ok(())
 }
 
-fn strip(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), Fault> {
+fn strip(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), ModelFault> {
     let count = values.length(length, kind)?;
     if raw.faces.len() + count > MOST {
         return Err(values.fault(format!("more than {MOST} faces")));
@@ -127,15 +132,15 @@ fn strip(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Ra
 }
 
 /// One vertex for each corner, with its own texture coordinates. Cleaning merges equal ones to wedges.
-pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Fault> {
+pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, ModelFault> {
     if coordinates.len() != raw.faces.len() {
-        return Err(Fault::whole(
+        return Err(ModelFault::whole(
             "it has both tristrips and faces with texcoord; strips cannot have texcoord",
         ));
     }
     let corners = 3 * raw.faces.len();
     if corners > MOST {
-        return Err(Fault::whole(format!("texcoord for {corners} corners, more than {MOST}")));
+        return Err(ModelFault::whole(format!("texcoord for {corners} corners, more than {MOST}")));
     }
     let vertices = raw.faces.as_flattened();
     let mut attributes = raw.attributes.select(vertices);

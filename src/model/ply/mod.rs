@@ -5,7 +5,7 @@
 
 mod faces;
 
-use super::error::Fault;
+use super::error::ModelFault;
 use super::number::{Endian, NumberType};
 use super::obj::{number, shown};
 use super::raw::{MOST, Raw};
@@ -14,11 +14,11 @@ use glam::DVec3;
 /// Reads a PLY file.
 ///
 /// # Errors
-/// [`Fault`] with the line (ascii, header) or the byte (binary).
-pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
+/// [`ModelFault`] with the line (ascii, header) or the byte (binary).
+pub(super) fn read(file: &[u8]) -> Result<Raw, ModelFault> {
     let (header, mut values) = header(file)?;
     if header.elements.iter().all(|element| ![&b"face"[..], b"tristrips"].contains(&element.name)) {
-        return Err(Fault::whole("no element \"face\" or \"tristrips\": a point cloud has no faces"));
+        return Err(ModelFault::whole("no element \"face\" or \"tristrips\": a point cloud has no faces"));
     }
     let (mut raw, mut corners) = (Raw::default(), Vec::new());
     for element in &header.elements {
@@ -44,7 +44,9 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, Fault> {
     let wrong = raw.faces.iter().position(|face| face.iter().any(|&vertex| vertex as usize >= count));
     wrong.map_or(Ok(()), |face| {
         let vertex = raw.faces[face].iter().max().expect("a face has three corners");
-        Err(Fault::whole(format!("triangle {face} refers to vertex {vertex}, but there are only {count}")))
+        Err(ModelFault::whole(format!(
+            "triangle {face} refers to vertex {vertex}, but there are only {count}"
+        )))
     })?;
     if corners.is_empty() { Ok(raw) } else { faces::of_corners(&raw, &corners) }
 }
@@ -82,22 +84,22 @@ impl Element<'_> {
 /// Real headers have about 20 lines.
 const MOST_HEADER_LINES: usize = 1000;
 
-fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
+fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), ModelFault> {
     let mut elements: Vec<Element> = Vec::new();
     let mut format = None;
     let mut at = 0;
     for line_number in 1..=MOST_HEADER_LINES {
         let Some(length) = file[at..].iter().position(|&byte| byte == b'\n') else {
-            return Err(Fault::line(line_number, "the header does not end"));
+            return Err(ModelFault::line(line_number, "the header does not end"));
         };
         let line = &file[at..at + length];
         at += length + 1;
         let words: Vec<&[u8]> =
             line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).take(6).collect();
-        let fault = |what: &str| Err(Fault::line(line_number, format!("{what} {}", shown(line))));
+        let fault = |what: &str| Err(ModelFault::line(line_number, format!("{what} {}", shown(line))));
         match *words {
             [b"ply"] if line_number == 1 => {}
-            _ if line_number == 1 => return Err(Fault::line(1, "does not begin with \"ply\"")),
+            _ if line_number == 1 => return Err(ModelFault::line(1, "does not begin with \"ply\"")),
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"format", b"ascii", _] => format = Some(None),
             [b"format", b"binary_little_endian", _] => format = Some(Some(Endian::Little)),
@@ -113,13 +115,13 @@ fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), Fault> {
             },
             [b"end_header"] => {
                 let endian =
-                    format.ok_or_else(|| Fault::line(line_number, "the header has no \"format\""))?;
+                    format.ok_or_else(|| ModelFault::line(line_number, "the header has no \"format\""))?;
                 return Ok((Header { elements }, Values { file, at, line: line_number + 1, endian }));
             }
             _ => return fault("not a line of a PLY header:"),
         }
     }
-    Err(Fault::line(MOST_HEADER_LINES, "the header does not end"))
+    Err(ModelFault::line(MOST_HEADER_LINES, "the header does not end"))
 }
 
 fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {
@@ -164,15 +166,15 @@ impl<'a> Values<'a> {
         self.file.len() - self.at + usize::from(self.endian.is_none())
     }
 
-    fn fault(&self, what: impl Into<String>) -> Fault {
+    fn fault(&self, what: impl Into<String>) -> ModelFault {
         match self.endian {
-            Some(_) => Fault::byte(self.at, what),
-            None => Fault::line(self.line, what),
+            Some(_) => ModelFault::byte(self.at, what),
+            None => ModelFault::line(self.line, what),
         }
     }
 
     #[inline]
-    fn next(&mut self, kind: NumberType) -> Result<f64, Fault> {
+    fn next(&mut self, kind: NumberType) -> Result<f64, ModelFault> {
         let Some(endian) = self.endian else {
             let word = self.word();
             return number(word).ok_or_else(|| match word {
@@ -202,7 +204,7 @@ impl<'a> Values<'a> {
     }
 
     /// A list's length, checked against the rest of the file.
-    fn length(&mut self, length: NumberType, kind: NumberType) -> Result<usize, Fault> {
+    fn length(&mut self, length: NumberType, kind: NumberType) -> Result<usize, ModelFault> {
         let count = self.next(length)?;
         let size = if self.endian.is_some() { kind.size() } else { 2 };
         let room = self.left() / size;
@@ -230,12 +232,12 @@ const NAMES: [&[&[u8]]; 12] = [
     &[b"alpha", b"a"],
 ];
 
-fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), Fault> {
+fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(), ModelFault> {
     let slot = |property: &Property| NAMES.iter().position(|names| names.contains(&property.name));
     let slots: Vec<Option<usize>> = element.properties.iter().map(slot).collect();
     let has = |wanted: std::ops::Range<usize>| wanted.into_iter().all(|slot| slots.contains(&Some(slot)));
     if !has(0..3) {
-        return Err(Fault::whole("the vertices lack x, y or z"));
+        return Err(ModelFault::whole("the vertices lack x, y or z"));
     }
     raw.positions.reserve_exact(element.count);
     for _ in 0..element.count {
@@ -269,7 +271,7 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
 }
 
 /// Skips a value or a list.
-fn pass(values: &mut Values, property: &Property) -> Result<(), Fault> {
+fn pass(values: &mut Values, property: &Property) -> Result<(), ModelFault> {
     let count = match property.length {
         Some(length) => values.length(length, property.kind)?,
         None => 1,
@@ -277,7 +279,7 @@ fn pass(values: &mut Values, property: &Property) -> Result<(), Fault> {
     (0..count).try_for_each(|_| values.next(property.kind).map(drop))
 }
 
-fn skip(element: &Element, values: &mut Values) -> Result<(), Fault> {
+fn skip(element: &Element, values: &mut Values) -> Result<(), ModelFault> {
     (0..element.count)
         .try_for_each(|_| element.properties.iter().try_for_each(|property| pass(values, property)))
 }

@@ -34,7 +34,7 @@ pub struct DeviceProgram {
 /// One instance's level change. The instance's slice of the index buffer holds at least the drawn faces of both levels,
 /// or only those of `to` if the program constructs that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Change {
+pub struct LevelChange {
     /// First slot of the instance's slice.
     pub first_slot: u32,
     pub from: u32,
@@ -99,7 +99,7 @@ impl DeviceProgram {
         cmd: &mut Cmd<'_>,
         program: &Program,
         indices: &Buffer,
-        changes: &[Change],
+        changes: &[LevelChange],
     ) -> Result<()> {
         let resources = [
             (apply_comp::PROGRAM, Resource::Buffer(&self.program)),
@@ -112,7 +112,7 @@ impl DeviceProgram {
 
     /// The dispatches of all changes. Instances run in lockstep, in batches whose largest permutations fit
     /// into `kept`.
-    fn rounds(&self, program: &Program, changes: &[Change]) -> Rounds {
+    fn rounds(&self, program: &Program, changes: &[LevelChange]) -> Rounds {
         let capacity = (self.kept.bytes() / 12) as usize;
         let mut rounds = Rounds::new();
         let (mut base, mut kept) = (0, 0);
@@ -138,7 +138,7 @@ impl DeviceProgram {
         rounds
     }
 
-    fn dispatches(&self, step: &Operation, change: &Change, kept: usize) -> Vec<(Applying, [u32; 3])> {
+    fn dispatches(&self, step: &Operation, change: &LevelChange, kept: usize) -> Vec<(Applying, [u32; 3])> {
         let dispatch = |kind, up: bool, first: usize, count: usize| {
             let applying = Applying {
                 kind,

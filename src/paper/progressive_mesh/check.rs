@@ -9,13 +9,13 @@ use super::mesh::{Births, Level, NOWHERE, ProgressiveMesh};
 /// Why a progressive mesh cannot be executed: the place and the fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {what}")]
-pub struct Flaw {
+pub struct MeshFlaw {
     place: String,
     what: String,
 }
 
-fn flaw<T>(place: impl Into<String>, what: impl Into<String>) -> Result<T, Flaw> {
-    Err(Flaw { place: place.into(), what: what.into() })
+fn flaw<T>(place: impl Into<String>, what: impl Into<String>) -> Result<T, MeshFlaw> {
+    Err(MeshFlaw { place: place.into(), what: what.into() })
 }
 
 /// Returns a flaw unless `condition` holds.
@@ -28,7 +28,7 @@ macro_rules! hold {
 }
 
 /// A corner that a split writes: (word of the index buffer, new vertex, replaced vertex).
-pub(super) type Corner = (u32, u32, u32);
+pub(super) type FaceCorner = (u32, u32, u32);
 
 impl ProgressiveMesh {
     /// Checks that every level can be reached. Levels grow, and every slot and vertex is in range and live
@@ -38,12 +38,12 @@ impl ProgressiveMesh {
     ///
     /// # Errors
     /// The first flaw, in one line.
-    pub fn check(&self) -> Result<(), Flaw> {
+    pub fn check(&self) -> Result<(), MeshFlaw> {
         self.walk(|_| ())
     }
 
     /// As [`ProgressiveMesh::check`], and passes every corner that the splits write to `meet`, in order.
-    pub(super) fn walk(&self, mut meet: impl FnMut(Corner)) -> Result<(), Flaw> {
+    pub(super) fn walk(&self, mut meet: impl FnMut(FaceCorner)) -> Result<(), MeshFlaw> {
         self.check_sizes()?;
         self.check_vertices()?;
         let mut faces = self.faces.clone();
@@ -69,7 +69,7 @@ impl ProgressiveMesh {
 
     /// Checks births in place: at the level before its own, a face must have two corners at one position.
     /// Wedges of one position must have predecessors at one position.
-    fn check_births(&self) -> Result<(), Flaw> {
+    fn check_births(&self) -> Result<(), MeshFlaw> {
         let (predecessors, welded) = (self.predecessors(), &self.vertices.welded);
         let before = |vertex: u32| welded[predecessors[vertex as usize] as usize];
         let first = self.levels[0].vertices;
@@ -96,7 +96,7 @@ impl ProgressiveMesh {
         Ok(())
     }
 
-    fn check_sizes(&self) -> Result<(), Flaw> {
+    fn check_sizes(&self) -> Result<(), MeshFlaw> {
         let (Some(first), Some(last)) = (self.levels.first(), self.levels.last()) else {
             return flaw("levels", "the list is empty");
         };
@@ -128,7 +128,7 @@ impl ProgressiveMesh {
         Ok(())
     }
 
-    fn check_vertices(&self) -> Result<(), Flaw> {
+    fn check_vertices(&self) -> Result<(), MeshFlaw> {
         let vertices = &self.vertices;
         let count = vertices.positions.len();
         let attributes = &vertices.attributes;
@@ -148,7 +148,7 @@ impl ProgressiveMesh {
     }
 
     /// Checks the faces from slot `before` on, which appear at `level`.
-    fn check_new_faces(&self, level: usize, before: u32, faces: &[[u32; 3]]) -> Result<(), Flaw> {
+    fn check_new_faces(&self, level: usize, before: u32, faces: &[[u32; 3]]) -> Result<(), MeshFlaw> {
         let Level { vertices, faces: after, .. } = self.levels[level];
         for (slot, &[a, b, c]) in (before..after).zip(&faces[before as usize..after as usize]) {
             let live = [a, b, c].iter().all(|&vertex| vertex < vertices);
@@ -160,7 +160,12 @@ impl ProgressiveMesh {
     }
 
     /// Executes the splits of `level`: writes each new vertex into its faces.
-    fn split(&self, level: usize, faces: &mut [[u32; 3]], meet: &mut impl FnMut(Corner)) -> Result<(), Flaw> {
+    fn split(
+        &self,
+        level: usize,
+        faces: &mut [[u32; 3]],
+        meet: &mut impl FnMut(FaceCorner),
+    ) -> Result<(), MeshFlaw> {
         let (before, after, base) =
             (self.levels[level - 1], self.levels[level].vertices, self.levels[0].vertices);
         for vertex in before.vertices..after {
@@ -197,7 +202,7 @@ impl ProgressiveMesh {
         live: Level,
         faces: &mut [[u32; 3]],
         seen: &mut [u32],
-    ) -> Result<(), Flaw> {
+    ) -> Result<(), MeshFlaw> {
         let place = || format!("permutation of level {}", self.swaps.levels[index]);
         let mut least = None;
         for cycle in self.swaps.cycles_of(index) {

@@ -4,9 +4,9 @@
 use super::choices::{Apply, ErrorMetric, FaceOrder, Layout, UpAxis};
 use super::governor::{Budget, Rule};
 use crate::math::light::LightColours;
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::camera::Ground;
-use crate::scene::{Fault, Geometry, Language, Part, Scene, SceneError, Setting, Table, settings};
+use crate::scene::{Geometry, Language, Part, Scene, SceneError, SceneFault, Setting, Table, settings};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -126,7 +126,7 @@ settings! {
     check check_surface;
 }
 
-fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
     check_order(surface, part)?;
     check_place(surface, part)?;
     check_layout(surface, part)?;
@@ -134,7 +134,7 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fa
 }
 
 /// Checks that other settings fit the order.
-fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
     let order = surface.order;
     if order.is_baseline() && surface.apply != Apply::Cpu {
         let what =
@@ -148,7 +148,7 @@ fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Faul
     Ok(())
 }
 
-fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
     match part.scene.ground {
         Ground::Plane => part.absent(&["latitude_deg", "longitude_deg"], "a mesh over a plane"),
         Ground::Planet => {
@@ -163,7 +163,7 @@ fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Faul
     }
 }
 
-fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
     let area = |kind| match surface.instances {
         1 => Ok(()),
         _ => part.needed("area_m", &surface.area_m, kind).map(drop),
@@ -189,7 +189,7 @@ fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fau
     }
 }
 
-fn check_ground(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Fault> {
+fn check_ground(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
     let Some(name) = &surface.ground else { return Ok(()) };
     let key = |key| part.scene.has(&["surface", name, "geometry", key]);
     let wrong = |what: String| Err(part.fault("ground", what));
@@ -227,7 +227,7 @@ pub fn surface(scene: &Scene, name: &str) -> Result<ProgressiveSurface, SceneErr
 pub struct ProgressiveMeshSettings {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    pub target: Target,
+    pub target: PixelFormat,
     /// Rounds of artificial work per vertex, for figures that need a vertex-bound frame.
     pub vertex_work: u32,
     /// The budget of a frame, and the rule that keeps it.
@@ -245,7 +245,7 @@ impl ProgressiveMeshSettings {
     ///
     /// # Errors
     /// A governor without a budget.
-    pub fn of_scene(scene: &Scene, target: Target) -> Result<ProgressiveMeshSettings, SceneError> {
+    pub fn of_scene(scene: &Scene, target: PixelFormat) -> Result<ProgressiveMeshSettings, SceneError> {
         Ok(ProgressiveMeshSettings {
             size: [scene.view.width, scene.view.height],
             target,

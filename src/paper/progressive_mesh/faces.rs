@@ -141,7 +141,7 @@ impl Faces {
                     (faces_vert::MISSES, Resource::Buffer(&of.misses)),
                     (faces_vert::VERTICES, Resource::Buffer(vertices)),
                     (faces_vert::LEVELS, Resource::Buffer(&of.levels)),
-                    (faces_frag::DEPTH, Resource::Texture(&self.seen, vk::View::Whole)),
+                    (faces_frag::DEPTH, Resource::Texture(&self.seen, vk::ReadAs::Whole)),
                 ];
                 let slices = surface.slices(&view.pose, view.size, meshes.settings.sun);
                 let views = slices.iter().zip(instance..).map(|(slice, instance)| {

@@ -17,14 +17,14 @@ use xxhash_rust::xxh3::Xxh3;
 const VERSION: u32 = 1;
 
 /// Receives the number of faces done, and of all faces.
-pub type Progress = Box<dyn FnMut(usize, usize)>;
+pub type BuildProgress = Box<dyn FnMut(usize, usize)>;
 
 /// Where built meshes are kept, and how the progress of a build is shown.
 pub struct Builds {
     /// `None`: built meshes are not kept.
     pub folder: Option<PathBuf>,
     /// Called with the name of each step.
-    pub step: Box<dyn Fn(&'static str) -> Progress + Send + Sync>,
+    pub step: Box<dyn Fn(&'static str) -> BuildProgress + Send + Sync>,
 }
 
 /// Set by programs. Libraries and tests keep nothing and show no progress.
@@ -143,7 +143,7 @@ mod tests {
     fn counted(folder: Option<&Path>) -> (Builds, Arc<AtomicUsize>) {
         let steps = Arc::<AtomicUsize>::default();
         let counter = steps.clone();
-        let step = move |_| -> Progress {
+        let step = move |_| -> BuildProgress {
             counter.fetch_add(1, Ordering::Relaxed);
             Box::new(|_, _| ())
         };

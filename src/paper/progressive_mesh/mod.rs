@@ -53,5 +53,5 @@ pub use config::ProgressiveMeshSettings;
 pub use keep::ordered;
 pub use load::{LoadError, LoadedMesh, Textured, load};
 pub use record::FrameRecord;
-pub use surface::{Change, MeshOnDevice, SurfaceError, SurfaceMemory};
+pub use surface::{FrameChanges, MeshOnDevice, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

@@ -1,6 +1,6 @@
 //! The record of each frame.
 
-use super::surface::Change;
+use super::surface::FrameChanges;
 use crate::vk::PassTime;
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ pub struct FrameRecord {
     /// Number of the frame, from 0.
     pub index: u64,
     /// The sum over all surfaces.
-    pub change: Change,
+    pub change: FrameChanges,
     /// The host's time for level changes: culling, choosing levels, executing them, and copying to mapped
     /// memory.
     pub host: Duration,

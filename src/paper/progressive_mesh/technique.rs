@@ -9,7 +9,7 @@ use super::governor::{Budget, Governor};
 use super::load::LoadedMesh;
 use super::record::FrameRecord;
 use super::surface::vertices::VertexBuffer;
-use super::surface::{Change, MeshOnDevice, SurfaceError};
+use super::surface::{FrameChanges, MeshOnDevice, SurfaceError};
 use crate::frame::{Memory, Onto, PerFrame, Progress, Records, Run, Shape, Slot, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
@@ -36,7 +36,7 @@ pub const SURFACES: &str = "surfaces";
 pub fn surfaces_pipeline(
     gpu: &Gpu,
     vertex: &'static Shader,
-    target: picture::Target,
+    target: picture::PixelFormat,
     (vertex_work, light): (u32, LightColours),
 ) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
@@ -144,7 +144,7 @@ impl ProgressiveMeshes {
     }
 
     /// Brings all instances to their levels. Returns the change and the governor's factor.
-    fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(Change, f64)> {
+    fn choose_levels(&mut self, gpu: &Gpu, view: &View) -> Result<(FrameChanges, f64)> {
         let Self { surfaces, copies, .. } = self;
         if let Some(level) = self.only {
             let mut upload = |bytes: &[u8], at| copies.add(0, bytes, at);
@@ -153,7 +153,7 @@ impl ProgressiveMeshes {
         self.surfaces.iter_mut().for_each(|surface| surface.follow(view));
         let error_factor = self.plan();
         let Self { surfaces, copies, .. } = self;
-        let mut change = Change::default();
+        let mut change = FrameChanges::default();
         for (n, surface) in surfaces.iter_mut().enumerate() {
             let mut upload = |bytes: &[u8], at| copies.add(n, bytes, at);
             change += surface.go(gpu, view.slot(), error_factor, &mut upload)?;

@@ -2,7 +2,7 @@
 
 /// A filter that is not the thesis's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Baseline {
+pub enum FilterBaseline {
     /// One trilinear sample. The longer column of the Jacobian selects the level (Williams, "Pyramidal parametrics",
     /// 1983).
     Trilinear,

@@ -2,7 +2,7 @@
 
 use super::relief::shipped::{BRICK_WALL, CLIFF};
 use super::relief::{Relief, ReliefKind};
-use crate::scene::{Fault, Language, Part, Table, choices, settings};
+use crate::scene::{Language, Part, SceneFault, Table, choices, settings};
 use std::path::PathBuf;
 
 choices! {
@@ -52,7 +52,7 @@ settings! {
     check check;
 }
 
-fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), Fault> {
+fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), SceneFault> {
     match keys.map {
         ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
         _ => part.absent(&["path"], "a shipped or generated relief"),

@@ -1,6 +1,6 @@
 //! The methods that filter a pixel's footprint to a colour; the GPU and the reference take the same [`Method`].
 
-use super::baselines::Baseline;
+use super::baselines::FilterBaseline;
 use super::footprint::{Axes, Determinant, Footprint, MOST_REACH, Scan};
 use super::weight_map::WeightMap;
 use super::weights::{Edge, Kernel};
@@ -11,7 +11,7 @@ pub enum Method {
     /// Weighted texels of an ellipse (steps A to D of [`super`]).
     Ellipse(Ellipse),
     /// A published filter.
-    Baseline(Baseline),
+    Baseline(FilterBaseline),
     /// Object-space texturing (step G): fragments of rotated polygons. The value is their spacing in pixels.
     ObjectSpace(f32),
 }
@@ -131,7 +131,7 @@ pub enum Coordinates {
 
 /// A pixel, as passed to every method.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pixel {
+pub struct PixelCentre {
     /// Column and row.
     pub place: [u32; 2],
     /// The centre, in texels of level 0.

@@ -1,24 +1,24 @@
 //! A method on the GPU: one triangle covers the picture, and its fragments filter a tilted plane.
 
-use super::baselines::Baseline;
+use super::baselines::FilterBaseline;
 use super::coordinates::pass::set_up;
 use super::coordinates::{Band, Form};
 use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
-use super::method::{Coordinates, Ellipse, Method, Pixel};
-use super::plane::Plane;
+use super::method::{Coordinates, Ellipse, Method, PixelCentre};
+use super::plane::TiltedPlane;
 use super::texels::Texels;
 use crate::vk::shader::texture_mapping as glsl;
 use crate::vk::shader::{PlanePush, Shader};
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, Feature, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, Need, PassTime, Resource, Result, Sampler, View,
+    ImageInfo, Need, PassTime, ReadAs, Resource, Result, Sampler,
 };
 
 /// A texture in video memory.
 pub struct Uploaded {
     pub(super) image: Image,
     /// Summed bytes over 2 x 2 copies, with a row and a column of zeros first: for
-    /// [`Baseline::SummedArea`].
+    /// [`FilterBaseline::SummedArea`].
     sums: Image,
     pub(super) coarsest: u32,
 }
@@ -45,7 +45,7 @@ pub struct FilterPass {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dumped {
     /// `None` beyond the horizon.
-    pub pixel: Option<Pixel>,
+    pub pixel: Option<PixelCentre>,
     pub colour: [f32; 3],
     pub fetched: u32,
     pub level: u32,
@@ -58,7 +58,7 @@ pub struct Dumped {
 /// Device features that a method needs.
 pub fn needs(method: &Method) -> Vec<Need> {
     match method {
-        Method::Baseline(Baseline::Hardware(_)) => vec![Need {
+        Method::Baseline(FilterBaseline::Hardware(_)) => vec![Need {
             feature: Feature::SamplerAnisotropy,
             pass: "hardware anisotropy",
             without: "use another filter",
@@ -154,7 +154,7 @@ impl Targets {
             let [r, g, b, fetched] = colours[n];
             let [level, empty, visited, _] = decisions[n];
             let place = [n as u32 % self.size[0], n as u32 / self.size[0]];
-            let pixel = Pixel { place, centre: [u, v], jacobian: [[ux, uy], [vx, vy]], determinant };
+            let pixel = PixelCentre { place, centre: [u, v], jacobian: [[ux, uy], [vx, vy]], determinant };
             Dumped {
                 pixel: (seen > 0.0).then_some(pixel),
                 colour: [r, g, b],
@@ -169,7 +169,7 @@ impl Targets {
 }
 
 /// The plane as passed to the shaders: constants of the picture, computed in f64.
-pub fn push(plane: &Plane, size: [u32; 2], frame: u32) -> PlanePush {
+pub fn push(plane: &TiltedPlane, size: [u32; 2], frame: u32) -> PlanePush {
     let [[a, b, c], [d, e, f], [g, h, i]] = plane.0;
     let single = |row: [f64; 3]| row.map(|number| number as f32);
     let slope = |constant: f64, slope: f64| [constant as f32, slope as f32];
@@ -195,13 +195,14 @@ fn shaders(method: &Method) -> &'static [Shader; 2] {
     match method {
         Method::Ellipse(_) => &glsl::ellipse_frag::SHADERS,
         Method::Baseline(baseline) => match baseline {
-            Baseline::Trilinear | Baseline::Anisotropic(_) | Baseline::Feline(_) | Baseline::Mavridis(_) => {
-                &glsl::probes_frag::SHADERS
-            }
-            Baseline::Hardware(_) => &glsl::hardware_frag::SHADERS,
-            Baseline::Pbrt => &glsl::pbrt_frag::SHADERS,
-            Baseline::Stochastic(_) => &glsl::stochastic_frag::SHADERS,
-            Baseline::SummedArea => &glsl::summed_area_frag::SHADERS,
+            FilterBaseline::Trilinear
+            | FilterBaseline::Anisotropic(_)
+            | FilterBaseline::Feline(_)
+            | FilterBaseline::Mavridis(_) => &glsl::probes_frag::SHADERS,
+            FilterBaseline::Hardware(_) => &glsl::hardware_frag::SHADERS,
+            FilterBaseline::Pbrt => &glsl::pbrt_frag::SHADERS,
+            FilterBaseline::Stochastic(_) => &glsl::stochastic_frag::SHADERS,
+            FilterBaseline::SummedArea => &glsl::summed_area_frag::SHADERS,
         },
         Method::ObjectSpace(_) => panic!("object_space::pass has its stages"),
     }
@@ -213,12 +214,12 @@ fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
     match method {
         Method::Ellipse(ellipse) => constants.extend(ellipse_constants(ellipse)),
         Method::Baseline(baseline) => match *baseline {
-            Baseline::Trilinear => constants.extend([("RULE", 0), ("MOST", 1)]),
-            Baseline::Anisotropic(most) => constants.extend([("RULE", 1), ("MOST", most)]),
-            Baseline::Feline(most) => constants.extend([("RULE", 2), ("MOST", most)]),
-            Baseline::Mavridis(taps) => constants.extend([("RULE", 3), ("MOST", taps)]),
-            Baseline::Stochastic(samples) => constants.push(("SAMPLES", samples)),
-            Baseline::Hardware(_) | Baseline::Pbrt | Baseline::SummedArea => {}
+            FilterBaseline::Trilinear => constants.extend([("RULE", 0), ("MOST", 1)]),
+            FilterBaseline::Anisotropic(most) => constants.extend([("RULE", 1), ("MOST", most)]),
+            FilterBaseline::Feline(most) => constants.extend([("RULE", 2), ("MOST", most)]),
+            FilterBaseline::Mavridis(taps) => constants.extend([("RULE", 3), ("MOST", taps)]),
+            FilterBaseline::Stochastic(samples) => constants.push(("SAMPLES", samples)),
+            FilterBaseline::Hardware(_) | FilterBaseline::Pbrt | FilterBaseline::SummedArea => {}
         },
         Method::ObjectSpace(_) => {}
     }
@@ -276,7 +277,7 @@ impl FilterPass {
         ellipse: &Ellipse,
         coarsest: u32,
         coordinates: Coordinates,
-        (plane, size): (&Plane, [u32; 2]),
+        (plane, size): (&TiltedPlane, [u32; 2]),
         dumps: bool,
     ) -> Result<FilterPass> {
         let method = Method::Ellipse(*ellipse);
@@ -316,7 +317,7 @@ impl FilterPass {
             _ => vec![0],
         };
         let most_anisotropy = match method {
-            Method::Baseline(Baseline::Hardware(most)) => *most,
+            Method::Baseline(FilterBaseline::Hardware(most)) => *most,
             _ => 1,
         };
         Ok(FilterPass {
@@ -344,7 +345,7 @@ impl FilterPass {
             (glsl::ellipse_frag::TEXTURE_OF, Resource::Sampled(&texture.image, &self.sampler)),
             (glsl::ellipse_frag::WEIGHT_MAP, Resource::Buffer(&self.weight_map)),
             (glsl::ellipse_frag::ROWS, Resource::Buffer(&self.rows)),
-            (glsl::summed_area_frag::SUMS, Resource::Texture(&texture.sums, View::Whole)),
+            (glsl::summed_area_frag::SUMS, Resource::Texture(&texture.sums, ReadAs::Whole)),
         ];
         let clear = Clear::Float([0.0; 4]);
         let colors: Vec<_> = targets.images.iter().map(|image| ColorTarget { image, clear }).collect();

@@ -23,7 +23,7 @@ pub struct Tilt {
 
 /// The homography: rows (A B C), (D E F), (G H I).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane(pub [[f64; 3]; 3]);
+pub struct TiltedPlane(pub [[f64; 3]; 3]);
 
 impl Tilt {
     /// A plane without roll and yaw, with one texel per pixel at the centre. The view spans 16 degrees from the lower
@@ -44,7 +44,7 @@ impl Tilt {
     }
 
     /// The homography for a picture of `height` pixels.
-    pub fn plane(&self, height: u32) -> Plane {
+    pub fn plane(&self, height: u32) -> TiltedPlane {
         let focal_px = self.focal_px(height);
         let (sin, cos) = self.tilt_degrees.to_radians().sin_cos();
         let (roll_sin, roll_cos) = self.roll_degrees.to_radians().sin_cos();
@@ -59,11 +59,11 @@ impl Tilt {
         let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
         let (across, along) = (form(scale, 0.0, 0.0), form(0.0, scale / cos, 0.0));
         let mixed = |a: f64, b: f64| [0, 1, 2].map(|n| a * across[n] + b * along[n]);
-        Plane([mixed(yaw_cos, yaw_sin), mixed(-yaw_sin, yaw_cos), denominator])
+        TiltedPlane([mixed(yaw_cos, yaw_sin), mixed(-yaw_sin, yaw_cos), denominator])
     }
 }
 
-impl Plane {
+impl TiltedPlane {
     /// (u, v) in texels of level 0; `None` beyond the horizon.
     pub fn texels(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let [u, v, w] = self.0.map(|[a, b, c]| a * x + b * y + c);
@@ -82,13 +82,13 @@ impl Plane {
 
     /// The plane after the camera moved by this many pixels: the point at (x + dx, y + dy) is now at (x,
     /// y).
-    pub fn shifted(&self, [dx, dy]: [f64; 2]) -> Plane {
-        Plane(self.0.map(|[a, b, c]| [a, b, c + a * dx + b * dy]))
+    pub fn shifted(&self, [dx, dy]: [f64; 2]) -> TiltedPlane {
+        TiltedPlane(self.0.map(|[a, b, c]| [a, b, c + a * dx + b * dy]))
     }
 
     /// As passed to shaders: every number rounded to f32.
-    pub fn rounded(&self) -> Plane {
-        Plane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
+    pub fn rounded(&self) -> TiltedPlane {
+        TiltedPlane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
     }
 }
 

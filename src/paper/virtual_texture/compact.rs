@@ -21,11 +21,11 @@ use std::sync::Arc;
 
 /// Stage 3 of one variant. [`CompactPass::list`] creates its lists.
 pub struct CompactPass {
-    step: Step,
+    step: CompactStep,
     entries: Entries,
 }
 
-enum Step {
+enum CompactStep {
     Feedback(Arc<BlockDraw>),
     Compute(Arc<Dispatches>),
 }
@@ -60,7 +60,10 @@ impl CompactPass {
             let block_log2 = config.compact_block_log2;
             let pipeline = geometry(gpu, block_log2, &constants)?;
             let draw = BlockDraw { pipeline, block_log2, grid: pyramid.tile_grid(0) };
-            return Ok(CompactPass { step: Step::Feedback(Arc::new(draw)), entries: Entries::Triples });
+            return Ok(CompactPass {
+                step: CompactStep::Feedback(Arc::new(draw)),
+                entries: Entries::Triples,
+            });
         };
         let mut constants =
             with(constants, &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))]);
@@ -81,7 +84,7 @@ impl CompactPass {
         let words_of_group = u64::from(shaders[0].group[0] << words_log2);
         let groups = line(TileMask::words_of(pyramid, config).div_ceil(words_of_group));
         let dispatches = Dispatches { count, write: dispatch(shaders)?, groups };
-        Ok(CompactPass { step: Step::Compute(Arc::new(dispatches)), entries })
+        Ok(CompactPass { step: CompactStep::Compute(Arc::new(dispatches)), entries })
     }
 
     /// An empty list with room for `capacity` triples.
@@ -90,8 +93,8 @@ impl CompactPass {
     /// Out of memory.
     pub fn list(&self, gpu: &Gpu, capacity: u64) -> Result<VisibleList> {
         let fill = match &self.step {
-            Step::Feedback(draw) => Fill::feedback(gpu, draw)?,
-            Step::Compute(dispatches) => Fill::compute(gpu, dispatches)?,
+            CompactStep::Feedback(draw) => Fill::feedback(gpu, draw)?,
+            CompactStep::Compute(dispatches) => Fill::compute(gpu, dispatches)?,
         };
         VisibleList::new(gpu, (capacity, self.entries), fill)
     }

@@ -7,26 +7,26 @@
 
 use super::choices::Dedup;
 use super::tile_mask::{Mask, TileMask};
-use super::{Config, TileAddress, footprint::Footprint, pyramid_constants, with};
+use super::{Config, TileAddress, footprint::FootprintPass, pyramid_constants, with};
 use crate::frame::{PerFrame, Slot};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
 use crate::vk::{
     Blend, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    Resource, Result, Sampler, SamplerFilter, SamplerInfo, View,
+    ReadAs, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
 };
 
 /// Stage 2 of one variant, with its tile masks.
 pub struct DedupPass {
-    step: Step,
+    step: DedupStep,
     /// Marks the neighbouring tiles that the filter needs; `None` if it needs none.
     reach: Option<ComputePipeline>,
     /// Nearest filter: shaders fetch single texels or gather four.
     texels: Sampler,
 }
 
-enum Step {
+enum DedupStep {
     /// One vertex per block of 2^p x 2^p pixels, and p.
     Blocks(GraphicsPipeline, u32, PerFrame<Image>),
     /// One point per pixel.
@@ -59,7 +59,7 @@ pub(super) fn blocks(size: [u32; 2], block_log2: u32) -> (Blocks, u32) {
 impl DedupPass {
     /// # Errors
     /// The device cannot run the variant; out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<DedupPass> {
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &FootprintPass) -> Result<DedupPass> {
         assert_eq!(config.check(pyramid), Ok(()), "checked before");
         assert!(!config.dedup.fused(), "{}: not a pass of its own", config.dedup.name());
         gpu.require(&config.dedup.needs())?;
@@ -72,9 +72,9 @@ impl DedupPass {
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
                 let vertex = &glsl::dedup_points_vert::SHADER;
-                Step::Points(point_pipeline(gpu, vertex, None, &constants)?, images()?)
+                DedupStep::Points(point_pipeline(gpu, vertex, None, &constants)?, images()?)
             }
-            None => Step::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2, images()?),
+            None => DedupStep::Blocks(blocks_pipeline(gpu, config, constants)?, config.block_log2, images()?),
             Some((shader, side_log2)) => {
                 let [x, y, _] = shader.group.map(|invocations| invocations << side_log2);
                 if side_log2 > 0 {
@@ -87,7 +87,7 @@ impl DedupPass {
                     constants.push(("WORDS", words as u32));
                 }
                 let masks = PerFrame::new(|| TileMask::new(gpu, pyramid, config))?;
-                Step::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y], masks)
+                DedupStep::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y], masks)
             }
         };
         let reach = match stage1.reaches {
@@ -102,16 +102,18 @@ impl DedupPass {
     /// The mask of the frame in `slot`.
     pub fn mask(&self, slot: Slot) -> Mask<'_> {
         match &self.step {
-            Step::Blocks(.., masks) | Step::Points(_, masks) => Mask::of_image(&masks[slot]),
-            Step::Compute(.., masks) => masks[slot].of_frame(),
+            DedupStep::Blocks(.., masks) | DedupStep::Points(_, masks) => Mask::of_image(&masks[slot]),
+            DedupStep::Compute(.., masks) => masks[slot].of_frame(),
         }
     }
 
     /// Bytes of all masks.
     pub fn bytes(&self) -> u64 {
         match &self.step {
-            Step::Blocks(.., masks) | Step::Points(_, masks) => masks.iter().map(Image::bytes).sum(),
-            Step::Compute(.., masks) => masks.iter().map(TileMask::bytes).sum(),
+            DedupStep::Blocks(.., masks) | DedupStep::Points(_, masks) => {
+                masks.iter().map(Image::bytes).sum()
+            }
+            DedupStep::Compute(.., masks) => masks.iter().map(TileMask::bytes).sum(),
         }
     }
 
@@ -120,8 +122,8 @@ impl DedupPass {
     pub fn groups_and_texels(&self, size: [u32; 2]) -> [u64; 2] {
         let area = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
         match &self.step {
-            Step::Blocks(..) | Step::Points(..) => [0, area(size)],
-            Step::Compute(_, pixels, _) => {
+            DedupStep::Blocks(..) | DedupStep::Points(..) => [0, area(size)],
+            DedupStep::Compute(_, pixels, _) => {
                 let groups = area([size[0].div_ceil(pixels[0]), size[1].div_ceil(pixels[1])]);
                 [groups, groups * area(*pixels)]
             }
@@ -161,16 +163,17 @@ impl DedupPass {
     fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: Slot) -> Result<()> {
         let size = requests.info().size;
         match &self.step {
-            Step::Blocks(pipeline, block_log2, masks) => {
+            DedupStep::Blocks(pipeline, block_log2, masks) => {
                 let mask = &masks[slot];
                 let (push, count) = blocks(size, *block_log2);
                 let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
                 cmd.render(mask.info().size, &[target], None, |render| {
-                    let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, View::Whole))];
+                    let resources =
+                        [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, ReadAs::Whole))];
                     render.draw(pipeline, &resources, bytemuck::bytes_of(&push), count)
                 })
             }
-            Step::Points(pipeline, masks) => {
+            DedupStep::Points(pipeline, masks) => {
                 let mask = &masks[slot];
                 let target = ColorTarget { image: mask, clear: Clear::Uint([0; 4]) };
                 cmd.render(mask.info().size, &[target], None, |render| {
@@ -179,7 +182,7 @@ impl DedupPass {
                     render.draw(pipeline, &resources, &[], size[0] * size[1])
                 })
             }
-            Step::Compute(pipeline, pixels, masks) => {
+            DedupStep::Compute(pipeline, pixels, masks) => {
                 masks[slot].begin(cmd);
                 self.dispatch(cmd, (pipeline, *pixels), requests, masks[slot].of_frame())
             }

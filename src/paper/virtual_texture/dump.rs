@@ -1,6 +1,6 @@
 //! Read-backs for dumps, tests and comparisons. They all wait for the device.
 
-use super::footprint::{BACKGROUND, Footprint, FootprintDump};
+use super::footprint::{BACKGROUND, FootprintDump, FootprintPass};
 use super::ruler::{RulerCheck, Verdicts};
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::{RequestFormat, reach};
@@ -33,7 +33,7 @@ pub fn read_words(gpu: &Gpu, image: &Image) -> vk::Result<Vec<u32>> {
 ///
 /// # Errors
 /// Device lost, out of memory.
-pub fn read_requests(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<[u32; 3]>> {
+pub fn read_requests(gpu: &Gpu, stage1: &FootprintPass, pyramid: &Pyramid) -> vk::Result<Vec<[u32; 3]>> {
     Ok(read_reaches(gpu, stage1, pyramid)?.into_iter().map(|(triple, _)| triple).collect())
 }
 
@@ -41,7 +41,11 @@ pub fn read_requests(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Re
 ///
 /// # Errors
 /// Device lost, out of memory.
-pub fn read_reaches(gpu: &Gpu, stage1: &Footprint, pyramid: &Pyramid) -> vk::Result<Vec<([u32; 3], u32)>> {
+pub fn read_reaches(
+    gpu: &Gpu,
+    stage1: &FootprintPass,
+    pyramid: &Pyramid,
+) -> vk::Result<Vec<([u32; 3], u32)>> {
     let words = read_words(gpu, &stage1.requests)?;
     let texel = |words: &[u32]| {
         let (first, reach) = if stage1.reaches { reach::split(words[0]) } else { (words[0], 0) };
@@ -93,17 +97,17 @@ impl VirtualTexture {
     }
 
     /// A stage 1 that has drawn the last frame; `None` if the variant has its own.
-    fn own_stage1(&self, gpu: &Gpu, target: &Target) -> Result<Option<Footprint>, VirtualTextureError> {
+    fn own_stage1(&self, gpu: &Gpu, target: &Target) -> Result<Option<FootprintPass>, VirtualTextureError> {
         if self.stage1().is_some() {
             return Ok(None);
         }
         let depth = (target.depth.clone(), Depth::Equal);
-        let stage1 = Footprint::on(gpu, &self.source.pyramid(), &self.settings.config, depth, 0)?;
+        let stage1 = FootprintPass::on(gpu, &self.source.pyramid(), &self.settings.config, depth, 0)?;
         gpu.run_pass("footprint", |cmd| stage1.draw(cmd, &self.last_seen(target)))?;
         Ok(Some(stage1))
     }
 
-    fn stage1_or<'a>(&'a self, own: &'a Option<Footprint>) -> &'a Footprint {
+    fn stage1_or<'a>(&'a self, own: &'a Option<FootprintPass>) -> &'a FootprintPass {
         own.as_ref().or(self.stage1()).expect("a variant has a stage 1 or gets one")
     }
 

@@ -14,7 +14,7 @@ use super::RequestFormat;
 use crate::math::pyramid::TileId;
 use crate::vk::shader::Sampling;
 use crate::vk::shader::virtual_texture::feedback_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Mapped, Resource, Result, View};
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Mapped, ReadAs, Resource, Result};
 use std::collections::BTreeMap;
 
 /// Largest n: one pixel of 256, as in Unreal Engine 5.
@@ -94,7 +94,7 @@ impl Feedback {
         let blocks = blocks(self.n, requests.info().size);
         let push = Sampling { block_log2: block_log2(self.n), offset: offset(self.n, frame), blocks };
         let resources = [
-            (feedback_comp::REQUESTS, Resource::Texture(requests, View::Whole)),
+            (feedback_comp::REQUESTS, Resource::Texture(requests, ReadAs::Whole)),
             (feedback_comp::SAMPLES, Resource::Buffer(&samples.device)),
         ];
         let [wide, high, _] = feedback_comp::SHADER.group;

@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub const BACKGROUND: u32 = u32::MAX;
 
 /// The request image, its depth image, and the pass that draws both.
-pub struct Footprint {
+pub struct FootprintPass {
     pub requests: Image,
     pub depth: Arc<Image>,
     pub format: RequestFormat,
@@ -56,44 +56,44 @@ fn pipeline(
     })
 }
 
-impl Footprint {
+impl FootprintPass {
     /// # Errors
     /// The wanted format of the request image is not available; out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Footprint> {
-        Footprint::coarse(gpu, pyramid, config, size, 0)
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<FootprintPass> {
+        FootprintPass::coarse(gpu, pyramid, config, size, 0)
     }
 
     /// A request image of `size` pixels. Each represents `2^pixel_log2 x 2^pixel_log2` pixels of the picture and
     /// requests their level.
     ///
     /// # Errors
-    /// As [`Footprint::new`].
+    /// As [`FootprintPass::new`].
     pub fn coarse(
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
         size: [u32; 2],
         pixel_log2: u32,
-    ) -> Result<Footprint> {
+    ) -> Result<FootprintPass> {
         let depth = Arc::new(gpu.image("depth", ImageInfo::target(size, Format::Depth32Float))?);
-        Footprint::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
+        FootprintPass::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
     }
 
     /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth must be
     /// complete.
     ///
     /// # Errors
-    /// As [`Footprint::new`].
+    /// As [`FootprintPass::new`].
     pub fn on(
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
         (depth, test): (Arc<Image>, Depth),
         pixel_log2: u32,
-    ) -> Result<Footprint> {
+    ) -> Result<FootprintPass> {
         let reaches = config.filter.reaches(pyramid.border_texels());
         let format = RequestFormat::choose(gpu, config.request_format, pyramid, reaches)?;
-        Ok(Footprint {
+        Ok(FootprintPass {
             requests: gpu
                 .image("request image", ImageInfo::target(depth.info().size, format.image_format()))?,
             depth,
@@ -136,7 +136,12 @@ pub struct FootprintDump {
 impl FootprintDump {
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage: &Footprint) -> Result<FootprintDump> {
+    pub fn new(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        stage: &FootprintPass,
+    ) -> Result<FootprintDump> {
         let size = stage.requests.info().size;
         let colors = [stage.format.image_format(), Format::Rgba32Float, Format::Rgba32Float];
         Ok(FootprintDump {
@@ -158,7 +163,7 @@ impl FootprintDump {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &Footprint, seen: &Seen<'_>) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &FootprintPass, seen: &Seen<'_>) -> Result<()> {
         let nothing = Clear::Float([f32::NAN; 4]);
         let targets = [
             ColorTarget { image: &stage.requests, clear: Clear::Uint([BACKGROUND; 4]) },

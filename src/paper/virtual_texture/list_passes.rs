@@ -5,7 +5,7 @@
 use super::compact::CompactPass;
 use super::dedup::DedupPass;
 use super::feedback::{Feedback, Samples};
-use super::footprint::Footprint;
+use super::footprint::FootprintPass;
 use super::read_back::{HostCopy, HostList, HostPass};
 use super::tile_mask::Mask;
 use super::visible_list::VisibleList;
@@ -102,7 +102,7 @@ impl ListPasses {
     ///
     /// # Errors
     /// A limit of the device; out of memory.
-    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &Footprint) -> Result<ListPasses> {
+    pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, stage1: &FootprintPass) -> Result<ListPasses> {
         let (format, size) = (stage1.format, stage1.requests.info().size);
         let list = |pass| -> Result<HostList> {
             Ok(HostList::new(pass, pyramid, format, config.address)?.reaching(stage1.reaches))
@@ -131,7 +131,7 @@ impl ListPasses {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn renew(&mut self, gpu: &Gpu, stage1: &Footprint) -> Result<()> {
+    pub fn renew(&mut self, gpu: &Gpu, stage1: &FootprintPass) -> Result<()> {
         let (format, size) = (stage1.format, stage1.requests.info().size);
         match self {
             ListPasses::Device(_, stage3) => {

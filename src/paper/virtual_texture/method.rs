@@ -2,7 +2,7 @@
 //! the work of stages 1, 2 and texturing.
 
 use super::list_passes::{Collected, ListPasses, Stage3};
-use super::{Config, footprint::Footprint, fused::Fused, texturing::Texturing, tile_pool::TilePool};
+use super::{Config, footprint::FootprintPass, fused::Fused, texturing::Texturing, tile_pool::TilePool};
 use crate::frame::{Seen, Slot, Target};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
@@ -12,7 +12,7 @@ use crate::vk::{Depth, Frame, Gpu, Result};
 pub enum ListAndDraw {
     /// Stage 1, the list passes, and texturing from the request image.
     Staged {
-        stage1: Box<Footprint>,
+        stage1: Box<FootprintPass>,
         list_passes: ListPasses,
         texturing: Box<Texturing>,
     },
@@ -42,14 +42,14 @@ impl ListAndDraw {
             return Ok(ListAndDraw::Fused { draw, stage3 });
         }
         let depth = (target.depth.clone(), Depth::Write);
-        let stage1 = Box::new(Footprint::on(gpu, pyramid, config, depth, 0)?);
+        let stage1 = Box::new(FootprintPass::on(gpu, pyramid, config, depth, 0)?);
         let list_passes = ListPasses::new(gpu, pyramid, config, &stage1)?;
         let texturing = Box::new(Texturing::new(gpu, pyramid, config, &stage1, resident, shown)?);
         Ok(ListAndDraw::Staged { stage1, list_passes, texturing })
     }
 
     /// Stage 1, which draws the request image; `None` for fused variants.
-    pub fn stage1(&self) -> Option<&Footprint> {
+    pub fn stage1(&self) -> Option<&FootprintPass> {
         match self {
             ListAndDraw::Staged { stage1, .. } => Some(stage1),
             ListAndDraw::Fused { .. } => None,

@@ -17,6 +17,7 @@
 //! - [`shown`]: each pixel's shown and requested levels;
 //! - [`prefetch`]: the tiles that the camera will see soon (ours, an option);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
+//! - [`trade`]: time and error of every combination of settings, for `ortelius trade` and `auto`;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
 //! The paper's letters, which comments use with its equations:
@@ -70,6 +71,7 @@ pub mod technique;
 pub mod texturing;
 pub mod tile_mask;
 pub mod tile_pool;
+pub mod trade;
 pub mod variants;
 pub mod visible_list;
 

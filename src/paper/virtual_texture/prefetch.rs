@@ -6,7 +6,7 @@
 //! line.
 
 use super::list_passes::Stage3;
-use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::Footprint};
+use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::FootprintPass};
 use crate::frame::{PerFrame, Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
@@ -17,7 +17,7 @@ const PIXEL_LOG2: u32 = 2;
 
 /// Stages 1 to 3 for the extrapolated camera.
 pub struct Prefetch {
-    stage1: Footprint,
+    stage1: FootprintPass,
     stage2: DedupPass,
     stage3: Stage3,
     /// True if the frame has a list.
@@ -33,7 +33,7 @@ impl Prefetch {
         // The variant with the fewest device requirements. No figure compares its time.
         let config = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..*config };
         let size = size.map(|side| side.div_ceil(1 << PIXEL_LOG2));
-        let stage1 = Footprint::coarse(gpu, pyramid, &config, size, PIXEL_LOG2)?;
+        let stage1 = FootprintPass::coarse(gpu, pyramid, &config, size, PIXEL_LOG2)?;
         Ok(Prefetch {
             stage2: DedupPass::new(gpu, pyramid, &config, &stage1)?,
             stage3: Stage3::new(gpu, pyramid, &config)?,

@@ -2,14 +2,14 @@
 //! compared with the hash of the level and position that the pixel's (s, t) requires. This covers the pixel's level and
 //! the next coarser one, borders, wrapping, poles, and the resident tail.
 
-use super::{Config, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
+use super::{Config, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::Seen;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::ruler_frag;
 use crate::vk::{
     Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    ImageInfo, Resource, Result, View,
+    ImageInfo, ReadAs, Resource, Result,
 };
 
 pub struct RulerCheck {
@@ -38,7 +38,7 @@ impl RulerCheck {
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
         resident: &TilePool,
     ) -> Result<RulerCheck> {
         let anisotropy = [("MAX_ANISOTROPY", config.filter.max_anisotropy)];
@@ -61,16 +61,16 @@ impl RulerCheck {
     pub fn draw(
         &self,
         cmd: &mut Cmd<'_>,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
         resident: &TilePool,
         seen: &Seen<'_>,
     ) -> Result<()> {
         let color = ColorTarget { image: &self.verdict, clear: Clear::Uint([0; 4]) };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
-            (ruler_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (ruler_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
             (ruler_frag::H1, Resource::Buffer(&resident.page_table_words)),
-            (ruler_frag::J1, Resource::Texture(&resident.tiles, View::Raw)),
+            (ruler_frag::J1, Resource::Texture(&resident.tiles, ReadAs::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |_| &self.pipeline)

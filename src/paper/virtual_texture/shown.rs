@@ -2,15 +2,15 @@
 //! page table.
 
 use super::{
-    Config, RequestFormat, footprint::Footprint, pyramid_constants, texturing, tile_pool::TilePool, with,
+    Config, RequestFormat, footprint::FootprintPass, pyramid_constants, texturing, tile_pool::TilePool, with,
 };
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::Shown as Push;
 use crate::vk::shader::view::present_vert;
 use crate::vk::shader::virtual_texture::shown_frag;
 use crate::vk::{
-    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
-    View,
+    Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, ReadAs, Resource,
+    Result,
 };
 
 /// The picture of levels, and its pass.
@@ -30,7 +30,7 @@ impl ShownLevels {
         pyramid: &Pyramid,
         config: &Config,
         resident: &TilePool,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
     ) -> Result<ShownLevels> {
         assert_eq!(stage1.format, RequestFormat::Rgba32, "request image");
         let constants = texturing::constants(config, resident);
@@ -55,13 +55,13 @@ impl ShownLevels {
     pub fn draw(
         &self,
         cmd: &mut Cmd<'_>,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
         resident: &TilePool,
         level_bias: u32,
     ) -> Result<()> {
         let color = ColorTarget { image: &self.image, clear: Clear::Uint([u32::MAX; 4]) };
         let resources = [
-            (shown_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (shown_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
             (shown_frag::H1, Resource::Buffer(&resident.page_table_words)),
         ];
         cmd.render(self.image.info().size, &[color], None, |render| {

@@ -10,7 +10,7 @@ use super::record::Lists;
 use super::streaming::{FrameReport, Streaming, StreamingError, Uploader, distinct_tiles};
 use super::tile_pool::{TilePool, TilePoolError, Uploads};
 use super::{
-    Config, FrameRecord, Listing, Unfit, VirtualTextureSettings, fade::FadeIn, footprint::Footprint,
+    Config, FrameRecord, Listing, Unfit, VirtualTextureSettings, fade::FadeIn, footprint::FootprintPass,
 };
 use super::{method::ListAndDraw, needs};
 use crate::frame::{
@@ -210,7 +210,7 @@ impl VirtualTexture {
     }
 
     /// Stage 1, which draws the request image; `None` for fused variants.
-    pub fn stage1(&self) -> Option<&Footprint> {
+    pub fn stage1(&self) -> Option<&FootprintPass> {
         self.method.stage1()
     }
 

@@ -3,7 +3,7 @@
 //! A pixel's tile is exactly the one that stage 1 wrote into the request image. A pass over the same mesh, with the
 //! same depth, computes only the position within the tile and the weights of the two levels.
 
-use super::{Config, Interpolation, footprint::Footprint, pyramid_constants, tile_pool::TilePool, with};
+use super::{Config, Interpolation, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::{Seen, Shape};
 use crate::math::light::LightColours;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -13,7 +13,7 @@ use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
     Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    Resource, Result, Sampler, SamplerFilter, SamplerInfo, View,
+    ReadAs, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
 };
 
 /// Specialization constants of `filter.glsl`.
@@ -76,7 +76,7 @@ impl Texturing {
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
         resident: &TilePool,
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Texturing> {
@@ -97,7 +97,7 @@ impl Texturing {
     pub fn draw(
         &self,
         cmd: &mut Cmd<'_>,
-        stage1: &Footprint,
+        stage1: &FootprintPass,
         resident: &TilePool,
         seen: &Seen<'_>,
         target: &Image,
@@ -105,7 +105,7 @@ impl Texturing {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
-            (texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, View::Whole)),
+            (texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
             (texturing_frag::H1, Resource::Buffer(&resident.page_table_words)),
             (texturing_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
         ];

@@ -3,7 +3,7 @@
 use super::variants::{MaskLayout, most_triples};
 use super::{Config, TileAddress};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, Resource, Result, View};
+use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, ReadAs, Resource, Result};
 use std::cell::Cell;
 
 /// A tile mask as stage 3 and the shaders read it.
@@ -17,7 +17,7 @@ pub struct Mask<'a> {
 impl Mask<'_> {
     /// A mask in the layout [`MaskLayout::Texels`].
     pub fn of_image(image: &Image) -> Mask<'_> {
-        Mask { resource: Resource::Texture(image, View::Whole), frame: 0 }
+        Mask { resource: Resource::Texture(image, ReadAs::Whole), frame: 0 }
     }
 }
 

@@ -4,15 +4,15 @@ use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Places, Test, one
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Timed};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
-use crate::paper::texture_mapping::method::{Ellipse, Pixel};
+use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use crate::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use crate::paper::virtual_texture::VirtualTextureSettings;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{Texels, sides};
 use crate::picture::error::{Difference, compare_where};
 use crate::picture::write::Srgb8Picture;
-use crate::picture::{Picture, Target};
-use crate::reference::filter::{Edges, Texture, srgb8_to_linear};
+use crate::picture::{Picture, PixelFormat};
+use crate::reference::filter::{Edges, MipPyramid, srgb8_to_linear};
 use crate::reference::supersample::{Density, Kernel, Truth, supersample};
 use crate::reference::{ReferenceView, Sample, ellipsoid};
 use crate::renderer::{Options, Renderer};
@@ -214,8 +214,12 @@ fn settled(
 ) -> anyhow::Result<Vec<(&'static str, Renderer)>> {
     let open = |(name, changes): (&'static str, &[&str])| {
         let changes: Vec<String> = changes.iter().map(|change| (*change).to_string()).collect();
-        let options =
-            Options { target: Target::Linear32, size: Some(size), deterministic: true, ..Options::default() };
+        let options = Options {
+            target: PixelFormat::Linear32,
+            size: Some(size),
+            deterministic: true,
+            ..Options::default()
+        };
         let mut renderer = Renderer::on(gpu, &scene.with(&changes)?, &options)?;
         renderer.settle(pose)?;
         renderer.drain()?;
@@ -260,7 +264,7 @@ fn exact_ellipses(
         &*shown.technique.texture.as_ref().expect("the figure's scenes have a virtual texture").source;
     let (pyramid, texels) = (source.pyramid(), Texels::new(source));
     let [columns, rows] = pyramid.level_size(0).map(f64::from);
-    let filter = VirtualTextureSettings::of_scene(scene, Target::Linear32)?.config.filter;
+    let filter = VirtualTextureSettings::of_scene(scene, PixelFormat::Linear32)?.config.filter;
     let ellipse = Ellipse::BEST
         .most_ratio(filter.max_anisotropy as f32)
         .minor_texels(filter.minor_texels as f32)
@@ -278,7 +282,7 @@ fn exact_ellipses(
         let ([ux, vx], [uy, vy]) = (gradient([STEP, 0.0])?, gradient([0.0, STEP])?);
         let jacobian = [[ux, uy], [vx, vy]];
         let centre = [s * columns, t * rows];
-        let pixel = Pixel { place: [0; 2], centre, jacobian, determinant: ux * vy - uy * vx };
+        let pixel = PixelCentre { place: [0; 2], centre, jacobian, determinant: ux * vy - uy * vx };
         let coarsest = pyramid.coarsest_level();
         let [level, _] = levels(&ellipse, &pixel, coarsest);
         let colour = [0, 1, 2].map(|channel| {
@@ -386,10 +390,10 @@ impl<'a> Level<'a> {
         Level { source, level, tiles, linear: std::array::from_fn(|code| srgb8_to_linear(code as u8)) }
     }
 
-    fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
+    fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();
         let (size, [columns, _]) = (pyramid.tile_size(), pyramid.tile_grid(self.level));
-        Texture {
+        MipPyramid {
             width_log2: pyramid.width_log2(),
             height_log2: pyramid.height_log2(),
             edges: Edges::Planet,

@@ -52,7 +52,7 @@ pub struct BakeSettings {
 }
 
 /// Receives the progress of a bake, from several threads.
-pub trait Progress: Sync {
+pub trait BakeProgress: Sync {
     /// A phase begins: its name, and its total work in bytes.
     fn begin(&self, phase: &'static str, total_bytes: u64);
     /// More bytes are done.
@@ -60,7 +60,7 @@ pub trait Progress: Sync {
 }
 
 /// Shows no progress.
-impl Progress for () {
+impl BakeProgress for () {
     fn begin(&self, _phase: &'static str, _total_bytes: u64) {}
     fn advance(&self, _bytes: u64) {}
 }
@@ -78,7 +78,7 @@ pub fn plan(settings: &BakeSettings) -> Result<Plan, BakeError> {
 /// # Errors
 /// [`BakeError`]. After a damaged source nothing remains. After a full disk or a kill, OUT.partial,
 /// OUT.scratch and OUT.journal remain, and the same call resumes.
-pub fn bake(settings: &BakeSettings, progress: &dyn Progress) -> Result<Plan, BakeError> {
+pub fn bake(settings: &BakeSettings, progress: &dyn BakeProgress) -> Result<Plan, BakeError> {
     let source = Source::open(&settings.source)?;
     let plan = Plan::new(settings, &source)?;
     let files = Files::of(&settings.output)?;

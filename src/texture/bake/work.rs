@@ -7,7 +7,7 @@ use super::plan::Plan;
 use super::resample::Enlarged;
 use super::scratch::{Scratch, mean_square, payload_bytes};
 use super::source::{Source, synthetic};
-use super::{BakeSettings, Files, Progress};
+use super::{BakeProgress, BakeSettings, Files};
 use crate::math::pyramid::TileId;
 use crate::texture::coarser::coarser;
 use crate::texture::source::{TileFormat, TileSource};
@@ -27,7 +27,7 @@ pub(super) struct Work<'a> {
     pub files: &'a Files,
     journal: Journal,
     pub partial: File,
-    pub progress: &'a dyn Progress,
+    pub progress: &'a dyn BakeProgress,
 }
 
 /// Jobs that both journal and files confirm, by job number, with the hash of their output. (A hash of 0
@@ -55,7 +55,7 @@ pub(super) fn run(
     plan: &Plan,
     source: Source,
     files: &Files,
-    progress: &dyn Progress,
+    progress: &dyn BakeProgress,
 ) -> Result<(), BakeError> {
     let layout = plan.layout;
     if files.output.exists() && !settings.force && !files.journal.exists() {
@@ -382,7 +382,7 @@ mod tests {
     /// The bytes of the bands that are written.
     struct Bands(Mutex<u64>);
 
-    impl Progress for Bands {
+    impl BakeProgress for Bands {
         fn begin(&self, phase: &'static str, total_bytes: u64) {
             if phase == "bands" {
                 *self.0.lock().unwrap() += total_bytes;

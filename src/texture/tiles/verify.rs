@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// One record of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Record {
+pub enum TileRecord {
     Tile(TileId),
     ResidentLevel(u32),
 }
@@ -17,7 +17,7 @@ pub enum Record {
 /// A record that does not match the index.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadRecord {
-    pub record: Record,
+    pub record: TileRecord,
     /// Offset of the record in the file.
     pub offset: u64,
     pub reason: String,
@@ -26,10 +26,10 @@ pub struct BadRecord {
 impl fmt::Display for BadRecord {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.record {
-            Record::Tile(TileId { level, row, column }) => {
+            TileRecord::Tile(TileId { level, row, column }) => {
                 write!(formatter, "tile level {level} row {row} column {column}")?;
             }
-            Record::ResidentLevel(level) => write!(formatter, "resident level {level}")?,
+            TileRecord::ResidentLevel(level) => write!(formatter, "resident level {level}")?,
         }
         write!(formatter, " at byte {}: {}", self.offset, self.reason)
     }
@@ -67,14 +67,16 @@ pub fn verify(path: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Report, Ti
         .into_par_iter()
         .map_init(
             || vec![0; layout.record_bytes()],
-            |bytes, index| check(Record::Tile(layout.tile(index)), layout.record_offset(index), bytes, index),
+            |bytes, index| {
+                check(TileRecord::Tile(layout.tile(index)), layout.record_offset(index), bytes, index)
+            },
         )
         .flatten()
         .collect();
     for level in pyramid.first_resident_level()..=pyramid.coarsest_level() {
         let mut bytes = vec![0; layout.resident_record_bytes(level)];
         let (offset, entry) = (layout.resident_offset(level), layout.resident_entry(level));
-        bad.extend(check(Record::ResidentLevel(level), offset, &mut bytes, entry));
+        bad.extend(check(TileRecord::ResidentLevel(level), offset, &mut bytes, entry));
     }
     Ok(Report { layout, bad })
 }

@@ -1,6 +1,6 @@
 //! The lists that baselines prepare, and the orders by meshoptimizer.
 
-use super::Baseline;
+use super::OrderBaseline;
 use super::skip::SkipList;
 use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
@@ -12,7 +12,7 @@ use std::collections::HashMap;
 /// A baseline with the data prepared for a mesh in
 /// [classical](crate::paper::progressive_mesh::order::classical) order, in which a face keeps its slot.
 pub struct Prepared {
-    baseline: Baseline,
+    baseline: OrderBaseline,
     /// Meshes of a discrete chain, coarsest first.
     chain: Vec<Vec<[u32; 3]>>,
     /// Skip lists, coarsest first.
@@ -32,20 +32,20 @@ impl Prepared {
     ///
     /// # Panics
     /// If the mesh has tswaps, or `space` does not have an entry for each vertex.
-    pub fn new(mesh: &ProgressiveMesh, baseline: Baseline, space: Vec<u32>) -> Prepared {
+    pub fn new(mesh: &ProgressiveMesh, baseline: OrderBaseline, space: Vec<u32>) -> Prepared {
         assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
         assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
         let (mut chain, mut skip, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
         match baseline {
-            Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => {}
-            Baseline::Compacted => ranks = full_ranks(mesh, &space),
-            Baseline::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
-            Baseline::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
+            OrderBaseline::Random | OrderBaseline::Reoptimised | OrderBaseline::ReoptimisedFifo => {}
+            OrderBaseline::Compacted => ranks = full_ranks(mesh, &space),
+            OrderBaseline::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
+            OrderBaseline::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
         }
         Prepared { baseline, chain, skip, ranks, space, levels: mesh.levels.clone() }
     }
 
-    pub fn baseline(&self) -> Baseline {
+    pub fn baseline(&self) -> OrderBaseline {
         self.baseline
     }
 
@@ -54,12 +54,12 @@ impl Prepared {
         let vertices = self.space.len();
         let live = || in_space(live, &self.space);
         match self.baseline {
-            Baseline::Random => shuffled(live(), u64::from(level)),
-            Baseline::Reoptimised => lru_order(&live(), vertices),
-            Baseline::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
-            Baseline::Compacted => self.ranked(&live()),
-            Baseline::SkipLists { .. } => self.skip_list_at(level),
-            Baseline::Discrete { .. } => self.chain[self.simplified(live().len())].clone(),
+            OrderBaseline::Random => shuffled(live(), u64::from(level)),
+            OrderBaseline::Reoptimised => lru_order(&live(), vertices),
+            OrderBaseline::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
+            OrderBaseline::Compacted => self.ranked(&live()),
+            OrderBaseline::SkipLists { .. } => self.skip_list_at(level),
+            OrderBaseline::Discrete { .. } => self.chain[self.simplified(live().len())].clone(),
         }
     }
 

@@ -22,7 +22,7 @@ pub use skip::SkipList;
 
 /// A method other than the paper's to draw a mesh at a level of detail.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Baseline {
+pub enum OrderBaseline {
     /// The live faces in random order: almost no reuse.
     Random,
     /// The live faces, reordered at every level by meshoptimizer's general optimizer.
@@ -44,30 +44,30 @@ pub enum Baseline {
 }
 
 /// The baselines that figures show.
-pub const BASELINES: [Baseline; 6] = [
-    Baseline::Random,
-    Baseline::Reoptimised,
-    Baseline::ReoptimisedFifo,
-    Baseline::Compacted,
-    Baseline::SkipLists { ratio: 0.707 },
-    Baseline::Discrete { ratio: 0.5 },
+pub const BASELINES: [OrderBaseline; 6] = [
+    OrderBaseline::Random,
+    OrderBaseline::Reoptimised,
+    OrderBaseline::ReoptimisedFifo,
+    OrderBaseline::Compacted,
+    OrderBaseline::SkipLists { ratio: 0.707 },
+    OrderBaseline::Discrete { ratio: 0.5 },
 ];
 
-impl Baseline {
+impl OrderBaseline {
     /// The baseline of an order; `None` for orders made of splits and tswaps.
-    pub fn of(order: FaceOrder) -> Option<Baseline> {
+    pub fn of(order: FaceOrder) -> Option<OrderBaseline> {
         BASELINES.into_iter().find(|baseline| baseline.order() == order)
     }
 
     /// The order that selects this baseline in scenes, and its name in figures.
     pub const fn order(self) -> FaceOrder {
         match self {
-            Baseline::Random => FaceOrder::Random,
-            Baseline::Reoptimised => FaceOrder::ReOptimised,
-            Baseline::ReoptimisedFifo => FaceOrder::ReOptimisedFifo,
-            Baseline::Compacted => FaceOrder::Compacted,
-            Baseline::SkipLists { .. } => FaceOrder::SkipLists,
-            Baseline::Discrete { .. } => FaceOrder::Discrete,
+            OrderBaseline::Random => FaceOrder::Random,
+            OrderBaseline::Reoptimised => FaceOrder::ReOptimised,
+            OrderBaseline::ReoptimisedFifo => FaceOrder::ReOptimisedFifo,
+            OrderBaseline::Compacted => FaceOrder::Compacted,
+            OrderBaseline::SkipLists { .. } => FaceOrder::SkipLists,
+            OrderBaseline::Discrete { .. } => FaceOrder::Discrete,
         }
     }
 
@@ -96,7 +96,7 @@ pub struct BaselineCosts {
 /// If the mesh has tswaps, or a level is beyond its last.
 pub fn baseline_costs(
     mesh: &ProgressiveMesh,
-    baseline: Baseline,
+    baseline: OrderBaseline,
     caches: &[Cache],
     levels: &[u32],
 ) -> BaselineCosts {
@@ -120,14 +120,14 @@ pub fn baseline_costs(
     let full_bytes = 3 * index.bytes() * mesh.faces.len() as u64;
     let (copied, list_bytes) = match baseline {
         // All faces are rewritten at every level.
-        Baseline::Random | Baseline::Reoptimised | Baseline::ReoptimisedFifo => {
+        OrderBaseline::Random | OrderBaseline::Reoptimised | OrderBaseline::ReoptimisedFifo => {
             (faces_of_all_levels, full_bytes)
         }
         // All faces are rewritten here, too. The memory also has the list that the pass reads.
-        Baseline::Compacted => (faces_of_all_levels, 2 * full_bytes),
+        OrderBaseline::Compacted => (faces_of_all_levels, 2 * full_bytes),
         // On the way through all levels each list is copied once, when its first level is reached.
-        Baseline::SkipLists { .. } => (prepared.listed_faces(), prepared.list_bytes(index)),
-        Baseline::Discrete { .. } => (0, prepared.list_bytes(index)),
+        OrderBaseline::SkipLists { .. } => (prepared.listed_faces(), prepared.list_bytes(index)),
+        OrderBaseline::Discrete { .. } => (0, prepared.list_bytes(index)),
     };
     let traffic = drawn.iter().map(|(_, traffic)| traffic).sum::<f64>() / drawn.len() as f64;
     BaselineCosts { costs, copied_per_split: copied as f64 / last, list_bytes, traffic }
@@ -145,7 +145,7 @@ mod tests {
         let levels: Vec<u32> = (0..=8).map(|n| n * mesh.last_level() / 8).collect();
         let mut costs = Vec::new();
         for baseline in BASELINES {
-            assert_eq!(Baseline::of(baseline.order()), Some(baseline));
+            assert_eq!(OrderBaseline::of(baseline.order()), Some(baseline));
             let prepared = Prepared::new(&mesh, baseline, mesh.vertices.welded.clone());
             for &level in &levels {
                 let live = live_faces(&mesh, level);
@@ -161,7 +161,7 @@ mod tests {
                 let mut wanted: Vec<_> = live_faces(&mesh, level).iter().map(key).collect();
                 found.sort_unstable();
                 wanted.sort_unstable();
-                if !matches!(baseline, Baseline::Discrete { .. }) {
+                if !matches!(baseline, OrderBaseline::Discrete { .. }) {
                     assert_eq!(found, wanted, "{} at level {level}", baseline.name());
                 }
                 assert!(found.len() >= live, "{} at level {level}", baseline.name());

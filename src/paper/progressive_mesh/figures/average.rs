@@ -1,6 +1,6 @@
 //! pm.average: the paper's measure, the mean over all levels, and the cost of executing each order.
 
-use super::super::baselines::{BASELINES, Baseline, baseline_costs};
+use super::super::baselines::{BASELINES, OrderBaseline, baseline_costs};
 use super::super::cache::{CACHES, Cache, LevelCosts, costs_of, live_faces, lower_bound, sampled_levels};
 use super::super::mesh::ProgressiveMesh;
 use super::super::order::OrderOptions;
@@ -151,7 +151,7 @@ pub const AVERAGE: Figure = Figure {
             &[
                 Test::value(one(BATCHES, IN_PLACE_23), AtMost(1.70)),
                 Test::value(one(BATCHES, IN_PLACE_10), AtMost(1.70)),
-                Test::ratio(one(BATCHES, IN_PLACE_23), one(BATCHES, Baseline::Compacted.name()), AtMost(1.0)),
+                Test::ratio(one(BATCHES, IN_PLACE_23), one(BATCHES, OrderBaseline::Compacted.name()), AtMost(1.0)),
                 Test::ratio(
                     one(BATCHES, IN_PLACE_23),
                     one(BATCHES, FaceOrder::SkipLists.name()),
@@ -278,5 +278,7 @@ fn made_for_each_size(model: &Model, collapses: &Collapses, levels: &[u32]) -> V
 }
 
 fn re_optimised() -> Vec<String> {
-    [Baseline::Reoptimised, Baseline::ReoptimisedFifo].map(|baseline| baseline.name().to_string()).into()
+    [OrderBaseline::Reoptimised, OrderBaseline::ReoptimisedFifo]
+        .map(|baseline| baseline.name().to_string())
+        .into()
 }

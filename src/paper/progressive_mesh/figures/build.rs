@@ -162,7 +162,7 @@ fn build_of_report(report: &serde_json::Value, again: f64) -> Option<Build> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Machine, Record, Table, Verdict};
+    use crate::figure::{Machine, Table, TableRecord, Verdict};
 
     #[test]
     fn a_report_without_a_step_is_no_build() {
@@ -180,7 +180,7 @@ mod tests {
         let rows = |name: &str| rows_of(name, &[build(whole).unwrap(), build(whole).unwrap()]);
         assert_eq!((rows(WHOLE).len(), rows(FAST).len()), (8, 3));
         let table = |rows: Vec<Row>| {
-            let cell = |row| Record { scene: "dragon".into(), x: Some(871_414.0), row };
+            let cell = |row| TableRecord { scene: "dragon".into(), x: Some(871_414.0), row };
             let machine = Machine { device_kind: "cpu".into(), ..Machine::default() };
             Table { machine, records: rows.into_iter().map(cell).collect(), lost: Vec::new() }
         };

@@ -1,7 +1,7 @@
 //! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
 //! skip lists take only 44 to 63 % of this memory, so comparing them at that ratio would be unfair to them.
 
-use super::super::baselines::{Baseline, Prepared, baseline_costs};
+use super::super::baselines::{OrderBaseline, Prepared, baseline_costs};
 use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::run::Program;
@@ -45,7 +45,7 @@ pub fn rows(
 fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let index = IndexType::of_vertices(plain.vertices.positions.len());
     let lists = |ratio| {
-        let baseline = Baseline::SkipLists { ratio };
+        let baseline = OrderBaseline::SkipLists { ratio };
         let prepared = Prepared::new(plain, baseline, plain.vertices.welded.clone());
         (prepared.list_bytes(index) as f64, prepared.listed_faces() as f64)
     };
@@ -58,7 +58,7 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     while lists(ratio).0 > most_bytes {
         ratio -= 0.002;
     }
-    let found = baseline_costs(plain, Baseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
+    let found = baseline_costs(plain, OrderBaseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
     [
         number(name, FIFO_16, "transforms per vertex", found.costs[0].mean()),
         number(name, MOVED, "faces", found.copied_per_split),

@@ -8,7 +8,7 @@ use crate::paper::progressive_mesh::governor::{Budget, Rule};
 use crate::paper::progressive_mesh::{
     FrameRecord, LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes, load,
 };
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::Path;
 use crate::stats::{Summary, median};
@@ -120,7 +120,7 @@ impl Walk<'_> {
     /// The frames of one walk with each of `budgets`. The budgets alternate frame by frame.
     fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<FrameRecord>>> {
         let path: &Path = self.scene.path(self.path)?;
-        let own = ProgressiveMeshSettings::of_scene(&self.scene, Target::Srgb8)?;
+        let own = ProgressiveMeshSettings::of_scene(&self.scene, PixelFormat::Srgb8)?;
         let session = |held: &Option<(Budget, Rule)>| {
             let (budget, rule) = held.unzip();
             let settings =

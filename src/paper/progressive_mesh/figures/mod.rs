@@ -23,7 +23,7 @@ mod texture;
 use crate::figure::{Bench, Figure};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use anyhow::Context;
 
@@ -58,7 +58,7 @@ fn session(
     scene: &Scene,
     change: impl FnOnce(&mut ProgressiveMeshSettings),
 ) -> anyhow::Result<Run<ProgressiveMeshes>> {
-    let mut settings = ProgressiveMeshSettings::of_scene(scene, Target::Srgb8)?;
+    let mut settings = ProgressiveMeshSettings::of_scene(scene, PixelFormat::Srgb8)?;
     settings.size = bench.effort_of([320, 180], [1280, 720]);
     change(&mut settings);
     let gpu = bench.gpu(&[])?;

@@ -16,7 +16,7 @@ pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
 pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
 /// The name of an order, and its options; `None` for the classical order.
-pub type Named = (&'static str, Option<OrderOptions>);
+pub type NamedOrder = (&'static str, Option<OrderOptions>);
 
 pub const CLASSICAL: &str = FaceOrder::Classical.name();
 pub const PAPER: &str = FaceOrder::Paper.name();
@@ -26,7 +26,7 @@ pub const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
 pub const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
 
 /// The orders that draw a prefix of one buffer at every level.
-pub const ORDERS: [Named; 6] = [
+pub const ORDERS: [NamedOrder; 6] = [
     named(FaceOrder::Classical),
     named(FaceOrder::Paper),
     named(FaceOrder::Tail23),
@@ -40,7 +40,7 @@ pub const FIFO_16: &str = "FIFO-16";
 pub const MOVED: &str = "faces moved or copied per split";
 pub const DRAWN: &str = "faces drawn per live face";
 
-const fn named(order: FaceOrder) -> Named {
+const fn named(order: FaceOrder) -> NamedOrder {
     (order.name(), OrderOptions::of(order))
 }
 

@@ -6,7 +6,7 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
 use crate::stats::Summary;
 use anyhow::Context;
@@ -133,7 +133,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let pose = scene.camera(eye)?.pose();
         let fine = |settings: &mut ProgressiveMeshSettings| {
             settings.size = settings.size.map(|side| side * SAMPLES);
-            settings.target = Target::Linear32;
+            settings.target = PixelFormat::Linear32;
         };
         let mut session = session(bench, &scene, fine)?;
         if full.is_empty() {

@@ -19,7 +19,7 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::math::camera::Pose;
 use crate::model;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::scene::Scene;
 use crate::vk::Gpu;
@@ -219,7 +219,7 @@ impl Stage {
             gpu: bench.gpu(&[])?,
             settings: ProgressiveMeshSettings {
                 size: size.map(|side| side * SAMPLES),
-                ..ProgressiveMeshSettings::of_scene(&scene, Target::Linear32)?
+                ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Linear32)?
             },
             stands: stands(&scene, &surface),
             surface,

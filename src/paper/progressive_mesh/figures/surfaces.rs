@@ -7,14 +7,18 @@ use glam::DVec3;
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 
 /// The result of `meshopt_simplify`.
-pub struct Baseline {
+pub struct MeshoptSurface {
     pub faces: Vec<[u32; 3]>,
     /// Its stated error, in object units.
     pub stated: f64,
 }
 
 /// `meshopt_simplify` without options; only the target limits it.
-pub fn baseline(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) -> anyhow::Result<Baseline> {
+pub fn baseline(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    target_faces: usize,
+) -> anyhow::Result<MeshoptSurface> {
     let floats: Vec<[f32; 3]> = positions.iter().map(|p| p.as_vec3().to_array()).collect();
     let vertices = VertexDataAdapter::new(bytemuck::cast_slice(&floats), size_of::<[f32; 3]>(), 0)
         .context("meshoptimizer rejects the vertices")?;
@@ -22,7 +26,7 @@ pub fn baseline(positions: &[DVec3], faces: &[[u32; 3]], target_faces: usize) ->
     let mut stated = 0.0_f32;
     let indices = faces.as_flattened();
     let left = meshopt::simplify(indices, &vertices, target_faces * 3, f32::MAX, options, Some(&mut stated));
-    Ok(Baseline { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
+    Ok(MeshoptSurface { faces: left.as_chunks().0.to_vec(), stated: f64::from(stated) })
 }
 
 /// The origin and unit of measurements: the box of the positions that a surface's faces use.

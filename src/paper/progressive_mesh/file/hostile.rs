@@ -3,7 +3,7 @@
 use super::super::mesh::{Level, ProgressiveMesh, Swaps, Vertices};
 use super::live::{Live, RingFace};
 use super::tests::{Random, reseal};
-use super::{CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Flaw, HEADER_BYTES};
+use super::{CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, FileFlaw, HEADER_BYTES};
 use crate::math::ragged::Ragged;
 
 /// `faces` faces that share only vertex 0, and one further level for each of `levels`: (number of splits,
@@ -52,7 +52,10 @@ fn a_hub_that_moves_from_vertex_to_vertex_costs_bytes() {
     bytes[56..64].copy_from_slice(&length.to_le_bytes());
     reseal(&mut bytes);
     let what = "more corners change than its bytes can hold";
-    assert_eq!(ProgressiveMesh::from_bytes(&bytes), Err(Flaw::Chunk { chunk: 1, offset: last as u64, what }));
+    assert_eq!(
+        ProgressiveMesh::from_bytes(&bytes),
+        Err(FileFlaw::Chunk { chunk: 1, offset: last as u64, what })
+    );
 }
 
 #[test]

@@ -15,7 +15,7 @@ const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
 /// Why a payload is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Fault(pub &'static str);
+pub(super) struct LevelFault(pub &'static str);
 
 /// The items of a chunk that are still to be coded, as declared by its head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub(super) struct Has {
 
 /// A new vertex, and the vertex that it replaces.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct LevelRow {
     pub new: u32,
     pub split: u32,
 }
@@ -74,7 +74,7 @@ impl<'a> Growing<'a> {
     }
 
     /// Codes the next level.
-    pub(super) fn level(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), Fault> {
+    pub(super) fn level(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), LevelFault> {
         let mut mark = coder.spent_bits();
         let mut spent = |coder: &_, sum: &mut f64| {
             let now = Coder::spent_bits(coder);
@@ -89,12 +89,12 @@ impl<'a> Growing<'a> {
             let split = if before.is_some() { self.split_vertex(coder, old.vertices)? } else { NOWHERE };
             self.live.add_vertex();
             if before.is_some() {
-                self.taken_faces(coder, Row { new, split }, &mut suggestions)?;
+                self.taken_faces(coder, LevelRow { new, split }, &mut suggestions)?;
             }
             spent(coder, &mut self.sizes.splits);
-            self.position(coder, Row { new, split })?;
+            self.position(coder, LevelRow { new, split })?;
             spent(coder, &mut self.sizes.positions);
-            self.attributes(coder, Row { new, split })?;
+            self.attributes(coder, LevelRow { new, split })?;
             spent(coder, &mut self.sizes.attributes);
         }
         suggestions.sort_by_key(|&(doubt, _)| doubt);
@@ -109,7 +109,7 @@ impl<'a> Growing<'a> {
         }
         spent(coder, &mut self.sizes.swaps);
         match coder.is_overrun() {
-            true => Err(Fault("its payload ends too early")),
+            true => Err(LevelFault("its payload ends too early")),
             false => Ok(()),
         }
     }
@@ -120,7 +120,7 @@ impl<'a> Growing<'a> {
         coder: &mut impl Coder,
         before: Option<Level>,
         left: &mut Left,
-    ) -> Result<Level, Fault> {
+    ) -> Result<Level, LevelFault> {
         let old = before.unwrap_or(Level { error: f32::MAX, ..Level::default() });
         let want = self.source.map_or(old, |source| source.levels[self.mesh.levels.len()]);
         let models = &mut self.models;
@@ -128,18 +128,19 @@ impl<'a> Growing<'a> {
         let faces = models.faces.code(coder, want.faces - old.faces);
         // Errors are non-negative and never rise, so their bits never rise either.
         let drop = models.error.code(coder, old.error.to_bits() - want.error.to_bits());
-        let error = old.error.to_bits().checked_sub(drop).ok_or(Fault("an error is negative"))?;
-        left.vertices = left.vertices.checked_sub(vertices).ok_or(Fault("more vertices than declared"))?;
-        left.faces = left.faces.checked_sub(faces).ok_or(Fault("more faces than declared"))?;
+        let error = old.error.to_bits().checked_sub(drop).ok_or(LevelFault("an error is negative"))?;
+        left.vertices =
+            left.vertices.checked_sub(vertices).ok_or(LevelFault("more vertices than declared"))?;
+        left.faces = left.faces.checked_sub(faces).ok_or(LevelFault("more faces than declared"))?;
         Ok(Level {
-            vertices: old.vertices.checked_add(vertices).ok_or(Fault("2^32 vertices"))?,
-            faces: old.faces.checked_add(faces).ok_or(Fault("2^32 faces"))?,
+            vertices: old.vertices.checked_add(vertices).ok_or(LevelFault("2^32 vertices"))?,
+            faces: old.faces.checked_add(faces).ok_or(LevelFault("2^32 faces"))?,
             error: f32::from_bits(error),
         })
     }
 
     /// Codes `splitVert` of the next vertex: one of the `old` vertices of the previous level.
-    fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, Fault> {
+    fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, LevelFault> {
         let want = self.source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
         let models = &mut self.models.splits;
         if coder.bit(&mut models.nowhere, want == Some(NOWHERE)) {
@@ -152,21 +153,21 @@ impl<'a> Growing<'a> {
             return near
                 .get(place as usize)
                 .copied()
-                .ok_or(Fault("a split names a neighbour that does not exist"));
+                .ok_or(LevelFault("a split names a neighbour that does not exist"));
         }
         let age = models.age.code(coder, old.wrapping_sub(1).wrapping_sub(want.unwrap_or(0)));
         old.checked_sub(1)
             .and_then(|youngest| youngest.checked_sub(age))
-            .ok_or(Fault("a split names a vertex that does not exist"))
+            .ok_or(LevelFault("a split names a vertex that does not exist"))
     }
 
     /// Codes the faces in which the vertex is replaced, and suggests new faces for the gap.
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
-        row: Row,
+        row: LevelRow,
         suggestions: &mut Vec<(u8, [u32; 3])>,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), LevelFault> {
         let slots = self.source.map(|source| source.splits.slots.row(self.mesh.splits.slots.len()));
         let ring = if row.split == NOWHERE { Vec::new() } else { self.live.ring(row.split) };
         let (mut changes, mut last) = (0, 2);
@@ -181,9 +182,9 @@ impl<'a> Growing<'a> {
         }
         let count = taken.iter().filter(|taken| **taken).count();
         let room = self.room.checked_sub(count as u64);
-        self.room = room.ok_or(Fault("more corners change than its bytes can hold"))?;
+        self.room = room.ok_or(LevelFault("more corners change than its bytes can hold"))?;
         if self.mesh.splits.slots.items().len() + count > u32::MAX as usize {
-            return Err(Fault("2^32 corners change"));
+            return Err(LevelFault("2^32 corners change"));
         }
         if suggestions.len() < ENOUGH_SUGGESTIONS {
             self.ends.clear(self.live.around.len());
@@ -209,7 +210,7 @@ impl<'a> Growing<'a> {
         suggestions: &[(u8, [u32; 3])],
         known: Option<&[([u32; 3], u32)]>,
         later: bool,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), LevelFault> {
         let want = self.source.map(|source| source.faces[self.mesh.faces.len()]);
         let models = &mut self.models.births;
         let found = want.zip(known).and_then(|(want, known)| {
@@ -236,13 +237,13 @@ impl<'a> Growing<'a> {
                 };
                 let corners = [corner(0), corner(1), corner(2)];
                 let [Some(a), Some(b), Some(c)] = corners else {
-                    return Err(Fault("a face has a corner that does not exist"));
+                    return Err(LevelFault("a face has a corner that does not exist"));
                 };
                 [a, b, c]
             }
         };
         if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
-            return Err(Fault("a face has the same corner twice"));
+            return Err(LevelFault("a face has the same corner twice"));
         }
         self.mesh.faces.push(corners);
         self.live.add_face(corners);
@@ -291,7 +292,7 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],
-    Row { new, split }: Row,
+    LevelRow { new, split }: LevelRow,
     ends: &mut Marks,
     suggestions: &mut Vec<(u8, [u32; 3])>,
 ) {

@@ -26,7 +26,7 @@ mod vertex;
 mod write;
 
 pub use models::Sizes;
-pub use read::{Flaw, PmeshError};
+pub use read::{FileFlaw, PmeshError};
 
 use super::mesh::{Births, ProgressiveMesh};
 use serde::Serialize;

@@ -5,14 +5,14 @@
 //! such faces and stores the index of the right suggestion. The cycles follow from the slots.
 
 use super::coder::Coder;
-use super::level::{Fault, Growing, Left};
+use super::level::{Growing, Left, LevelFault};
 use super::live::NONE;
 use super::models::SUGGESTIONS;
 use super::moving::Moving;
 
 impl Growing<'_> {
     /// Codes whether the level has a permutation, and the permutation.
-    pub(super) fn swaps(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), Fault> {
+    pub(super) fn swaps(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), LevelFault> {
         let level = self.mesh.levels.len() as u32 - 1;
         let at = self.mesh.swaps.levels.len();
         let swaps = self.source.map(|source| &source.swaps);
@@ -43,26 +43,26 @@ impl Growing<'_> {
         coder: &mut impl Coder,
         want: &[(u32, u32)],
         left: &mut Left,
-    ) -> Result<Vec<u32>, Fault> {
+    ) -> Result<Vec<u32>, LevelFault> {
         let models = &mut self.models.permutation;
         let count = models.moved.code(coder, want.len() as u32);
-        left.moved = left.moved.checked_sub(count).ok_or(Fault("more faces move than declared"))?;
+        left.moved = left.moved.checked_sub(count).ok_or(LevelFault("more faces move than declared"))?;
         if self.mesh.swaps.cycles.items().len() + count as usize > u32::MAX as usize {
-            return Err(Fault("2^32 faces move"));
+            return Err(LevelFault("2^32 faces move"));
         }
         let live = self.live.corners.len();
         let (mut slots, mut next) = (Vec::with_capacity(count as usize), 0_u32);
         for at in 0..count as usize {
             let gap = models.gap.code(coder, want.get(at).map_or(0, |(slot, _)| slot - next));
             let slot = next.checked_add(gap).filter(|&slot| (slot as usize) < live);
-            slots.push(slot.ok_or(Fault("a face moves to a slot that is not live"))?);
+            slots.push(slot.ok_or(LevelFault("a face moves to a slot that is not live"))?);
             next = slots[at] + 1;
         }
         Ok(slots)
     }
 
     /// Codes the face that each slot gets, as an index into the moving faces.
-    fn moved_faces(&mut self, coder: &mut impl Coder, want: &[(u32, u32)]) -> Result<Vec<u32>, Fault> {
+    fn moved_faces(&mut self, coder: &mut impl Coder, want: &[(u32, u32)]) -> Result<Vec<u32>, LevelFault> {
         let (moving, models) = (&mut self.moving, &mut self.models.permutation);
         let count = moving.slots.len();
         let (mut moved, mut lowest, mut was_first) = (Vec::with_capacity(count), 0, true);
@@ -86,7 +86,7 @@ impl Growing<'_> {
                     face.filter(|&face| face < count && !moving.is_placed(face))
                 }
             };
-            let face = face.ok_or(Fault("a moved face does not exist, or moves twice"))?;
+            let face = face.ok_or(LevelFault("a moved face does not exist, or moves twice"))?;
             moving.place(face);
             moved.push(face as u32);
         }
@@ -94,7 +94,7 @@ impl Growing<'_> {
     }
 
     /// Stores the permutation as the paper's cycles, each from its lowest slot.
-    fn push_cycles(&mut self, level: u32, moved: &[u32]) -> Result<(), Fault> {
+    fn push_cycles(&mut self, level: u32, moved: &[u32]) -> Result<(), LevelFault> {
         let (moving, live, swaps) = (&mut self.moving, &mut self.live, &mut self.mesh.swaps);
         // From here on, `at_slot` holds the slot from which each slot's face comes.
         for (&slot, &at) in moving.slots.iter().zip(moved) {
@@ -117,7 +117,7 @@ impl Growing<'_> {
             }
             match cycle.len() {
                 0 => {}
-                1 => return Err(Fault("a face moves to its own slot")),
+                1 => return Err(LevelFault("a face moves to its own slot")),
                 _ => swaps.cycles.push(cycle.drain(..)),
             }
         }

@@ -22,12 +22,12 @@ pub enum PmeshError {
     #[error("cannot read {path}: {source}")]
     Read { path: String, source: std::io::Error },
     #[error("{path}: {flaw}")]
-    Flaw { path: String, flaw: Flaw },
+    Flaw { path: String, flaw: FileFlaw },
 }
 
 /// What is wrong with the bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum Flaw {
+pub enum FileFlaw {
     #[error("not a .pmesh file; build one with `ortelius mesh build`")]
     NotPmesh,
     #[error(".pmesh version {0}; this program reads versions 1 to 3: build the file again")]
@@ -64,11 +64,11 @@ impl ProgressiveMesh {
     /// The mesh in the bytes of a `.pmesh` file, or in a prefix that includes the first chunk.
     ///
     /// # Errors
-    /// [`Flaw`]: the fault and its position.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Loaded, Flaw> {
+    /// [`FileFlaw`]: the fault and its position.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Loaded, FileFlaw> {
         let header = Header::parse(bytes)?;
         if let Some(longer) = (bytes.len() as u64).checked_sub(header.length).filter(|&longer| longer > 0) {
-            return Err(Flaw::Longer(longer));
+            return Err(FileFlaw::Longer(longer));
         }
         let mut growing = Growing::new(None, header.has);
         growing.mesh.vertices.centre = header.centre;
@@ -76,7 +76,7 @@ impl ProgressiveMesh {
         let (mut rest, mut chunks) = (&bytes[HEADER_BYTES..], 0);
         while chunks < header.whole.chunks {
             let offset = (bytes.len() - rest.len()) as u64;
-            let flaw = |what| Flaw::Chunk { chunk: chunks, offset, what };
+            let flaw = |what| FileFlaw::Chunk { chunk: chunks, offset, what };
             let Some((chunk, after)) = split_chunk(rest) else { break };
             if chunk_checksum(chunks, chunk) != checksum_of(&chunk[..CHUNK_HEAD_BYTES]) {
                 return Err(flaw("its checksum differs"));
@@ -87,7 +87,7 @@ impl ProgressiveMesh {
         let is_cut = (bytes.len() as u64) < header.length;
         if chunks < header.whole.chunks && !is_cut {
             let offset = (bytes.len() - rest.len()) as u64;
-            return Err(Flaw::Chunk { chunk: chunks, offset, what: "it ends beyond the file" });
+            return Err(FileFlaw::Chunk { chunk: chunks, offset, what: "it ends beyond the file" });
         }
         if chunks == 0 {
             return Err(no_base(bytes));
@@ -96,7 +96,7 @@ impl ProgressiveMesh {
     }
 }
 
-fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<Loaded, Flaw> {
+fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<Loaded, FileFlaw> {
     let (mesh, sizes, whole) = (growing.mesh, growing.sizes, header.whole);
     let read = Extent {
         levels: mesh.levels.len() as u32,
@@ -107,10 +107,10 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
     let is_cut = (bytes.len() as u64) < header.length;
     // All chunks together must match the header and fill the file; a part of them must do neither.
     if (read.chunks == whole.chunks) != (read == whole) || (read == whole) == is_cut {
-        return Err(Flaw::Header("its levels, vertices, faces or bytes differ from those of the chunks"));
+        return Err(FileFlaw::Header("its levels, vertices, faces or bytes differ from those of the chunks"));
     }
     if !is_cut && mesh.levels.last().is_none_or(|last| last.error != 0.0) {
-        return Err(Flaw::Header("the error of its last level is not 0"));
+        return Err(FileFlaw::Header("the error of its last level is not 0"));
     }
     let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
     let frame_bytes = bytes.len() as f64 - named;
@@ -119,11 +119,11 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
 
 /// The flaw of a file that ends before the coarsest level is complete. That level needs the header and the first
 /// chunk, whose head states the chunk's length.
-fn no_base(bytes: &[u8]) -> Flaw {
+fn no_base(bytes: &[u8]) -> FileFlaw {
     let head = bytes.get(HEADER_BYTES..HEADER_BYTES + CHUNK_HEAD_BYTES);
     let payload = head.map_or(0, |head| u64::from(u32_at(head, 0)));
     let needs = (HEADER_BYTES + CHUNK_HEAD_BYTES) as u64 + payload;
-    Flaw::NoBase { bytes: bytes.len() as u64, needs }
+    FileFlaw::NoBase { bytes: bytes.len() as u64, needs }
 }
 
 /// The first chunk of `bytes` and the rest; `None` if the chunk is incomplete.
@@ -165,23 +165,24 @@ struct Header {
 }
 
 impl Header {
-    fn parse(bytes: &[u8]) -> Result<Header, Flaw> {
+    fn parse(bytes: &[u8]) -> Result<Header, FileFlaw> {
         if bytes.is_empty() || !bytes.starts_with(&MAGIC[..bytes.len().min(MAGIC.len())]) {
-            return Err(Flaw::NotPmesh);
+            return Err(FileFlaw::NotPmesh);
         }
         let header = bytes.get(..HEADER_BYTES).ok_or_else(|| no_base(bytes))?;
         let version = u32_at(header, 8);
         if !(1..=3).contains(&version) {
-            return Err(Flaw::Version(version));
+            return Err(FileFlaw::Version(version));
         }
         if xxh3_64(&header[..HEADER_BYTES - 8]) != checksum_of(header) {
-            return Err(Flaw::Header("its checksum differs"));
+            return Err(FileFlaw::Header("its checksum differs"));
         }
         let (births, metric, attributes) = kinds(version, u32_at(header, 12));
-        let has = Has::of_flags(attributes).ok_or(Flaw::Header("attributes or flags of an unknown kind"))?;
+        let has =
+            Has::of_flags(attributes).ok_or(FileFlaw::Header("attributes or flags of an unknown kind"))?;
         let centre = DVec3::from_array(std::array::from_fn(|n| f64::from_bits(u64_at(header, 16 + 8 * n))));
         if !centre.is_finite() {
-            return Err(Flaw::Header("its centre is not finite"));
+            return Err(FileFlaw::Header("its centre is not finite"));
         }
         let [vertices, faces, levels, chunks] = std::array::from_fn(|n| u32_at(header, 40 + 4 * n));
         let whole = Extent { chunks, levels, vertices, faces };

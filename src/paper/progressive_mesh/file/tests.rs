@@ -6,7 +6,7 @@ use super::super::order::{OrderOptions, classical, order};
 use super::super::run::State;
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::write::chunk_checksum;
-use super::{CHUNK_HEAD_BYTES, Flaw, HEADER_BYTES, version};
+use super::{CHUNK_HEAD_BYTES, FileFlaw, HEADER_BYTES, version};
 use crate::math::ragged::Ragged;
 use crate::model::named;
 use glam::DVec3;
@@ -214,7 +214,7 @@ fn a_file_keeps_the_metric_and_rejects_flags_that_its_version_does_not_have() {
             assert_eq!(u32::from(bytes[8]), if metric.is_some() { 3 } else { version(&old) });
             bytes[12] ^= if metric.is_some() { 1 << 5 } else { 1 << 3 };
             reseal(&mut bytes);
-            let flaw = Flaw::Header("attributes or flags of an unknown kind");
+            let flaw = FileFlaw::Header("attributes or flags of an unknown kind");
             assert_eq!(ProgressiveMesh::from_bytes(&bytes), Err(flaw));
         }
     }
@@ -237,8 +237,8 @@ fn the_beginning_of_a_file_is_a_coarser_mesh() {
                 }
                 last = levels;
             }
-            Err(Flaw::NotPmesh) => assert!(length < HEADER_BYTES),
-            Err(Flaw::NoBase { bytes, needs }) => {
+            Err(FileFlaw::NotPmesh) => assert!(length < HEADER_BYTES),
+            Err(FileFlaw::NoBase { bytes, needs }) => {
                 assert!(bytes == length as u64 && bytes < needs && last == 0)
             }
             Err(other) => panic!("{length} bytes: {other}"),
@@ -246,7 +246,7 @@ fn the_beginning_of_a_file_is_a_coarser_mesh() {
     }
     assert_eq!(kinds, contents.whole.chunks - 1, "each chunk except the last");
     let longer = [&*bytes, &[0]].concat();
-    assert_eq!(ProgressiveMesh::from_bytes(&longer), Err(Flaw::Longer(1)));
+    assert_eq!(ProgressiveMesh::from_bytes(&longer), Err(FileFlaw::Longer(1)));
 }
 
 #[test]
@@ -257,10 +257,10 @@ fn every_byte_is_checksummed() {
         damaged[at] ^= 1 << (at % 8);
         let flaw = ProgressiveMesh::from_bytes(&damaged).expect_err("a damaged byte was not detected");
         let where_it_is = match flaw {
-            Flaw::NotPmesh => 0..8,
-            Flaw::Version(_) => 8..12,
-            Flaw::Header(_) => 12..HEADER_BYTES,
-            Flaw::Chunk { offset, .. } => offset as usize..bytes.len(),
+            FileFlaw::NotPmesh => 0..8,
+            FileFlaw::Version(_) => 8..12,
+            FileFlaw::Header(_) => 12..HEADER_BYTES,
+            FileFlaw::Chunk { offset, .. } => offset as usize..bytes.len(),
             other => panic!("{other}"),
         };
         assert!(where_it_is.contains(&at), "byte {at} in {where_it_is:?}");

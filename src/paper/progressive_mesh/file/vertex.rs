@@ -4,22 +4,24 @@
 //! The coding is lossless. Floats map to integers in the same order, so that close floats are close integers.
 
 use super::coder::{Coder, Number};
-use super::level::{Fault, Growing, Row};
+use super::level::{Growing, LevelFault, LevelRow};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 
 impl Growing<'_> {
     /// Codes the first vertex with the same position; if there is none, codes the position.
-    pub(super) fn position(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
+    pub(super) fn position(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
         let vertices = self.source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
         // 0 if no earlier vertex has this position.
         let back = self.models.welded.code(coder, row.new - want);
-        let welded =
-            row.new.checked_sub(back).ok_or(Fault("a vertex is welded to a vertex that does not exist"))?;
+        let welded = row
+            .new
+            .checked_sub(back)
+            .ok_or(LevelFault("a vertex is welded to a vertex that does not exist"))?;
         let built = &mut self.mesh.vertices;
         let position = if back > 0 {
             if built.welded[welded as usize] != welded {
-                return Err(Fault("a vertex is welded to one that is not the first at its position"));
+                return Err(LevelFault("a vertex is welded to one that is not the first at its position"));
             }
             built.positions[welded as usize]
         } else {
@@ -33,7 +35,7 @@ impl Growing<'_> {
     }
 
     /// Codes the file's attributes.
-    pub(super) fn attributes(&mut self, coder: &mut impl Coder, row: Row) -> Result<(), Fault> {
+    pub(super) fn attributes(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
         let (has, new) = (self.has, row.new as usize);
         let want = self.source.map(|source| &source.vertices.attributes);
         let (built, models) = (&mut self.mesh.vertices.attributes, &mut self.models);
@@ -63,7 +65,7 @@ impl Growing<'_> {
 
 /// The prediction for a new vertex: the value of the vertex that it replaces, or of the previous vertex if it
 /// replaces none.
-fn predecessor<T: Copy + Default>(known: &[T], row: Row) -> T {
+fn predecessor<T: Copy + Default>(known: &[T], row: LevelRow) -> T {
     match row.split {
         NOWHERE => known.last().copied().unwrap_or_default(),
         split => known[split as usize],
@@ -76,14 +78,14 @@ fn floats<const N: usize>(
     models: &mut [Number; N],
     near: [f32; N],
     want: Option<[f32; N]>,
-) -> Result<[f32; N], Fault> {
+) -> Result<[f32; N], LevelFault> {
     let (mut found, want) = (near, want.unwrap_or(near));
     for at in 0..N {
         let step = rank(want[at]).wrapping_sub(rank(near[at])) as i32;
         let step = models[at].code_signed(coder, step);
         found[at] = of_rank(rank(near[at]).wrapping_add(step as u32));
         if !found[at].is_finite() {
-            return Err(Fault("a vertex has a number that is not finite"));
+            return Err(LevelFault("a vertex has a number that is not finite"));
         }
     }
     Ok(found)

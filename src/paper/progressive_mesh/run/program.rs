@@ -3,7 +3,7 @@
 use super::direct::Direct;
 use super::index::Index;
 use super::touched::WriteObserver;
-use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::check::MeshFlaw;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use crate::vk::IndexType;
 use std::ops::Range;
@@ -85,7 +85,7 @@ impl Program {
     ///
     /// # Errors
     /// As [`ProgressiveMesh::check`].
-    pub fn new(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
+    pub fn new(mesh: &ProgressiveMesh) -> Result<Program, MeshFlaw> {
         let mut program = match mesh.births {
             Births::InPlace => {
                 mesh.check()?;
@@ -97,7 +97,7 @@ impl Program {
         Ok(program)
     }
 
-    fn at_the_tail(mesh: &ProgressiveMesh) -> Result<Program, Flaw> {
+    fn at_the_tail(mesh: &ProgressiveMesh) -> Result<Program, MeshFlaw> {
         let mut corners = Corners::default();
         mesh.walk(|(word, up, down)| {
             corners.words.push(word);

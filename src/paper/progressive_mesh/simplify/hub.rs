@@ -1,6 +1,6 @@
 //! The one-ring of a position that may be collapsed: its edges, its faces, and the allowed collapses.
 
-use super::surface::{Corner, WorkingMesh};
+use super::surface::{HubCorner, WorkingMesh};
 
 /// An edge of the one-ring: from the hub to a neighbour.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +34,7 @@ const FEW: usize = 16;
 /// The neighbourhood of a position. The lists are reused from hub to hub.
 pub struct Hub {
     pub position: u32,
-    pub corners: Vec<Corner>,
+    pub corners: Vec<HubCorner>,
     pub edges: Vec<RingEdge>,
     /// The ends of the edges, stored contiguously.
     ends: Vec<u32>,
@@ -68,7 +68,7 @@ impl Hub {
         }
         self.turn += 1;
         for index in 0..self.corners.len() as u32 {
-            let Corner { a, b, .. } = self.corners[index as usize];
+            let HubCorner { a, b, .. } = self.corners[index as usize];
             let edge = self.edge_for(a);
             edge.faces += 1;
             edge.ahead = Some(index);
@@ -116,7 +116,7 @@ impl Hub {
 
     /// The wedges of the hub and of `end` in the face of a corner.
     fn wedges_along(&self, surface: &WorkingMesh, corner: u32, end: u32) -> [u32; 2] {
-        let Corner { face, index, a, .. } = self.corners[corner as usize];
+        let HubCorner { face, index, a, .. } = self.corners[corner as usize];
         let other = if a == end { (index + 1) % 3 } else { (index + 2) % 3 };
         [surface.wedge(face, index), surface.wedge(face, other)]
     }
@@ -208,7 +208,7 @@ impl Hub {
     }
 
     /// True if the face of a corner at another position does not touch the hub.
-    pub fn is_not(&self, corner: &Corner) -> bool {
+    pub fn is_not(&self, corner: &HubCorner) -> bool {
         corner.a != self.position && corner.b != self.position
     }
 

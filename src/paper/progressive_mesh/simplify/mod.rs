@@ -178,7 +178,7 @@ pub fn simplify(
     let mut sequence = sequence::Sequence::new(model, options, None);
     if options.effort == BuildEffort::Best {
         sequence.run(&mut |done, all| progress(done, 2 * all));
-        let pace = pace::Pace::of(sequence.log());
+        let pace = pace::DeviationKeys::of(sequence.log());
         sequence = sequence::Sequence::new(model, options, pace);
         sequence.run(&mut |done, all| progress(all + done, 2 * all));
     } else {

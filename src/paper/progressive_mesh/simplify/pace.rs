@@ -25,15 +25,15 @@ const SLOPES: [f64; 2] = [1.0, 6.0];
 
 /// An increasing function from deviation to key, piecewise linear in logarithms.
 #[derive(Clone, Debug)]
-pub struct Pace {
+pub struct DeviationKeys {
     /// (ln deviation, ln key), both increasing; at least two points.
     points: Vec<[f64; 2]>,
 }
 
-impl Pace {
+impl DeviationKeys {
     /// `log` holds, for each collapse of the first pass, the largest key so far and the deviation. `None` if
     /// it is too short.
-    pub fn of(log: &[[f64; 2]]) -> Option<Pace> {
+    pub fn of(log: &[[f64; 2]]) -> Option<DeviationKeys> {
         let mut points: Vec<[f64; 2]> = Vec::new();
         let mut rest = log;
         while rest.len() >= LEAST_WINDOW {
@@ -51,7 +51,7 @@ impl Pace {
                 }
             }
         }
-        (points.len() > 1).then_some(Pace { points })
+        (points.len() > 1).then_some(DeviationKeys { points })
     }
 
     /// The key of a deviation.
@@ -91,7 +91,7 @@ mod tests {
         let outlier = |n: usize| if n.is_multiple_of(10) { 100.0 } else { 1.0 };
         let log: Vec<[f64; 2]> =
             (0..1000).map(|n| [deviation(n).powi(3), deviation(n) * outlier(n)]).collect();
-        let pace = Pace::of(&log).unwrap();
+        let pace = DeviationKeys::of(&log).unwrap();
         for deviation in [1e-8, 1e-5, 1e-3, 1.0] {
             let key = pace.key(deviation);
             // The quantile lies up to half a window, 20 steps of 1 %, from the middle of its window.
@@ -104,9 +104,9 @@ mod tests {
     #[test]
     fn a_pace_never_falls_and_does_not_exist_without_deviations() {
         let log: Vec<[f64; 2]> = (0..400).map(|n| [f64::from(n), f64::from(n * 7919 % 401 + n)]).collect();
-        let pace = Pace::of(&log).unwrap();
+        let pace = DeviationKeys::of(&log).unwrap();
         let keys: Vec<f64> = (1..2000).map(|n| pace.key(f64::from(n))).collect();
         assert!(keys.is_sorted() && keys[0] < keys[1998]);
-        assert!(Pace::of(&[[1.0, 0.0]; 400]).is_none() && Pace::of(&log[..20]).is_none());
+        assert!(DeviationKeys::of(&[[1.0, 0.0]; 400]).is_none() && DeviationKeys::of(&log[..20]).is_none());
     }
 }

@@ -6,13 +6,13 @@ use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{Lists, squared_to_segment};
-use super::pace::Pace;
+use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
 use super::start::{Shading, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
-use super::surface::{Corner, Frame, WorkingMesh};
+use super::surface::{Frame, HubCorner, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::ErrorMetric;
@@ -63,7 +63,7 @@ pub struct Sequence<'a> {
     /// Faces left after each collapse.
     left: Vec<usize>,
     /// Set in the second pass.
-    pub(super) pace: Option<Pace>,
+    pub(super) pace: Option<DeviationKeys>,
     /// For each collapse the largest key so far and the deviation.
     log: Vec<[f64; 2]>,
     collapses: Collapses,
@@ -102,7 +102,7 @@ pub struct Near {
 }
 
 impl<'a> Sequence<'a> {
-    pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<Pace>) -> Sequence<'a> {
+    pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<DeviationKeys>) -> Sequence<'a> {
         let curve = Curve::of(model);
         let (mut surface, frame) = WorkingMesh::new(model, &curve);
         let positions = model.positions.len();
@@ -277,7 +277,7 @@ impl<'a> Sequence<'a> {
         self.worst = self.worst.max(deviation);
         let key = self.log.last().map_or(0.0, |last| last[0]);
         self.log.push([key.max(step.cost), deviation]);
-        let (gone, stay): (Vec<Corner>, Vec<Corner>) =
+        let (gone, stay): (Vec<HubCorner>, Vec<HubCorner>) =
             self.hub.corners.iter().partition(|x| x.a == end || x.b == end);
         gone.iter().for_each(|corner| self.surface.remove(corner.face));
         let choices = self.wedges.of(end);

@@ -13,7 +13,7 @@
 
 use super::sequence::{Near, Sequence};
 use super::start::nearest_wedge;
-use super::texture::Shown;
+use super::texture::ShownTexels;
 use std::f64::consts::PI;
 
 /// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes
@@ -60,7 +60,7 @@ impl Sequence<'_> {
     }
 
     /// What the new faces show at the point nearest to a vanished position.
-    fn shown(&self, near: &Near, target: impl Fn(u32) -> u32) -> Shown<'_> {
+    fn shown(&self, near: &Near, target: impl Fn(u32) -> u32) -> ShownTexels<'_> {
         let (_, index) = self.shape.nearest(near.point, near.corner);
         let (face, triangle) = &self.shape.new[index];
         let wedges = match index < self.shape.fan {
@@ -71,6 +71,6 @@ impl Sequence<'_> {
             }
             false => [0, 1, 2].map(|corner| self.surface.wedge(*face, corner)),
         };
-        Shown { wedges, weights: triangle.weights(near.point), triangle }
+        ShownTexels { wedges, weights: triangle.weights(near.point), triangle }
     }
 }

@@ -1,7 +1,7 @@
 //! The triangles around a hub, before a collapse and after it.
 
 use super::hub::Hub;
-use super::surface::{Corner, WorkingMesh};
+use super::surface::{HubCorner, WorkingMesh};
 use super::triangle::Triangle;
 use glam::DVec3;
 
@@ -36,7 +36,7 @@ impl CollapseShape {
         let point = surface.point(hub.position);
         self.old.clear();
         self.normals.clear();
-        for &Corner { face, a, b, .. } in &hub.corners {
+        for &HubCorner { face, a, b, .. } in &hub.corners {
             let (a, b) = (surface.point(a), surface.point(b));
             let cross = (a - point).cross(b - point);
             self.old.push(Triangle::with_cross([point, a, b], cross));

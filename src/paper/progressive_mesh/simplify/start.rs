@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::hub::{EdgeKind, Hub};
 use super::quadric::Quadric;
 use super::surface::WorkingMesh;
-use super::texture::Texture;
+use super::texture::TextureShift;
 use crate::model::Model;
 use glam::DVec3;
 
@@ -65,7 +65,7 @@ pub struct Shading {
     /// A third of the area of each position's faces in the model.
     pub areas: Vec<f64>,
     /// Set if the model has texture coordinates.
-    pub texture: Option<Texture>,
+    pub texture: Option<TextureShift>,
 }
 
 impl Shading {
@@ -91,7 +91,7 @@ impl Shading {
                 }
             }
         }
-        Shading { normals, areas, texture: Texture::of(model, surface) }
+        Shading { normals, areas, texture: TextureShift::of(model, surface) }
     }
 }
 

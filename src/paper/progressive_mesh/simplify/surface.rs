@@ -42,7 +42,7 @@ pub struct Frame {
 
 /// The corner of a live face at a hub, with the face's other two positions, counter-clockwise from the hub.
 #[derive(Clone, Copy, Debug)]
-pub struct Corner {
+pub struct HubCorner {
     pub face: u32,
     /// Which corner of the face is the hub.
     pub index: u8,
@@ -148,7 +148,7 @@ impl WorkingMesh {
     }
 
     /// The corners of live faces at a position, in unspecified order.
-    pub fn corners(&self, hub: u32) -> impl Iterator<Item = Corner> + Clone + '_ {
+    pub fn corners(&self, hub: u32) -> impl Iterator<Item = HubCorner> + Clone + '_ {
         let mut corner = self.first[hub as usize];
         std::iter::from_fn(move || {
             while corner != END {
@@ -157,7 +157,7 @@ impl WorkingMesh {
                 let positions = self.faces[face as usize];
                 if positions != GONE {
                     let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
-                    return Some(Corner { face, index: k as u8, a, b });
+                    return Some(HubCorner { face, index: k as u8, a, b });
                 }
             }
             None
@@ -165,7 +165,7 @@ impl WorkingMesh {
     }
 
     /// Like [`Self::corners`], into `corners`; also drops removed faces from the position's list.
-    pub fn gather(&mut self, hub: u32, corners: &mut Vec<Corner>) {
+    pub fn gather(&mut self, hub: u32, corners: &mut Vec<HubCorner>) {
         corners.clear();
         let mut corner = self.first[hub as usize];
         let mut last = END;
@@ -175,7 +175,7 @@ impl WorkingMesh {
             let positions = self.faces[face as usize];
             if positions != GONE {
                 let (a, b) = (positions[(k + 1) % 3], positions[(k + 2) % 3]);
-                corners.push(Corner { face, index: k as u8, a, b });
+                corners.push(HubCorner { face, index: k as u8, a, b });
                 last = corner;
             } else if last == END {
                 self.first[hub as usize] = following;
@@ -196,7 +196,7 @@ impl WorkingMesh {
 
     /// Replaces `hub` by `to` in all of the hub's faces, `corners`; none of them may contain `to`. `wedge` maps the
     /// hub's wedges to those of `to`.
-    pub fn replace(&mut self, hub: u32, to: u32, corners: &[Corner], mut wedge: impl FnMut(u32) -> u32) {
+    pub fn replace(&mut self, hub: u32, to: u32, corners: &[HubCorner], mut wedge: impl FnMut(u32) -> u32) {
         for corner in corners {
             let (face, index) = (corner.face as usize, corner.index as usize);
             assert!(self.faces[face][index] == hub && corner.a != to && corner.b != to);

@@ -18,16 +18,16 @@ const REGULAR: f64 = 1e-9;
 const FARTHEST_SQUARED: f64 = 12.0;
 
 /// The model's texture coordinates.
-pub struct Texture {
+pub struct TextureShift {
     /// Of each wedge.
     coordinates: Vec<DVec2>,
     /// For each wedge how the position changes with s and with t.
     slopes: Vec<[DVec3; 2]>,
 }
 
-impl Texture {
+impl TextureShift {
     /// `None` without texture coordinates. `surface` has all of the model's faces.
-    pub fn of(model: &Model, surface: &WorkingMesh) -> Option<Texture> {
+    pub fn of(model: &Model, surface: &WorkingMesh) -> Option<TextureShift> {
         let own = |st: &[f32; 2]| DVec2::from(st.map(f64::from));
         let coordinates: Vec<DVec2> = model.attributes.coordinates.iter().map(own).collect();
         if coordinates.is_empty() {
@@ -54,12 +54,12 @@ impl Texture {
             // A wedge whose faces show one texel has no slope.
             if trace > 0.0 { [column(inverse.x_axis), column(inverse.y_axis)] } else { [DVec3::ZERO; 2] }
         };
-        Some(Texture { slopes: squares.into_iter().zip(products).map(slope).collect(), coordinates })
+        Some(TextureShift { slopes: squares.into_iter().zip(products).map(slope).collect(), coordinates })
     }
 
     /// The squared distance from a point of a new face to where the model shows its texel. `point` is a vanished
     /// position near it, and `own` the wedges there.
-    pub fn squared_shift(&self, point: DVec3, own: &[u32], shown: &Shown) -> f64 {
+    pub fn squared_shift(&self, point: DVec3, own: &[u32], shown: &ShownTexels) -> f64 {
         // The weights of a thin face are those of a corner, which shows its own texel.
         if shown.triangle.is_thin() {
             return 0.0;
@@ -77,13 +77,13 @@ impl Texture {
 }
 
 /// A point of a face, from which attributes are interpolated.
-pub struct Shown<'a> {
+pub struct ShownTexels<'a> {
     pub wedges: [u32; 3],
     pub weights: [f64; 3],
     pub triangle: &'a Triangle,
 }
 
-impl Shown<'_> {
+impl ShownTexels<'_> {
     /// The mean of the wedges' values.
     pub fn mean<T: Sum + Mul<f64, Output = T>>(&self, value: impl Fn(u32) -> T) -> T {
         self.wedges.into_iter().zip(self.weights).map(|(wedge, weight)| value(wedge) * weight).sum()

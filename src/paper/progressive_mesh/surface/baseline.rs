@@ -10,7 +10,7 @@
 //!   drawn.
 
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, FaceCompaction};
-use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Program, Slices, TooMany};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, Result};
@@ -93,18 +93,18 @@ impl Baselines {
         gpu: &Gpu,
         mesh: &ProgressiveMesh,
         program: Arc<Program>,
-        baseline: Baseline,
+        baseline: OrderBaseline,
     ) -> Result<Baselines> {
         let every_vertex = (0..mesh.vertices.positions.len() as u32).collect();
         let prepared = Prepared::new(mesh, baseline, every_vertex);
         let compaction = match baseline {
-            Baseline::Compacted => {
+            OrderBaseline::Compacted => {
                 Some(Box::new(FaceCompaction::new(gpu, mesh, &prepared, program.index_type())?))
             }
             _ => None,
         };
         let (mut end, mut meshes) = (0, Vec::new());
-        if matches!(baseline, Baseline::Discrete { .. }) {
+        if matches!(baseline, OrderBaseline::Discrete { .. }) {
             for faces in prepared.lists() {
                 meshes.push(end);
                 end += faces.len() as u32;
@@ -147,7 +147,7 @@ impl Baselines {
         if self.compaction.is_some() {
             return Member { level, first: 0, drawn: live, shown: Shown::Elsewhere, stale: true };
         }
-        if let Baseline::SkipLists { .. } = self.prepared.baseline() {
+        if let OrderBaseline::SkipLists { .. } = self.prepared.baseline() {
             let (list, _) = self.prepared.skip_list(level);
             let faces = self.prepared.drawn(level, &[]);
             let drawn = faces.len() as u32;
@@ -326,21 +326,21 @@ impl Baselines {
     pub fn adds(&self) -> String {
         let name = self.prepared.baseline().name();
         let index = match self.prepared.baseline() {
-            Baseline::Discrete { .. } => self.program.index_type(),
+            OrderBaseline::Discrete { .. } => self.program.index_type(),
             // The host keeps its lists with 32 bits per index.
             _ => IndexType::U32,
         };
         let (lists, bytes) = (self.prepared.lists().len(), self.prepared.list_bytes(index));
         match self.prepared.baseline() {
-            Baseline::Compacted => {
+            OrderBaseline::Compacted => {
                 format!("{name}: a pass; the device stores a slot and three corners for each face")
             }
-            Baseline::Discrete { .. } => {
+            OrderBaseline::Discrete { .. } => {
                 format!(
                     "{name}: {lists} meshes of {bytes} bytes in total in the index buffer, shared by all instances"
                 )
             }
-            Baseline::SkipLists { .. } => {
+            OrderBaseline::SkipLists { .. } => {
                 format!(
                     "{name}: {lists} lists of {bytes} bytes in total on the host, and a copy of one list for each \
                      instance; a change to another list copies all of it"

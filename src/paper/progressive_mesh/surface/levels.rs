@@ -2,7 +2,7 @@
 
 use super::baseline::Baselines;
 use super::resident::Resident;
-use crate::paper::progressive_mesh::baselines::Baseline;
+use crate::paper::progressive_mesh::baselines::OrderBaseline;
 use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
@@ -73,7 +73,7 @@ impl Levels {
         indices: &str,
     ) -> Result<Levels, Error> {
         let limit = |error| limit(indices, error);
-        if let Some(baseline) = Baseline::of(surface.order) {
+        if let Some(baseline) = OrderBaseline::of(surface.order) {
             let mut baselines = Baselines::new(gpu, mesh, program, baseline)?;
             (0..count).try_for_each(|_| baselines.push()).map_err(limit)?;
             return Ok(Levels::Baseline(Box::new(baselines)));

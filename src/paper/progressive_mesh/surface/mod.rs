@@ -19,7 +19,7 @@ pub mod vertices;
 use crate::frame::{Draw, Shape, Slot, Stalled, View};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
-use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::check::MeshFlaw;
 use crate::paper::progressive_mesh::choices::Apply;
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
@@ -32,7 +32,7 @@ use crate::vk::{Buffer, Cmd, Error, Gpu, IndexRange};
 use glam::{DMat3, DVec3};
 use levels::{Levels, limit};
 use mapped::Mapped;
-use pace::Pace;
+use pace::ErrorPace;
 use std::sync::Arc;
 use thiserror::Error;
 use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
@@ -41,7 +41,7 @@ use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
 #[derive(Debug, Error)]
 pub enum SurfaceError {
     #[error("surface.{name}.geometry: {flaw}")]
-    Flaw { name: String, flaw: Flaw },
+    Flaw { name: String, flaw: MeshFlaw },
     #[error("surface {name}: {what}")]
     Untexturable { name: String, what: &'static str },
     #[error(transparent)]
@@ -66,7 +66,7 @@ pub struct MeshOnDevice {
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
     levels: Levels,
-    pace: Pace,
+    pace: ErrorPace,
     /// The governor's factor on the errors of the last frame.
     factor: f64,
     /// True if an instance in view has not reached its wanted error.
@@ -82,7 +82,7 @@ struct Member {
 
 /// What one frame changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Change {
+pub struct FrameChanges {
     pub instances_seen: usize,
     /// Drawn faces; for a baseline including degenerate ones.
     pub faces: u64,
@@ -134,14 +134,14 @@ impl MeshOnDevice {
             outgrown: None,
             members: stands.iter().map(member).collect(),
             levels,
-            pace: Pace::new(surface, program.levels()),
+            pace: ErrorPace::new(surface, program.levels()),
             factor: 1.0,
             arriving: false,
             program,
         })
     }
 
-    /// Brings the error of each visible instance to the wanted one, or as near to it as the [`Pace`] allows.
+    /// Brings the error of each visible instance to the wanted one, or as near to it as the [`ErrorPace`] allows.
     pub(super) fn follow(&mut self, view: &View) {
         let (pose, size) = (&view.pose, view.size);
         self.arriving = false;
@@ -171,8 +171,8 @@ impl MeshOnDevice {
         slot: Slot,
         factor: f64,
         upload: &mut impl FnMut(&[u8], u64),
-    ) -> Result<Change, Error> {
-        let mut change = Change::default();
+    ) -> Result<FrameChanges, Error> {
+        let mut change = FrameChanges::default();
         self.factor = factor;
         let MeshOnDevice { program, members, levels, pace, .. } = self;
         for (n, member) in members.iter().enumerate() {
@@ -198,14 +198,14 @@ impl MeshOnDevice {
         slot: Slot,
         (instance, level): (usize, u32),
         upload: &mut impl FnMut(&[u8], u64),
-    ) -> Result<Change, Error> {
+    ) -> Result<FrameChanges, Error> {
         let from = self.levels.level(instance);
         self.levels.go_to(instance, level).map_err(|error| limit(self.indices.name(), error))?;
-        Ok(Change {
+        Ok(FrameChanges {
             splits: u64::from(level.saturating_sub(from)),
             collapses: u64::from(from.saturating_sub(level)),
             upload_bytes: self.collect(gpu, slot, upload)?,
-            ..Change::default()
+            ..FrameChanges::default()
         })
     }
 
@@ -459,8 +459,8 @@ pub struct SurfaceMemory {
     pub device_indices: u64,
 }
 
-impl std::ops::AddAssign for Change {
-    fn add_assign(&mut self, other: Change) {
+impl std::ops::AddAssign for FrameChanges {
+    fn add_assign(&mut self, other: FrameChanges) {
         self.instances_seen += other.instances_seen;
         self.faces += other.faces;
         self.live_faces += other.live_faces;

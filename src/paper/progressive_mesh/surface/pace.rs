@@ -10,7 +10,7 @@ const OCTAVES_PER_FRAME: f64 = 1.0 / 16.0;
 
 /// How instances of one mesh follow the wanted error. Errors are in object units.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub struct ErrorPace {
     /// log2 of the errors beyond which a picture does not change.
     range: [f64; 2],
     octaves_per_frame: Option<f64>,
@@ -19,15 +19,15 @@ pub struct Pace {
     ahead: f64,
 }
 
-impl Pace {
-    pub fn new(surface: &ProgressiveSurface, levels: &[Level]) -> Pace {
+impl ErrorPace {
+    pub fn new(surface: &ProgressiveSurface, levels: &[Level]) -> ErrorPace {
         let ahead = if surface.geomorph { f64::from(MORPH_BAND_LOG2) } else { 0.0 };
         let of_geomorph = surface.geomorph.then_some(OCTAVES_PER_FRAME);
         let positive = levels.iter().rev().find(|level| level.error > 0.0);
         let range = positive.map_or([0.0; 2], |finest| {
             [f64::from(finest.error).log2() - 1.0, f64::from(levels[0].error).log2() + ahead + 1.0]
         });
-        Pace { range, octaves_per_frame: surface.octaves_per_frame.or(of_geomorph), ahead }
+        ErrorPace { range, octaves_per_frame: surface.octaves_per_frame.or(of_geomorph), ahead }
     }
 
     /// The error to show next: one step towards `wanted` from `before`, the error shown in the last frame. `None`: the
@@ -58,13 +58,13 @@ mod tests {
     use crate::scene::Scene;
 
     /// Levels with errors 16, 8, 4, 2, 1 and 0.
-    fn pace(changes: &[&str]) -> (Pace, Vec<Level>) {
+    fn pace(changes: &[&str]) -> (ErrorPace, Vec<Level>) {
         let changes: Vec<String> =
             changes.iter().map(|change| format!("surface.bunny.geometry.{change}")).collect();
         let surface = config::surface(&Scene::load_with("bunny", &changes).unwrap(), "bunny").unwrap();
         let errors = [16.0, 8.0, 4.0, 2.0, 1.0, 0.0];
         let levels: Vec<Level> = errors.map(|error| Level { error, ..Level::default() }).into();
-        (Pace::new(&surface, &levels), levels)
+        (ErrorPace::new(&surface, &levels), levels)
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Instances whose levels the device executes: the host knows their levels and slices, but not their faces.
 
-use crate::paper::progressive_mesh::apply::{Change, DeviceProgram};
+use crate::paper::progressive_mesh::apply::{DeviceProgram, LevelChange};
 use crate::paper::progressive_mesh::run::{Program, Slices, TooMany};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, Result};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub struct Resident {
     /// changes of level.
     moved: Vec<[u64; 3]>,
     born: Vec<[u64; 3]>,
-    changes: Vec<Change>,
+    changes: Vec<LevelChange>,
 }
 
 impl Resident {
@@ -91,7 +91,7 @@ impl Resident {
             self.born.push(self.bytes([old, first_slot + old], new - old));
         }
         self.levels[instance] = to;
-        self.changes.push(Change { first_slot, from, to });
+        self.changes.push(LevelChange { first_slot, from, to });
         Ok(())
     }
 

@@ -25,7 +25,7 @@ pub mod pass;
 pub mod reference;
 pub mod twin;
 
-use super::plane::{Plane, Tilt};
+use super::plane::{Tilt, TiltedPlane};
 use crate::math::splitmix::SplitMix64;
 
 /// Rows of pixels of a picture.
@@ -197,10 +197,10 @@ impl Derivatives {
 }
 
 /// Planes with pixels counted from the picture's first corner.
-impl Plane {
+impl TiltedPlane {
     /// A tilted and rolled plane with a vertical field of view of 10 degrees, scaled and moved so that the
     /// picture shows at most `0..=texels`.
-    pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> Plane {
+    pub fn tilted(size: [u32; 2], tilt_degrees: f64, roll_degrees: f64, texels: f64) -> TiltedPlane {
         let tilt = Tilt { roll_degrees, half_view_degrees: 5.0, ..Tilt::of(tilt_degrees) };
         let [x, y] = size.map(|side| 0.5 * f64::from(side));
         let moved = tilt.plane(size[1]).shifted([-x, -y]);
@@ -208,7 +208,7 @@ impl Plane {
     }
 
     /// A random plane whose coordinates stay within `-texels..=texels` and whose w varies up to tenfold.
-    pub fn random(seed: u64, size: [u32; 2], texels: f64) -> Plane {
+    pub fn random(seed: u64, size: [u32; 2], texels: f64) -> TiltedPlane {
         let mut random = SplitMix64(seed);
         let mut unit = || 2.0 * (random.draw() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
         let mut row = |constant: Option<f64>, steepest: f64| {
@@ -217,13 +217,13 @@ impl Plane {
             let [width, height] = size.map(f64::from);
             [x / width, y / height, centre - 0.5 * (x + y)]
         };
-        let plane = Plane([row(None, 2.0), row(None, 2.0), row(Some(1.0), 0.9)]);
+        let plane = TiltedPlane([row(None, 2.0), row(None, 2.0), row(Some(1.0), 0.9)]);
         plane.fitted(size, |low, high| (texels / low.abs().max(high.abs()), 0.0))
     }
 
     /// A random plane and a row near its horizon, where w is between 1/400 and 1/100 of that at the
     /// picture's centre and the larger coordinate reaches `texels`.
-    pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (Plane, u32) {
+    pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (TiltedPlane, u32) {
         let unit = |n| (SplitMix64::nth(seed, n) >> 11) as f64 / (1u64 << 53) as f64;
         let tilt =
             Tilt { yaw_degrees: 360.0 * unit(0), half_view_degrees: 30.0, ..Tilt::of(80.0 + 9.0 * unit(1)) };
@@ -234,16 +234,16 @@ impl Plane {
         // Turns the camera by less than a pixel, so that w is 1/200 at the row's middle and varies by half
         // of that.
         let centre = row + 0.5 - y;
-        let rolled = Plane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
+        let rolled = TiltedPlane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
         let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
         let factor = texels / ends.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
         let [u, v, w] = rolled.shifted([-x, -y]).0;
-        (Plane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
+        (TiltedPlane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
     }
 
     /// Scales u and v by the same factor and moves them. `place` gives (factor, origin) from their least
     /// and greatest values in the picture; the smaller factor is used.
-    fn fitted(self, size: [u32; 2], place: impl Fn(f64, f64) -> (f64, f64)) -> Plane {
+    fn fitted(self, size: [u32; 2], place: impl Fn(f64, f64) -> (f64, f64)) -> TiltedPlane {
         let [width, height] = size.map(f64::from);
         let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
         let placed = [0, 1].map(|axis| {
@@ -260,7 +260,7 @@ impl Plane {
             let moved = |c: usize| factor * (self.0[axis][c] - placed[axis].1 * w[c]);
             [moved(0), moved(1), moved(2)]
         };
-        Plane([row(0), row(1), w])
+        TiltedPlane([row(0), row(1), w])
     }
 
     /// The constants of a row of pixels, in f64.
@@ -298,21 +298,21 @@ mod tests {
     #[test]
     fn planes_have_their_documented_ranges() {
         let size = [1920, 1080];
-        let at = |plane: &Plane, x, y| reference::coordinates(plane, x, y);
+        let at = |plane: &TiltedPlane, x, y| reference::coordinates(plane, x, y);
         for seed in 0..50 {
-            let plane = Plane::random(seed, size, 8192.0);
+            let plane = TiltedPlane::random(seed, size, 8192.0);
             for corner in 0..4 {
                 let [x, y] = [f64::from(corner & 1) * 1920.0, f64::from(corner >> 1) * 1080.0];
                 assert!(at(&plane, x, y).iter().all(|texels| texels.abs() <= 8192.0001), "{seed}");
             }
         }
         for tilt in [0.0, 45.0, 84.0] {
-            let plane = Plane::tilted(size, tilt, 20.0, 2048.0);
+            let plane = TiltedPlane::tilted(size, tilt, 20.0, 2048.0);
             let (low, high) = (at(&plane, 0.0, 0.0), at(&plane, 1920.0, 1080.0));
             assert!([low, high].iter().flatten().all(|texels| (-0.001..2048.001).contains(texels)), "{tilt}");
         }
         for seed in 0..50 {
-            let (plane, row) = Plane::near_horizon(seed, size, 5e5);
+            let (plane, row) = TiltedPlane::near_horizon(seed, size, 5e5);
             let ends = [0.5, 1919.5].map(|x| (at(&plane, x, f64::from(row) + 0.5), x));
             let largest = ends.iter().flat_map(|(ends, _)| ends).fold(0.0, |most: f64, t| most.max(t.abs()));
             assert!((largest / 5e5 - 1.0).abs() < 0.01, "{seed}: {largest}");
@@ -323,8 +323,8 @@ mod tests {
             }
         }
         // Without tilt a pixel is a square.
-        let [a, d] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
-        let [b, e] = Plane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
+        let [a, d] = TiltedPlane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[x, _]| x);
+        let [b, e] = TiltedPlane::tilted(size, 0.0, 20.0, 2048.0).jacobian(3.0, 4.0).map(|[_, y]| y);
         let (right_angle, sides) = (a * b + d * e, [a.hypot(d), b.hypot(e)]);
         assert!(right_angle.abs() < 1e-12 && (sides[0] - sides[1]).abs() < 1e-12, "{a} {b} {d} {e}");
     }

@@ -1,6 +1,6 @@
 //! One form of the coordinates as a pass over a band of pixels.
 
-use super::{Band, Derivatives, Form, Plane, RowConstants, Walk, twin};
+use super::{Band, Derivatives, Form, RowConstants, TiltedPlane, Walk, twin};
 use crate::vk::shader::texture_mapping::{
     coordinates_band_vert, coordinates_comp, coordinates_frag, coordinates_integer_comp,
     coordinates_runs_comp, coordinates_varying_frag, coordinates_varying_vert,
@@ -70,7 +70,7 @@ fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
 }
 
 /// The set-up of a band's rows, in the layout of its form's shader.
-pub fn set_up(form: Form, plane: &Plane, band: Band) -> Vec<u32> {
+pub fn set_up(form: Form, plane: &TiltedPlane, band: Band) -> Vec<u32> {
     let [width, height] = band.size;
     let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();
     match form {
@@ -88,7 +88,7 @@ impl CoordinatesPass {
         gpu: &Gpu,
         form: Form,
         output: Output,
-        plane: &Plane,
+        plane: &TiltedPlane,
         band: Band,
         image_side: u32,
     ) -> Result<CoordinatesPass> {
@@ -130,7 +130,7 @@ impl CoordinatesPass {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn aim(&mut self, gpu: &Gpu, plane: &Plane, first_row: u32) -> Result<()> {
+    pub fn aim(&mut self, gpu: &Gpu, plane: &TiltedPlane, first_row: u32) -> Result<()> {
         let band = Band { size: self.push.size, first_row };
         self.rows = gpu.buffer_with("rows", &set_up(self.form, plane, band), BufferUse::Storage)?;
         self.push = PlaneBand { to_unit: self.push.to_unit, ..push(self.form, plane, band, 1) };
@@ -217,7 +217,7 @@ fn used<'a>(shader: &Shader, constants: &[(&'a str, u32)]) -> Vec<(&'a str, u32)
     constants.iter().copied().filter(|(name, _)| has(name)).collect()
 }
 
-fn push(form: Form, plane: &Plane, band: Band, image_side: u32) -> PlaneBand {
+fn push(form: Form, plane: &TiltedPlane, band: Band, image_side: u32) -> PlaneBand {
     let walk = walk_of(form);
     let run = if let Some(Walk::Restart(pixels)) = walk { pixels } else { 0 };
     let lanes = walk.map_or(0, |walk| walk.lanes(band.size[0]));

@@ -1,16 +1,16 @@
-//! Coordinates and the differences of formula (9) in f64, from their definitions. [`Plane::jacobian`] has the
+//! Coordinates and the differences of formula (9) in f64, from their definitions. [`TiltedPlane::jacobian`] has the
 //! derivatives.
 
-use super::Plane;
+use super::TiltedPlane;
 
 /// (u, v) in texels at a position in pixels.
-pub fn coordinates(plane: &Plane, x: f64, y: f64) -> [f64; 2] {
+pub fn coordinates(plane: &TiltedPlane, x: f64, y: f64) -> [f64; 2] {
     let [u, v, w] = plane.0.map(|[by_x, by_y, constant]| by_x * x + by_y * y + constant);
     [u / w, v / w]
 }
 
 /// `[[du/dx, du/dy], [dv/dx, dv/dy]]` by formula (9): the difference to the right and the lower neighbour.
-pub fn differences(plane: &Plane, x: f64, y: f64) -> [[f64; 2]; 2] {
+pub fn differences(plane: &TiltedPlane, x: f64, y: f64) -> [[f64; 2]; 2] {
     let [here, right, below] = [[x, y], [x + 1.0, y], [x, y + 1.0]].map(|[x, y]| coordinates(plane, x, y));
     [0, 1].map(|axis| [right[axis] - here[axis], below[axis] - here[axis]])
 }
@@ -23,7 +23,7 @@ mod tests {
     #[test]
     fn the_rows_constants_give_coordinates_and_both_derivatives() {
         for seed in 0..20 {
-            let plane = Plane::random(seed, [1920, 1080], 8192.0);
+            let plane = TiltedPlane::random(seed, [1920, 1080], 8192.0);
             for (column, row) in [(0u32, 0u32), (7, 1000), (1919, 3), (960, 540)] {
                 let (x, y, n) = (f64::from(column) + 0.5, f64::from(row) + 0.5, f64::from(column));
                 let constants = plane.row_constants(row);
@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn the_jacobians_determinant_is_that_of_the_homography_over_w_cubed() {
-        let plane = Plane::random(3, [1920, 1080], 8192.0);
+        let plane = TiltedPlane::random(3, [1920, 1080], 8192.0);
         let [[a, b, c], [d, e, f], [g, h, i]] = plane.0;
         let determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g);
         let (x, y) = (100.5, 900.5);

@@ -4,7 +4,7 @@
 //! the twins return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`] bounds
 //! the division's error.
 
-use super::{Plane, RowConstants, Walk};
+use super::{RowConstants, TiltedPlane, Walk};
 
 /// How a device rounds an `fma`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl Fma {
 }
 
 /// [`super::Form::Textbook`]: (u w, v w, w) at a pixel.
-pub fn textbook(plane: &Plane, column: u32, row: u32) -> [f32; 3] {
+pub fn textbook(plane: &TiltedPlane, column: u32, row: u32) -> [f32; 3] {
     let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
     plane.0.map(|row| {
         let [by_x, by_y, constant] = row.map(|c| c as f32);
@@ -34,7 +34,7 @@ pub fn textbook(plane: &Plane, column: u32, row: u32) -> [f32; 3] {
 }
 
 /// [`super::Form::TextbookBy`]: (u w, v w, w) at a pixel.
-pub fn textbook_by(plane: &Plane, column: u32, row: u32, fma: Fma) -> [f32; 3] {
+pub fn textbook_by(plane: &TiltedPlane, column: u32, row: u32, fma: Fma) -> [f32; 3] {
     let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
     plane.0.map(|row| {
         let [by_x, by_y, constant] = row.map(|c| c as f32);

@@ -3,10 +3,10 @@
 //! Coordinates and Jacobians are compared with the plane's in f64. The reference filter then takes the GPU's
 //! coordinates and Jacobian as its input, so that its result differs only by the filter's own rounding.
 
-use crate::paper::texture_mapping::method::{Method, Pixel};
+use crate::paper::texture_mapping::method::{Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::pass::Dumped;
-use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::paper::texture_mapping::reference;
 use crate::paper::texture_mapping::texels::Texels;
 
@@ -26,7 +26,7 @@ pub struct Agreement {
 pub fn compare(
     dumped: &[Dumped],
     method: &Method,
-    plane: &Plane,
+    plane: &TiltedPlane,
     size: [u32; 2],
     texels: &Texels,
     frame: u32,
@@ -56,21 +56,21 @@ fn terms(row: [f64; 3], [x, y]: [f64; 2]) -> f64 {
     (row[0] * x).abs() + (row[1] * y).abs() + row[2].abs()
 }
 
-fn denominator(plane: &Plane, [x, y]: [f64; 2]) -> f64 {
+fn denominator(plane: &TiltedPlane, [x, y]: [f64; 2]) -> f64 {
     let [g, h, i] = plane.0[2];
     g * x + h * y + i
 }
 
 /// True if rounding decides the sign of w.
-fn near_horizon(plane: &Plane, at: [f64; 2]) -> bool {
+fn near_horizon(plane: &TiltedPlane, at: [f64; 2]) -> bool {
     denominator(plane, at).abs() < 2f64.powi(-22) * terms(plane.0[2], at)
 }
 
 fn coordinates(
     agreement: &mut Agreement,
     place: &str,
-    pixel: &Pixel,
-    plane: &Plane,
+    pixel: &PixelCentre,
+    plane: &TiltedPlane,
     at: [f64; 2],
     centre: [f64; 2],
 ) {
@@ -98,7 +98,7 @@ fn value(
     agreement: &mut Agreement,
     place: &str,
     found: &Dumped,
-    pixel: &Pixel,
+    pixel: &PixelCentre,
     method: &Method,
     texels: &Texels,
     frame: u32,

@@ -7,7 +7,7 @@ use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::method::Coordinates;
-use crate::paper::texture_mapping::plane::{Plane, Tilt};
+use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::error::compare;
 use crate::reference::pattern::Pattern;
 use anyhow::Context;
@@ -91,7 +91,7 @@ fn others() -> Vec<String> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
     let size = size_of(cell.x.context("a sweep")?);
-    let plane: Plane = Tilt { roll_degrees: 20.0, ..Tilt::of(tilt) }.plane(size[1]);
+    let plane: TiltedPlane = Tilt { roll_degrees: 20.0, ..Tilt::of(tilt) }.plane(size[1]);
     let lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, size)?;
     let pass = |(name, form): (&str, Coordinates)| {
         Ok((name.to_string(), lab.pass_by(&PAPER_BY_LEVEL, form, &plane)?))

@@ -6,7 +6,7 @@ use crate::figure::claim::{Pick, Test, one};
 use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
-use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
 use anyhow::Context;
 use std::cell::RefCell;
@@ -166,7 +166,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
     let size = size_of(cell.x.context("a sweep")?);
     let band = Band { size, first_row: 0 };
-    let plane = Plane::tilted(size, tilt, 20.0, f64::from(SIDE));
+    let plane = TiltedPlane::tilted(size, tilt, 20.0, f64::from(SIDE));
     let gpu = bench.gpu(&[])?;
     let source = noise(&gpu, SIDE)?;
     let (mut rows, mut forms, mut methods) = (Vec::new(), Vec::new(), Vec::new());
@@ -195,7 +195,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// Time of the set-up on the host, in ms: the least of five runs.
-fn host_time(form: Form, plane: &Plane, band: Band) -> Row {
+fn host_time(form: Form, plane: &TiltedPlane, band: Band) -> Row {
     let words = RefCell::new(0);
     let run = |_| {
         let start = Instant::now();

@@ -6,7 +6,7 @@ use crate::figure::claim::{Pick, Places, Test, one};
 use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
-use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::stats::percentile;
 use crate::vk::{Error, Gpu, Image, Sampler};
 use anyhow::Context;
@@ -94,10 +94,10 @@ const fn plot(quantity: &'static str) -> Plot {
 }
 
 /// A plane of a scene and the first of its two rows.
-fn case(scene: &str, seed: u64, size: [u32; 2]) -> (Plane, u32) {
+fn case(scene: &str, seed: u64, size: [u32; 2]) -> (TiltedPlane, u32) {
     match scene {
-        HORIZON => Plane::near_horizon(seed, size, 5e5),
-        _ => (Plane::random(seed, size, 8192.0), (seed % 8) as u32 * size[1] / 8),
+        HORIZON => TiltedPlane::near_horizon(seed, size, 5e5),
+        _ => (TiltedPlane::random(seed, size, 8192.0), (seed % 8) as u32 * size[1] / 8),
     }
 }
 
@@ -137,7 +137,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// A method's exact derivatives at a position, and the largest absolute value of them.
-fn exact_derivatives(method: Derivatives, plane: &Plane, x: f64, y: f64) -> ([f64; 4], f64) {
+fn exact_derivatives(method: Derivatives, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
     let [[u_x, u_y], [v_x, v_y]] = match method {
         Derivatives::Analytic => plane.jacobian(x, y),
         _ => reference::differences(plane, x, y),
@@ -153,11 +153,11 @@ fn values(
     form: Form,
     output: Output,
     width: u32,
-    cases: &[(Plane, u32)],
+    cases: &[(TiltedPlane, u32)],
 ) -> crate::vk::Result<Vec<Vec<[f32; 4]>>> {
     let band = Band { size: [width, 2], first_row: 0 };
     let mut own = CoordinatesPass::new(gpu, form, output, &cases[0].0, band, 64)?;
-    let of_case = |(plane, first_row): &(Plane, u32)| {
+    let of_case = |(plane, first_row): &(TiltedPlane, u32)| {
         own.aim(gpu, plane, *first_row)?;
         let mut frame = gpu.frame()?;
         frame.pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
@@ -172,10 +172,10 @@ fn values(
 fn errors(
     found: &[Vec<[f32; 4]>],
     width: u32,
-    cases: &[(Plane, u32)],
-    exact: impl Fn(&Plane, f64, f64) -> ([f64; 4], f64),
+    cases: &[(TiltedPlane, u32)],
+    exact: impl Fn(&TiltedPlane, f64, f64) -> ([f64; 4], f64),
 ) -> Vec<f64> {
-    let of_case = |(pixels, (plane, first_row)): (&Vec<[f32; 4]>, &(Plane, u32))| {
+    let of_case = |(pixels, (plane, first_row)): (&Vec<[f32; 4]>, &(TiltedPlane, u32))| {
         let of_pixel = |(at, pixel): (usize, &[f32; 4])| {
             let (column, row) = (at as u32 % width, first_row + at as u32 / width);
             let (exact, scale) = exact(plane, f64::from(column) + 0.5, f64::from(row) + 0.5);

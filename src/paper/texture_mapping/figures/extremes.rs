@@ -1,15 +1,15 @@
 //! tm.extremes: planes on which filters fail.
 
 use super::agreement::{Agreement, compare_fragments};
-use super::lab::{FLOOR, GAUSSIAN, Lab, Shown, errors};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors};
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, RADIAL_64};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
-use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
-use crate::paper::texture_mapping::plane::{Plane, Tilt};
+use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::weight_map::WeightMap;
 use crate::reference::pattern::Pattern;
 
@@ -112,13 +112,13 @@ fn variants() -> Vec<(&'static str, Method)> {
         ("ellipse, radial map of 64, 8 bits", Ellipse::BEST.map(WeightMap { bits: 8, ..RADIAL_64 })),
     ];
     let baselines = [
-        ("trilinear", Baseline::Trilinear),
-        ("anisotropic 16", Baseline::Anisotropic(16)),
-        ("Feline 16", Baseline::Feline(16)),
-        ("Mavridis 5", Baseline::Mavridis(5)),
-        ("pbrt EWA", Baseline::Pbrt),
-        ("stochastic 16", Baseline::Stochastic(16)),
-        ("summed area", Baseline::SummedArea),
+        ("trilinear", FilterBaseline::Trilinear),
+        ("anisotropic 16", FilterBaseline::Anisotropic(16)),
+        ("Feline 16", FilterBaseline::Feline(16)),
+        ("Mavridis 5", FilterBaseline::Mavridis(5)),
+        ("pbrt EWA", FilterBaseline::Pbrt),
+        ("stochastic 16", FilterBaseline::Stochastic(16)),
+        ("summed area", FilterBaseline::SummedArea),
     ];
     let ellipses = ellipses.map(|(name, ellipse)| (name, Method::Ellipse(ellipse)));
     let baselines = baselines.map(|(name, baseline)| (name, Method::Baseline(baseline)));
@@ -131,18 +131,18 @@ fn with_k() -> Vec<String> {
     names.filter(|name| name.starts_with(OURS)).collect()
 }
 
-fn plane_of(scene: &str) -> Plane {
+fn plane_of(scene: &str) -> TiltedPlane {
     let turned = |tilt| Tilt { roll_degrees: 20.0, yaw_degrees: 35.0, ..Tilt::of(tilt) };
     match scene {
         "tilt-89.999" => turned(89.999).plane(SIZE[1]),
         "horizon" => Tilt { half_view_degrees: 20.0, ..turned(82.0) }.plane(SIZE[1]),
         // Pixel columns left of the middle have w < 0, except the last one: w = 0 at its centre.
-        "behind" => Plane([[1.0, 0.25, 3.0], [0.125, 1.0, 5.0], [0.25, 0.0, 0.125]]),
-        "rank-1" => Plane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]]),
+        "behind" => TiltedPlane([[1.0, 0.25, 3.0], [0.125, 1.0, 5.0], [0.25, 0.0, 0.125]]),
+        "rank-1" => TiltedPlane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]]),
         "magnified" => Tilt { texels_per_pixel: 0.02, ..turned(30.0) }.plane(SIZE[1]),
         "ratio-10000" => {
             let (sin, cos) = 0.6f64.sin_cos();
-            Plane([[1000.0 * cos, -0.1 * sin, 0.3], [1000.0 * sin, 0.1 * cos, 0.7], [0.0, 0.0, 1.0]])
+            TiltedPlane([[1000.0 * cos, -0.1 * sin, 0.3], [1000.0 * sin, 0.1 * cos, 0.7], [0.0, 0.0, 1.0]])
         }
         "overdraw-100" => OVERDRAWN.plane(SIZE[1]),
         "far" => Tilt { texels_per_pixel: 1e5, ..turned(60.0) }.plane(SIZE[1]),
@@ -185,7 +185,7 @@ fn agreement_rows(name: &str, found: &Agreement) -> [Row; 2] {
     ]
 }
 
-fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &Plane) -> anyhow::Result<Vec<Row>> {
+fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &TiltedPlane) -> anyhow::Result<Vec<Row>> {
     let dumped = lab.dumped(method, plane)?;
     let seen = || dumped.iter().filter(|pixel| pixel.pixel.is_some());
     let count = seen().filter(|pixel| broken(pixel.colour.iter())).count();
@@ -200,7 +200,7 @@ fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &Plane) -> anyhow:
     Ok(rows)
 }
 
-fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &Plane, shown: &Shown) -> Vec<Row> {
+fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &TiltedPlane, shown: &LabPicture) -> Vec<Row> {
     let means = lab.fragments(plane, spacing);
     let count = shown.picture.rgba.iter().filter(|pixel| broken(pixel.iter())).count();
     let hole = |(n, mean): &(usize, &Mean)| {

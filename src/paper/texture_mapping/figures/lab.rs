@@ -2,13 +2,13 @@
 
 use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Row, Timed};
-use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Coordinates, Ellipse, Method};
 use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, Polygons, reference};
 use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
-use crate::paper::texture_mapping::plane::{Plane, Tilt};
+use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::texels::Texels;
 use crate::picture::Picture;
 use crate::picture::error::compare_where;
@@ -51,12 +51,12 @@ pub enum LabPass {
     ObjectSpace {
         stages: Stages,
         spacing: f32,
-        prepared: RefCell<Vec<(Plane, Prepared)>>,
+        prepared: RefCell<Vec<(TiltedPlane, Prepared)>>,
     },
 }
 
 /// A picture and its cost.
-pub struct Shown {
+pub struct LabPicture {
     pub picture: Picture,
     /// Texels fetched per pixel, on average.
     pub fetched: f64,
@@ -113,33 +113,33 @@ impl Lab {
         &self,
         ellipse: &Ellipse,
         coordinates: Coordinates,
-        plane: &Plane,
+        plane: &TiltedPlane,
     ) -> anyhow::Result<LabPass> {
         let of = (plane, self.size);
         let pass = FilterPass::by(&self.gpu, ellipse, self.texels.coarsest(), coordinates, of, false)?;
         Ok(LabPass::Filter(Box::new(pass)))
     }
 
-    fn polygons(&self, plane: &Plane, spacing: f32) -> Polygons {
+    fn polygons(&self, plane: &TiltedPlane, spacing: f32) -> Polygons {
         Polygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.most_per_pixel)
     }
 
     /// The f64 reference of object-space texturing.
-    pub fn fragments(&self, plane: &Plane, spacing: f32) -> Vec<Mean> {
+    pub fn fragments(&self, plane: &TiltedPlane, spacing: f32) -> Vec<Mean> {
         reference::picture(&self.polygons(plane, spacing), spacing.into(), self.size, &self.texels)
     }
 
     /// The f64 truth of a plane.
-    pub fn truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
+    pub fn truth(&self, plane: &TiltedPlane, kernel: Kernel) -> Truth {
         self.supersampled(plane, kernel, Density::FINE)
     }
 
     /// As [`Lab::truth`], with bounded sampling for unbounded footprints.
-    pub fn coarse_truth(&self, plane: &Plane, kernel: Kernel) -> Truth {
+    pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: Kernel) -> Truth {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
     }
 
-    fn supersampled(&self, plane: &Plane, kernel: Kernel, density: Density) -> Truth {
+    fn supersampled(&self, plane: &TiltedPlane, kernel: Kernel, density: Density) -> Truth {
         let [middle_x, middle_y] = self.size.map(|side| f64::from(side) / 2.0);
         let surface = |x: f64, y: f64| plane.texels(x - middle_x, y - middle_y);
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
@@ -149,7 +149,7 @@ impl Lab {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn dumped(&self, method: &Method, plane: &Plane) -> anyhow::Result<Vec<Dumped>> {
+    pub fn dumped(&self, method: &Method, plane: &TiltedPlane) -> anyhow::Result<Vec<Dumped>> {
         let pass = FilterPass::new(&self.gpu, method, self.texels.coarsest(), true)?;
         let targets = Targets::new(&self.gpu, self.size, true)?;
         pass.run(&self.gpu, &self.uploaded, &targets, &push(plane, self.size, 0))?;
@@ -157,18 +157,18 @@ impl Lab {
     }
 
     /// Compares a method's pixels with the reference. `plane` must be rounded as for the shaders.
-    pub fn agreement(&self, dumped: &[Dumped], method: &Method, plane: &Plane) -> Agreement {
+    pub fn agreement(&self, dumped: &[Dumped], method: &Method, plane: &TiltedPlane) -> Agreement {
         compare(dumped, method, plane, self.size, &self.texels, 0)
     }
 
     /// # Errors
     /// Device lost, out of memory.
-    pub fn show(&self, pass: &LabPass, plane: &Plane, frame: u32) -> anyhow::Result<Shown> {
+    pub fn show(&self, pass: &LabPass, plane: &TiltedPlane, frame: u32) -> anyhow::Result<LabPicture> {
         self.run(pass, plane, frame)?;
         let mut rgba = self.targets.colours(&self.gpu)?;
         let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
         rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
-        Ok(Shown { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
+        Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
     /// The mean of the pictures of `frames` frames, which differ in their random numbers. The texels are those of one
@@ -176,7 +176,12 @@ impl Lab {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn accumulated(&self, pass: &LabPass, plane: &Plane, frames: u32) -> anyhow::Result<Shown> {
+    pub fn accumulated(
+        &self,
+        pass: &LabPass,
+        plane: &TiltedPlane,
+        frames: u32,
+    ) -> anyhow::Result<LabPicture> {
         let mut sum = self.show(pass, plane, 0)?;
         for frame in 1..frames {
             let next = self.show(pass, plane, frame)?.picture.rgba;
@@ -187,7 +192,7 @@ impl Lab {
         Ok(sum)
     }
 
-    fn run(&self, pass: &LabPass, plane: &Plane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {
+    fn run(&self, pass: &LabPass, plane: &TiltedPlane, frame: u32) -> crate::vk::Result<Vec<PassTime>> {
         let Lab { gpu, uploaded, targets, size, .. } = self;
         match pass {
             LabPass::Filter(pass) => pass.run(gpu, uploaded, targets, &push(plane, *size, frame)),
@@ -212,7 +217,7 @@ impl Lab {
         &self,
         bench: &Bench,
         methods: &[(String, Method)],
-        planes: &[Plane],
+        planes: &[TiltedPlane],
     ) -> anyhow::Result<Vec<Timed>> {
         let passes: Vec<(String, LabPass)> = methods
             .iter()
@@ -229,7 +234,7 @@ impl Lab {
         &self,
         bench: &Bench,
         passes: &[(String, LabPass)],
-        planes: &[Plane],
+        planes: &[TiltedPlane],
     ) -> anyhow::Result<Vec<Timed>> {
         let contenders = passes.iter().map(|(name, pass)| Contender {
             variant: name.to_string(),
@@ -258,7 +263,7 @@ impl Lab {
 pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
     let software = gpu.physical().kind == "cpu";
     match method {
-        Method::Baseline(Baseline::Hardware(_)) if name.starts_with(SOFTWARE_SAMPLER) != software => {
+        Method::Baseline(FilterBaseline::Hardware(_)) if name.starts_with(SOFTWARE_SAMPLER) != software => {
             Some(if software { NO_GPU_SAMPLER } else { "not a software device" })
         }
         _ => None,

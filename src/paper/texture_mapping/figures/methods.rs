@@ -1,7 +1,7 @@
 //! The methods that figures compare, by name.
 
 use super::lab::SOFTWARE_SAMPLER;
-use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
@@ -56,14 +56,16 @@ fn ellipses() -> Vec<(String, Method)> {
 }
 
 fn baselines() -> Vec<(String, Method)> {
-    let mut all = vec![("trilinear".to_string(), Baseline::Trilinear)];
-    all.extend([2, 4, 8, 16].map(|most| (format!("anisotropic {most}"), Baseline::Anisotropic(most))));
-    all.extend([2, 4, 8, 16].map(|most| (format!("GPU's anisotropic {most}"), Baseline::Hardware(most))));
-    all.push((SOFTWARE_SAMPLER.into(), Baseline::Hardware(16)));
-    all.extend([4, 8, 16].map(|most| (format!("Feline {most}"), Baseline::Feline(most))));
-    all.extend([3, 5, 7].map(|taps| (format!("Mavridis {taps}"), Baseline::Mavridis(taps))));
-    all.push(("pbrt EWA".into(), Baseline::Pbrt));
-    all.extend([1, 4, 16, 64].map(|n| (format!("stochastic {n}"), Baseline::Stochastic(n))));
-    all.push(("summed area".into(), Baseline::SummedArea));
+    let mut all = vec![("trilinear".to_string(), FilterBaseline::Trilinear)];
+    all.extend([2, 4, 8, 16].map(|most| (format!("anisotropic {most}"), FilterBaseline::Anisotropic(most))));
+    all.extend(
+        [2, 4, 8, 16].map(|most| (format!("GPU's anisotropic {most}"), FilterBaseline::Hardware(most))),
+    );
+    all.push((SOFTWARE_SAMPLER.into(), FilterBaseline::Hardware(16)));
+    all.extend([4, 8, 16].map(|most| (format!("Feline {most}"), FilterBaseline::Feline(most))));
+    all.extend([3, 5, 7].map(|taps| (format!("Mavridis {taps}"), FilterBaseline::Mavridis(taps))));
+    all.push(("pbrt EWA".into(), FilterBaseline::Pbrt));
+    all.extend([1, 4, 16, 64].map(|n| (format!("stochastic {n}"), FilterBaseline::Stochastic(n))));
+    all.push(("summed area".into(), FilterBaseline::SummedArea));
     all.into_iter().map(|(name, baseline)| (name, Method::Baseline(baseline))).collect()
 }

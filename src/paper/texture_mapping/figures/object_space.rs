@@ -4,12 +4,12 @@ use super::methods::{OBJECT_SPACE, PAPER_BY_LEVEL};
 use crate::figure::claim::{Better, Bound::Above, Bound::AtLeast, Bound::Equal, Bound::Within};
 use crate::figure::claim::{Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep};
-use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
 use crate::paper::texture_mapping::object_space::{Polygons, Triangle};
 use crate::paper::texture_mapping::pass::{FilterPass, Targets, Uploaded, push};
-use crate::paper::texture_mapping::plane::Plane;
+use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::paper::texture_mapping::texels::Texels;
 use crate::reference::pattern::Pattern;
 use crate::vk::Gpu;
@@ -117,8 +117,8 @@ fn filters() -> [(&'static str, Method); 4] {
     [
         (PAPERS_EWA, Method::Ellipse(PAPER_BY_LEVEL)),
         ("ellipse", Method::Ellipse(Ellipse::BEST)),
-        ("anisotropic 16", Method::Baseline(Baseline::Anisotropic(16))),
-        ("trilinear", Method::Baseline(Baseline::Trilinear)),
+        ("anisotropic 16", Method::Baseline(FilterBaseline::Anisotropic(16))),
+        ("trilinear", Method::Baseline(FilterBaseline::Trilinear)),
     ]
 }
 
@@ -164,7 +164,7 @@ impl Square {
             [f * g - d * i, a * i - c * g, c * d - a * f],
             [d * h - e * g, b * g - a * h, a * e - b * d],
         ];
-        let plane = Plane(adjugate.map(|row| row.map(|entry| entry / det)));
+        let plane = TiltedPlane(adjugate.map(|row| row.map(|entry| entry / det)));
         PlanePush { low: [0.0; 2], high: [self.side as f32; 2], ..push(&plane, size, 0) }
     }
 }

@@ -5,8 +5,8 @@ use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
 use crate::figure::claim::{Places, Test, one};
 use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
 use crate::paper::texture_mapping::relief::ReliefKind;
-use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, View, truth};
-use crate::paper::texture_mapping::relief::pass::Filtered;
+use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
+use crate::paper::texture_mapping::relief::pass::FilteredRelief;
 use anyhow::Context;
 
 pub const PARALLAX: Figure = Figure {
@@ -87,15 +87,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (relief, elevation_degrees) = (kind.relief(SIDE), cell.x.context("a sweep")?);
     let (columns, samples) = if bench.effort == Effort::Quick { (256, 24) } else { (1024, 48) };
     let colours = relief.colours();
-    let view = View { elevation_degrees, columns, pixel: f64::from(PIXEL) };
-    let period = View { columns: SIDE as u32 / PIXEL, ..view };
+    let view = ParallaxView { elevation_degrees, columns, pixel: f64::from(PIXEL) };
+    let period = ParallaxView { columns: SIDE as u32 / PIXEL, ..view };
     let right = truth(&relief, &colours, &period, samples);
     let gpu = bench.gpu(&[])?;
-    let make = |method| Ok((method, Filtered::new(&gpu, &relief, &colours, &view, method)?));
+    let make = |method| Ok((method, FilteredRelief::new(&gpu, &relief, &colours, &view, method)?));
     let filters = ParallaxFilter::ALL
         .into_iter()
         .map(make)
-        .collect::<anyhow::Result<Vec<(ParallaxFilter, Filtered)>>>()?;
+        .collect::<anyhow::Result<Vec<(ParallaxFilter, FilteredRelief)>>>()?;
     let contenders: Vec<Contender<'_>> =
         filters.iter().map(|(method, own)| pass(&gpu, method.name(), |cmd| own.run(cmd))).collect();
     let timed = bench.interleave(&gpu, contenders)?;

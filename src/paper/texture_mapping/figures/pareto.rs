@@ -1,12 +1,12 @@
 //! tm.pareto: cost and error of all filters on one chart.
 
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, Shown, errors, excused, geometric_mean};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean};
 use super::methods::{self, OURS};
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
-use crate::paper::texture_mapping::baselines::Baseline;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::Method;
-use crate::paper::texture_mapping::plane::{Plane, Tilt};
+use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Kernel, Truth};
@@ -96,7 +96,7 @@ fn names() -> Vec<String> {
 }
 
 fn contenders() -> Vec<(String, Method)> {
-    let accumulated = (ACCUMULATED.to_string(), Method::Baseline(Baseline::Stochastic(1)));
+    let accumulated = (ACCUMULATED.to_string(), Method::Baseline(FilterBaseline::Stochastic(1)));
     methods::all().into_iter().chain([accumulated]).collect()
 }
 
@@ -152,14 +152,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// A contender's picture, accumulated if its name says so.
-fn shown(lab: &Lab, (name, pass): (&str, &LabPass), plane: &Plane) -> anyhow::Result<Shown> {
+fn shown(lab: &Lab, (name, pass): (&str, &LabPass), plane: &TiltedPlane) -> anyhow::Result<LabPicture> {
     lab.accumulated(pass, plane, if name == ACCUMULATED { FRAMES } else { 1 })
 }
 
 fn score_of(
     lab: &Lab,
     contender: (&str, &LabPass),
-    planes: &[Plane],
+    planes: &[TiltedPlane],
     truths: &[[Truth; 2]],
     score: &mut Score,
 ) -> anyhow::Result<()> {
@@ -241,7 +241,7 @@ fn time_rows(
     bench: &Bench,
     lab: &Lab,
     methods: &[(String, Method)],
-    planes: &[Plane],
+    planes: &[TiltedPlane],
     scores: &[Score],
 ) -> anyhow::Result<Vec<Row>> {
     let timed = lab.times(bench, methods, planes)?;

@@ -45,7 +45,10 @@ const TEXELS: &str = "texels fetched per pixel";
 /// All methods except the device's samplers, which do not count texels.
 fn variants() -> Vec<(String, Method)> {
     let counted = |method: &Method| {
-        !matches!(method, Method::Baseline(crate::paper::texture_mapping::baselines::Baseline::Hardware(_)))
+        !matches!(
+            method,
+            Method::Baseline(crate::paper::texture_mapping::baselines::FilterBaseline::Hardware(_))
+        )
     };
     methods::all().into_iter().filter(|(_, method)| counted(method)).collect()
 }

@@ -19,7 +19,7 @@
 pub mod pass;
 pub mod reference;
 
-use super::plane::Plane;
+use super::plane::TiltedPlane;
 
 /// A triangle as shaders read it.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -55,7 +55,7 @@ impl Polygons {
     /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The
     /// plane is cut off where a pixel would hold more than `most_per_pixel` fragments.
     pub fn of_plane(
-        plane: &Plane,
+        plane: &TiltedPlane,
         size: [u32; 2],
         camera_px: f64,
         spacing: f64,

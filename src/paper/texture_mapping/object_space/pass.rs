@@ -9,7 +9,7 @@ use crate::vk::shader::texture_mapping::{
 };
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline,
-    PassTime, Resource, Result, View,
+    PassTime, ReadAs, Resource, Result,
 };
 
 /// The pipelines of all stages.
@@ -181,7 +181,7 @@ impl Prepared {
             (object_splat_comp::COLOURS, Resource::Buffer(&self.colours)),
             (object_splat_comp::NEAREST, Resource::Buffer(&self.nearest)),
             (object_splat_comp::SUMS, Resource::Buffer(&self.sums)),
-            (object_texture_comp::TEXTURE_OF, Resource::Texture(&texture.image, View::Whole)),
+            (object_texture_comp::TEXTURE_OF, Resource::Texture(&texture.image, ReadAs::Whole)),
         ]
     }
 

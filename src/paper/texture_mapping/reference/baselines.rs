@@ -1,8 +1,8 @@
 //! Published filters, each written from its publication.
 
-use super::Filtered;
-use crate::paper::texture_mapping::baselines::Baseline;
-use crate::paper::texture_mapping::method::Pixel;
+use super::FilteredTexel;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
+use crate::paper::texture_mapping::method::PixelCentre;
 use crate::paper::texture_mapping::texels::Texels;
 use std::f64::consts::TAU;
 
@@ -12,22 +12,22 @@ const SAMPLER: f64 = 5.0 / 256.0;
 
 /// The value of a pixel; `None` if only the device can compute it.
 pub fn filtered(
-    baseline: Baseline,
-    pixel: &Pixel,
+    baseline: FilterBaseline,
+    pixel: &PixelCentre,
     texels: &Texels,
     level: u32,
     frame: u32,
-) -> Option<Filtered> {
+) -> Option<FilteredTexel> {
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let (right, down) = ([ux, vx], [uy, vy]);
     let length = |[a, b]: [f64; 2]| a.hypot(b);
     let (longer, shorter) = if length(right) > length(down) { (right, down) } else { (down, right) };
     Some(match baseline {
-        Baseline::Hardware(_) => return None,
-        Baseline::Trilinear => {
+        FilterBaseline::Hardware(_) => return None,
+        FilterBaseline::Trilinear => {
             probes(pixel, texels, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
         }
-        Baseline::Anisotropic(most) => {
+        FilterBaseline::Anisotropic(most) => {
             let ratio = length(longer) / length(shorter);
             let count = ratio.ceil().clamp(1.0, f64::from(most));
             let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
@@ -35,11 +35,11 @@ pub fn filtered(
             let half = longer.map(|d| d / 2.0);
             undecided(probes(pixel, texels, &all, half, (length(longer) / count).log2()), ratio)
         }
-        Baseline::Feline(most) => feline(pixel, texels, most),
-        Baseline::Mavridis(taps) => mavridis(pixel, texels, taps),
-        Baseline::Pbrt => pbrt(pixel, texels, longer, shorter),
-        Baseline::Stochastic(samples) => stochastic(pixel, texels, samples, level, frame),
-        Baseline::SummedArea => summed_area(pixel, texels),
+        FilterBaseline::Feline(most) => feline(pixel, texels, most),
+        FilterBaseline::Mavridis(taps) => mavridis(pixel, texels, taps),
+        FilterBaseline::Pbrt => pbrt(pixel, texels, longer, shorter),
+        FilterBaseline::Stochastic(samples) => stochastic(pixel, texels, samples, level, frame),
+        FilterBaseline::SummedArea => summed_area(pixel, texels),
     })
 }
 
@@ -59,7 +59,13 @@ fn bilinear(texels: &Texels, level: u32, [u, v]: [f64; 2]) -> f64 {
     row(0) * (1.0 - down) + row(1) * down
 }
 
-fn probes(pixel: &Pixel, texels: &Texels, probes: &[Probe], reach: [f64; 2], level: f64) -> Filtered {
+fn probes(
+    pixel: &PixelCentre,
+    texels: &Texels,
+    probes: &[Probe],
+    reach: [f64; 2],
+    level: f64,
+) -> FilteredTexel {
     let coarsest = f64::from(texels.coarsest());
     let undecided = if level.abs() < 2f64.powi(-16) { 4 * probes.len() as u32 } else { 0 };
     let level = level.clamp(0.0, coarsest);
@@ -73,11 +79,11 @@ fn probes(pixel: &Pixel, texels: &Texels, probes: &[Probe], reach: [f64; 2], lev
     let weights: f64 = probes.iter().map(|probe| probe.weight).sum();
     let texels_a_probe = if level > 0.0 && level < coarsest { 8 } else { 4 };
     let fetched = texels_a_probe * probes.len() as u32;
-    Filtered { value: sum / weights, slack: SAMPLER, fetched, undecided, empty: false }
+    FilteredTexel { value: sum / weights, slack: SAMPLER, fetched, undecided, empty: false }
 }
 
 /// Semi-axes of the ellipse r <= 1 and the direction of the major one, by diagonalising `J J^T`.
-fn axes(pixel: &Pixel) -> (f64, f64, [f64; 2]) {
+fn axes(pixel: &PixelCentre) -> (f64, f64, [f64; 2]) {
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let (a, b, c) = (ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy);
     let angle = 0.5 * (2.0 * b).atan2(a - c);
@@ -85,7 +91,7 @@ fn axes(pixel: &Pixel) -> (f64, f64, [f64; 2]) {
     (major, pixel.determinant.abs() / major, [angle.cos(), angle.sin()])
 }
 
-fn feline(pixel: &Pixel, texels: &Texels, most: u32) -> Filtered {
+fn feline(pixel: &PixelCentre, texels: &Texels, most: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
     let count = wanted.floor().clamp(1.0, f64::from(most));
@@ -100,7 +106,7 @@ fn feline(pixel: &Pixel, texels: &Texels, most: u32) -> Filtered {
     undecided(probes(pixel, texels, &all, direction.map(|d| d * reach), minor.log2()), wanted)
 }
 
-fn mavridis(pixel: &Pixel, texels: &Texels, taps: u32) -> Filtered {
+fn mavridis(pixel: &PixelCentre, texels: &Texels, taps: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let tap_length = 2.0 * major / f64::from(taps);
     let wanted = tap_length / minor;
@@ -115,16 +121,16 @@ fn mavridis(pixel: &Pixel, texels: &Texels, taps: u32) -> Filtered {
         .collect();
     let level = minor.max(tap_length / samples).log2();
     let found = probes(pixel, texels, &all, direction.map(|d| d * major), level);
-    Filtered { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
+    FilteredTexel { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
 }
 
 /// Adds an error bound where rounding decides between two probe counts.
-fn undecided(found: Filtered, wanted: f64) -> Filtered {
+fn undecided(found: FilteredTexel, wanted: f64) -> FilteredTexel {
     let near = (wanted - wanted.round()).abs() < 2f64.powi(-16) * wanted;
-    Filtered { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
+    FilteredTexel { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
 }
 
-fn pbrt(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> Filtered {
+fn pbrt(pixel: &PixelCentre, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> FilteredTexel {
     const MOST_RATIO: f64 = 8.0;
     let (major, minor) = (longer[0].hypot(longer[1]), shorter[0].hypot(shorter[1]));
     let widening = if minor * MOST_RATIO < major && minor > 0.0 { major / (minor * MOST_RATIO) } else { 1.0 };
@@ -133,7 +139,7 @@ fn pbrt(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> 
     let finer = pbrt_level(pixel, texels, longer, shorter, lod as u32);
     let coarser = pbrt_level(pixel, texels, longer, shorter, lod as u32 + 1);
     let part = lod - lod.floor();
-    Filtered {
+    FilteredTexel {
         value: finer.value * (1.0 - part) + coarser.value * part,
         // Error of the level's fraction in f32, in addition to each level's own.
         slack: finer.slack + coarser.slack + 2f64.powi(-18),
@@ -143,10 +149,16 @@ fn pbrt(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2]) -> 
     }
 }
 
-fn pbrt_level(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2], level: u32) -> Filtered {
+fn pbrt_level(
+    pixel: &PixelCentre,
+    texels: &Texels,
+    longer: [f64; 2],
+    shorter: [f64; 2],
+    level: u32,
+) -> FilteredTexel {
     if level >= texels.coarsest() {
         let value = f64::from(texels.byte(texels.coarsest(), 0, 0)) / 255.0;
-        return Filtered { value, slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
+        return FilteredTexel { value, slack: 2f64.powi(-22), fetched: 1, ..FilteredTexel::default() };
     }
     let scale = f64::from(1u32 << level);
     let [u, v] = pixel.centre.map(|place| place / scale);
@@ -179,7 +191,7 @@ fn pbrt_level(pixel: &Pixel, texels: &Texels, longer: [f64; 2], shorter: [f64; 2
         }
     }
     let slack = slack / weights + f64::from(fetched + 8) * 2f64.powi(-22);
-    Filtered { value: sum / weights, slack, fetched, undecided, empty: false }
+    FilteredTexel { value: sum / weights, slack, fetched, undecided, empty: false }
 }
 
 /// pcg4d (Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 2020).
@@ -202,7 +214,7 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
 }
 
 /// The level that the minor axis selects: two different ones if rounding decides.
-pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
+pub fn stochastic_levels(pixel: &PixelCentre, texels: &Texels) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();
     [-1.0, 1.0].map(|side| {
@@ -211,7 +223,7 @@ pub fn stochastic_levels(pixel: &Pixel, texels: &Texels) -> [u32; 2] {
     })
 }
 
-fn stochastic(pixel: &Pixel, texels: &Texels, samples: u32, level: u32, frame: u32) -> Filtered {
+fn stochastic(pixel: &PixelCentre, texels: &Texels, samples: u32, level: u32, frame: u32) -> FilteredTexel {
     let scale = f64::from(1u32 << level);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     // Positions in f32: the centre's ulp, and a few ulp of the offset.
@@ -230,10 +242,10 @@ fn stochastic(pixel: &Pixel, texels: &Texels, samples: u32, level: u32, frame: u
     }
     let count = f64::from(samples);
     let slack = f64::from(undecided) / count + (count + 4.0) * 2f64.powi(-24);
-    Filtered { value: sum / count, slack, fetched: samples, undecided: 0, empty: false }
+    FilteredTexel { value: sum / count, slack, fetched: samples, undecided: 0, empty: false }
 }
 
-fn summed_area(pixel: &Pixel, texels: &Texels) -> Filtered {
+fn summed_area(pixel: &PixelCentre, texels: &Texels) -> FilteredTexel {
     let side = i64::from(texels.side);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let reach = [(ux.abs() + uy.abs()) / 2.0, (vx.abs() + vy.abs()) / 2.0];
@@ -260,5 +272,5 @@ fn summed_area(pixel: &Pixel, texels: &Texels) -> Filtered {
     });
     let slack = slack.sum::<f64>() + 2f64.powi(-20);
     let value = sum as f64 / (255 * width * height) as f64;
-    Filtered { value, slack, fetched: 4, ..Filtered::default() }
+    FilteredTexel { value, slack, fetched: 4, ..FilteredTexel::default() }
 }

@@ -1,9 +1,9 @@
 //! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives their
 //! distances.
 
-use super::Filtered;
+use super::FilteredTexel;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
-use crate::paper::texture_mapping::method::{Ellipse, Pixel};
+use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::Edge;
 
@@ -29,7 +29,7 @@ struct Shaped {
 }
 
 /// `radius^2 J J^T` in texels of level 0, widened to the largest ratio, and its determinant.
-fn widened(ellipse: &Ellipse, pixel: &Pixel) -> (Symmetric, f64) {
+fn widened(ellipse: &Ellipse, pixel: &PixelCentre) -> (Symmetric, f64) {
     let square = f64::from(ellipse.kernel.radius_px).powi(2);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let v = [ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy].map(|entry| entry * square);
@@ -53,7 +53,7 @@ fn sees_all(v: Symmetric) -> bool {
 
 /// Limits a pixel's footprint: the longest of J's axes is at most `most` texels, measured on a sphere with longitude
 /// u and latitude v. `across` is the cosine of the latitude.
-pub fn bounded(pixel: &Pixel, most: f64, across: f64) -> Pixel {
+pub fn bounded(pixel: &PixelCentre, most: f64, across: f64) -> PixelCentre {
     let [u, v] = pixel.jacobian;
     let j = [u.map(|d| d * across), v];
     let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|(m, n)| j[m][0] * j[n][0] + j[m][1] * j[n][1]);
@@ -69,11 +69,11 @@ pub fn bounded(pixel: &Pixel, most: f64, across: f64) -> Pixel {
         [0, 1].map(|n| (j[0][n] - less * cos * along[n]) / across),
         [0, 1].map(|n| j[1][n] - less * sin * along[n]),
     ];
-    Pixel { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
+    PixelCentre { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
 }
 
 /// The level that the method chooses: two different ones if rounding decides.
-pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
+pub fn levels(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32) -> [u32; 2] {
     let (v, det) = widened(ellipse, pixel);
     if sees_all(v) {
         return [coarsest; 2];
@@ -101,7 +101,7 @@ pub fn levels(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32) -> [u32; 2] {
     }
 }
 
-fn shaped(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> Shaped {
+fn shaped(ellipse: &Ellipse, pixel: &PixelCentre, level: u32) -> Shaped {
     let (v, det) = widened(ellipse, pixel);
     let scale = 0.25f64.powi(level as i32);
     let k = f64::from(ellipse.footprint.k);
@@ -197,7 +197,7 @@ fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
 }
 
 /// The texels with a weight: offsets from the centre in texels of the level, and weights.
-pub fn weights(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32, level: u32) -> Vec<([f64; 2], f64)> {
+pub fn weights(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32, level: u32) -> Vec<([f64; 2], f64)> {
     let mut found = Vec::new();
     if level < coarsest {
         each_texel(ellipse, pixel, level, |texel| {
@@ -213,13 +213,18 @@ pub fn weights(ellipse: &Ellipse, pixel: &Pixel, coarsest: u32, level: u32) -> V
 /// outside the level.
 pub fn filtered(
     ellipse: &Ellipse,
-    pixel: &Pixel,
+    pixel: &PixelCentre,
     [level, coarsest]: [u32; 2],
     value: impl Fn(i64, i64) -> f64,
-) -> Filtered {
+) -> FilteredTexel {
     // The coarsest level has one texel.
     if level >= coarsest {
-        return Filtered { value: value(0, 0), slack: 2f64.powi(-22), fetched: 1, ..Filtered::default() };
+        return FilteredTexel {
+            value: value(0, 0),
+            slack: 2f64.powi(-22),
+            fetched: 1,
+            ..FilteredTexel::default()
+        };
     }
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
@@ -240,7 +245,7 @@ pub fn filtered(
     // A texel differs from the mean by at most 1. The exponential of a weight has an error of 9 ulp (Vulkan
     // allows 3 + 2 |x|), each sum in f32 half an ulp.
     let slack = (slack / weights.max(1e-6)).min(1.0) + f64::from(fetched + 32) * 2f64.powi(-24) + erf;
-    Filtered { value, slack, fetched, undecided, empty }
+    FilteredTexel { value, slack, fetched, undecided, empty }
 }
 
 /// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
@@ -258,7 +263,7 @@ fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
 
 /// Distances from the pixel's centre to the sides of the box around all texels that may have a weight, in texels of
 /// the level.
-pub fn half_sides(ellipse: &Ellipse, pixel: &Pixel, level: u32) -> [f64; 2] {
+pub fn half_sides(ellipse: &Ellipse, pixel: &PixelCentre, level: u32) -> [f64; 2] {
     let [a, _, c] = outer(ellipse, &shaped(ellipse, pixel, level)).0;
     [a.sqrt(), c.sqrt()]
 }
@@ -278,7 +283,7 @@ struct Texel {
 }
 
 /// Visits every texel that has a weight, or may have one after rounding.
-fn each_texel(ellipse: &Ellipse, pixel: &Pixel, level: u32, mut visit: impl FnMut(Texel)) {
+fn each_texel(ellipse: &Ellipse, pixel: &PixelCentre, level: u32, mut visit: impl FnMut(Texel)) {
     let shaped = shaped(ellipse, pixel, level);
     let outer = outer(ellipse, &shaped);
     // A line has no area and therefore no texels.

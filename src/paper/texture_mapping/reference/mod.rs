@@ -3,13 +3,13 @@
 pub mod baselines;
 pub mod ellipse;
 
-use super::baselines::Baseline;
-use super::method::{Method, Pixel};
+use super::baselines::FilterBaseline;
+use super::method::{Method, PixelCentre};
 use super::texels::Texels;
 
 /// A pixel's filtered value with an error bound for the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Filtered {
+pub struct FilteredTexel {
     pub value: f64,
     /// Largest effect of rounding to f32.
     pub slack: f64,
@@ -23,17 +23,23 @@ pub struct Filtered {
 
 /// The levels that a method may choose: two different ones if rounding decides, and `[0, 0]` for methods that mix
 /// levels.
-pub fn levels(method: &Method, pixel: &Pixel, texels: &Texels) -> [u32; 2] {
+pub fn levels(method: &Method, pixel: &PixelCentre, texels: &Texels) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),
-        Method::Baseline(Baseline::Stochastic(_)) => baselines::stochastic_levels(pixel, texels),
+        Method::Baseline(FilterBaseline::Stochastic(_)) => baselines::stochastic_levels(pixel, texels),
         Method::Baseline(_) | Method::ObjectSpace(_) => [0; 2],
     }
 }
 
 /// A pixel's value at one of its [`levels`]; `None` if only the device can compute it. `frame` seeds random
 /// numbers.
-pub fn filtered(method: &Method, pixel: &Pixel, texels: &Texels, level: u32, frame: u32) -> Option<Filtered> {
+pub fn filtered(
+    method: &Method,
+    pixel: &PixelCentre,
+    texels: &Texels,
+    level: u32,
+    frame: u32,
+) -> Option<FilteredTexel> {
     match method {
         Method::Ellipse(ellipse) => {
             let value = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;

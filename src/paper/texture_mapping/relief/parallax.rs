@@ -51,7 +51,7 @@ impl ParallaxFilter {
 
 /// The view of a relief.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct ParallaxView {
     pub elevation_degrees: f64,
     /// Pixels a side.
     pub columns: u32,
@@ -59,14 +59,14 @@ pub struct View {
     pub pixel: f64,
 }
 
-impl View {
+impl ParallaxView {
     pub fn cotangent(&self) -> f64 {
         1.0 / self.elevation_degrees.to_radians().tan()
     }
 }
 
 /// The mean colour over `samples` x `samples` rays in each pixel, by exact intersections, row by row.
-pub fn truth(relief: &Relief, colours: &[f32], view: &View, samples: u32) -> Vec<f64> {
+pub fn truth(relief: &Relief, colours: &[f32], view: &ParallaxView, samples: u32) -> Vec<f64> {
     use rayon::prelude::*;
     let columns = view.columns as usize;
     let step = view.pixel / f64::from(samples);

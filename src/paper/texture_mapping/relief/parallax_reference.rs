@@ -8,7 +8,7 @@
 //! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer strides.
 
 use super::Relief;
-use super::parallax::{ParallaxFilter, View};
+use super::parallax::{ParallaxFilter, ParallaxView};
 use rayon::prelude::*;
 
 /// Longest descent in texels for which the GPU visits every texel: `MOST_STRIDES` of relief_width.glsl.
@@ -16,7 +16,7 @@ pub const MOST_DESCENT: f64 = 1024.0;
 
 /// A filtered pixel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pixel {
+pub struct RayPixel {
     pub colour: f64,
     /// Least and greatest colour in f32.
     pub range: [f64; 2],
@@ -25,7 +25,12 @@ pub struct Pixel {
 }
 
 /// The picture by a method, row by row, with a colour for each texel of the relief.
-pub fn pixels(relief: &Relief, colours: &[f32], view: &View, method: ParallaxFilter) -> Vec<Pixel> {
+pub fn pixels(
+    relief: &Relief,
+    colours: &[f32],
+    view: &ParallaxView,
+    method: ParallaxFilter,
+) -> Vec<RayPixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
     assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of {MOST_DESCENT}");
@@ -40,7 +45,7 @@ pub fn pixels(relief: &Relief, colours: &[f32], view: &View, method: ParallaxFil
             [&exact, &rounded].map(|lines| lines.footprint(corner, view.pixel, method));
         // Each texel adds a rounding error to the sums.
         let sums = f64::from(f32::EPSILON) * f64::from(texels[1] + 4);
-        Pixel { colour: exact.range[0], range: [low - sums, high + sums], texels }
+        RayPixel { colour: exact.range[0], range: [low - sums, high + sums], texels }
     };
     (0..view.columns * view.columns).into_par_iter().map(pixel).collect()
 }

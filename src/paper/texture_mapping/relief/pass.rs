@@ -220,30 +220,30 @@ pub fn origin(relief: &Relief, columns: u32, [x, y]: [u32; 2]) -> [f32; 2] {
 }
 
 /// A picture of a relief filtered by one method.
-pub struct Filtered {
+pub struct FilteredRelief {
     pipeline: ComputePipeline,
     texels: Buffer,
     pixels: Buffer,
     push: Parallax,
 }
 
-impl Filtered {
+impl FilteredRelief {
     /// # Errors
     /// Out of memory.
     pub fn new(
         gpu: &Gpu,
         relief: &Relief,
         colours: &[f32],
-        view: &parallax::View,
+        view: &parallax::ParallaxView,
         method: parallax::ParallaxFilter,
-    ) -> Result<Filtered> {
+    ) -> Result<FilteredRelief> {
         let side = relief.side as i64;
         assert_eq!(colours.len(), relief.heights.len(), "a colour for each texel");
         let heights = (0..side * side).map(|at| relief.texel(at % side, at / side));
         let texels: Vec<[f32; 2]> = heights.zip(colours).map(|(height, &colour)| [height, colour]).collect();
         let bytes = 12 * u64::from(view.columns) * u64::from(view.columns);
         let constants = [("METHOD", method as u32)];
-        Ok(Filtered {
+        Ok(FilteredRelief {
             pipeline: gpu.compute_pipeline(method.name(), &relief_parallax_comp::SHADER, &constants)?,
             texels: gpu.buffer_with("heights and colours", &texels, BufferUse::Storage)?,
             pixels: gpu.buffer("filtered pixels", bytes, BufferUse::Storage)?,

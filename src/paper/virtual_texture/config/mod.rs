@@ -5,19 +5,21 @@ use super::choices::{Compaction, Dedup, Filtering, Interpolation, Listing, Reque
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
-use crate::picture::Target;
-use crate::scene::{Fault, Language, Part, Scene, SceneError, Surface, Table, settings};
+use crate::picture::PixelFormat;
+use crate::scene::{Language, Part, Scene, SceneError, SceneFault, Surface, Table, settings};
 use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
 mod texture;
 
-pub use texture::{KIND, Texture, TextureError, TextureSource, open_texture, owner, source_mesh, texture};
+pub use texture::{
+    KIND, TextureError, TextureSource, VirtualTextureSource, open_texture, owner, source_mesh, texture,
+};
 
 /// What paper 1 adds to scenes.
 pub const LANGUAGE: Language = Language {
     tables: &[
-        Table::of::<Texture>(&["surface", "*", "texture"]),
+        Table::of::<VirtualTextureSource>(&["surface", "*", "texture"]),
         Table::of::<Filter>(&["surface", "*", "filter"]),
         Table::of::<Config>(&["variant"]),
         Table::of::<StreamingConfig>(&["cache"]),
@@ -98,7 +100,7 @@ settings! {
     check check_config;
 }
 
-fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), Fault> {
+fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), SceneFault> {
     let appends = config.list == Listing::Device && config.compact == Compaction::FusedAppend;
     if appends && !config.dedup.fused() {
         return Err(part.fault("compact", Compaction::FUSED_APPEND_ALONE));
@@ -307,7 +309,7 @@ pub struct VirtualTextureSettings {
     pub size: [u32; 2],
     pub config: Config,
     pub streaming: StreamingConfig,
-    pub target: Target,
+    pub target: PixelFormat,
 }
 
 impl VirtualTextureSettings {
@@ -317,7 +319,7 @@ impl VirtualTextureSettings {
     /// An invalid section or filter.
     pub fn of_scene(
         scene: &Scene,
-        target: Target,
+        target: PixelFormat,
     ) -> std::result::Result<VirtualTextureSettings, SceneError> {
         let mut config: Config = scene.read(&["variant"])?;
         let mut streaming: StreamingConfig = scene.read(&["cache"])?;

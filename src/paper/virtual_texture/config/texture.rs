@@ -3,7 +3,7 @@
 use crate::math::pyramid::{Pyramid, PyramidError};
 use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
-use crate::scene::{Choice, Fault, Part, Scene, SceneError, Surface, choices, settings};
+use crate::scene::{Choice, Part, Scene, SceneError, SceneFault, Surface, choices, settings};
 use crate::texture::source::earth::{Earth, EarthError};
 use crate::texture::source::encoded::Encoded;
 use crate::texture::source::ruler::Ruler;
@@ -50,7 +50,7 @@ impl Choice for TileFormat {
 
 settings! {
     /// A texture of up to 2^20 texels a side, of which only the visible tiles are in memory (paper 1).
-    pub struct Texture kind "virtual" {
+    pub struct VirtualTextureSource kind "virtual" {
         /// Where the texels come from.
         source: TextureSource;
         /// The file's path: relative to the scene file, or with `-D` to the working directory. Required for `"file"`.
@@ -74,7 +74,7 @@ settings! {
     check check;
 }
 
-fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
+fn check(texture: &VirtualTextureSource, part: &Part<'_>) -> Result<(), SceneFault> {
     let fault = |key, what: &str| Err(part.fault(key, what));
     match (texture.source, &texture.path) {
         (TextureSource::File, None) => return fault("path", "the source \"file\" needs a path"),
@@ -114,7 +114,7 @@ fn check(texture: &Texture, part: &Part<'_>) -> Result<(), Fault> {
     })
 }
 
-impl Texture {
+impl VirtualTextureSource {
     /// The pyramid that the scene states; `None` if only the file states its size.
     ///
     /// # Errors
@@ -181,7 +181,7 @@ fn needed(scene: &Scene) -> Result<&Surface, TextureError> {
 ///
 /// # Errors
 /// [`TextureError::Absent`]; an invalid table.
-pub fn texture(scene: &Scene) -> Result<Texture, TextureError> {
+pub fn texture(scene: &Scene) -> Result<VirtualTextureSource, TextureError> {
     Ok(scene.read(&["surface", &needed(scene)?.name, "texture"])?)
 }
 

@@ -6,7 +6,7 @@ use crate::math::camera::Pose;
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::Path;
 use crate::vk::{Frame, Gpu};
@@ -59,7 +59,7 @@ impl SceneView {
         change: impl FnOnce(&mut VirtualTextureSettings),
     ) -> anyhow::Result<Opened> {
         let SceneView { scene, pose, path } = self;
-        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
+        let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;
         settings.size = size;
         change(&mut settings);
         let source = open_texture(&scene)?;

@@ -7,7 +7,7 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::scene::path::Path;
 use crate::stats::Summary;
@@ -97,7 +97,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(rows_of_pixels);
     let place = SceneView::find(&cell.scene)?;
     let path = place.scene.path(PATH)?.clone();
-    let streaming = VirtualTextureSettings::of_scene(&place.scene, Target::Srgb8)?.streaming;
+    let streaming = VirtualTextureSettings::of_scene(&place.scene, PixelFormat::Srgb8)?.streaming;
     let mut side = SideBySide::settled(bench, place, size, (&contenders(), &[PLAIN]), |settings| {
         settings.streaming = streaming.clone();
     })?;

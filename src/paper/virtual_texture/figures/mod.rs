@@ -1,4 +1,4 @@
-//! All figures and tables of paper 1. Only this module uses both the GPU's steps and the reference.
+//! All figures and tables of paper 1. Only this module and [`super::trade`] use both the GPU's steps and the reference.
 
 mod address;
 pub mod common;
@@ -13,12 +13,11 @@ mod headline;
 mod limit;
 mod list_on_the_host;
 mod pipeline;
-mod side_by_side;
+pub mod side_by_side;
 mod sizes;
 pub mod stage1;
 mod stages;
 mod streaming;
-pub mod trade;
 
 use crate::figure::Figure;
 

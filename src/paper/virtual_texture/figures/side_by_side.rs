@@ -18,7 +18,7 @@ use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
 use crate::vk::{Gpu, Need, PassTime};
@@ -135,7 +135,7 @@ impl SideBySide {
         let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
-            let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
+            let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;
             (settings.size, settings.config) = (size, config);
             // Settling is not timed: upload as many tiles per frame as staging memory allows.
             settings.streaming.deterministic = true;

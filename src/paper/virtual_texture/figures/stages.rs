@@ -10,7 +10,7 @@ use crate::model::mesh;
 use crate::paper::virtual_texture::compact::CompactPass;
 use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::dedup::DedupPass;
-use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::visible_list::VisibleList;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, all_needs};
 use crate::texture::source::TileFormat;
@@ -28,7 +28,7 @@ pub const SCENES: &[&str] = &["earth/headline", "earth/oblique", "globe/africa",
 pub struct Stage1 {
     pub gpu: Gpu,
     pub pyramid: Pyramid,
-    pub footprint: Footprint,
+    pub footprint: FootprintPass,
     pub size: [u32; 2],
 }
 
@@ -58,7 +58,7 @@ impl Stage1 {
             texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
         let gpu = device(bench, &all_needs())?;
         let config = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
-        let footprint = Footprint::new(&gpu, &pyramid, &config, size)?;
+        let footprint = FootprintPass::new(&gpu, &pyramid, &config, size)?;
         let stage1 = Stage1 { gpu, pyramid, footprint, size };
         if scene == NOISE {
             stage1.fill(&noise(size, &pyramid))?;

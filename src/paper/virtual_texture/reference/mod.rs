@@ -80,7 +80,7 @@ pub fn emitted_points(
 
 /// A pixel's texture coordinate and its derivatives, in units of the whole texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
+pub struct PixelDerivatives {
     pub s: f64,
     pub t: f64,
     pub dsdx: f64,
@@ -101,7 +101,7 @@ pub struct Triple {
 
 /// Stage 1's formula as printed. The paper leaves two cases open: here dmax = 0 gives level 0, and a footprint that
 /// is not finite gives the first resident level (L - L' + 1).
-pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
+pub fn triple(at: &PixelDerivatives, pyramid: &Pyramid, max_anisotropy: u32) -> Triple {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
     let i = (rows * at.t).floor().max(0.0).min(rows - 1.0);
@@ -123,7 +123,7 @@ pub fn triple(at: &Footprint, pyramid: &Pyramid, max_anisotropy: u32) -> Triple 
     Triple { e, q: q as u32, i: i as u32, j: j as u32 }
 }
 
-/// How far a GPU may deviate from the reference at one pixel, in the units of [`Footprint`].
+/// How far a GPU may deviate from the reference at one pixel, in the units of [`PixelDerivatives`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Tolerance of s and of t.
@@ -134,12 +134,12 @@ pub struct Tolerance {
 
 /// Every triple that section 2.1 can give for a footprint within `tolerance` of `at`: inclusive intervals of q, i, j.
 pub fn possible_triples(
-    at: &Footprint,
+    at: &PixelDerivatives,
     tolerance: &Tolerance,
     pyramid: &Pyramid,
     max_anisotropy: u32,
 ) -> [[u32; 2]; 3] {
-    let moved = |sign: f64| Footprint {
+    let moved = |sign: f64| PixelDerivatives {
         s: at.s + sign * tolerance.coordinate[0],
         t: at.t + sign * tolerance.coordinate[1],
         ..*at
@@ -160,7 +160,7 @@ pub fn possible_triples(
     for first in 0..=16 {
         for second in 0..=16 {
             let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);
-            let footprint = Footprint {
+            let footprint = PixelDerivatives {
                 dsdx: length(sides[0], first) / w,
                 dtdx: 0.0,
                 dsdy: length(sides[1], second) / w,
@@ -183,9 +183,9 @@ mod tests {
     }
 
     /// A square footprint of this many texels of level 0 at the texture's middle.
-    fn square(texels: f64) -> Footprint {
+    fn square(texels: f64) -> PixelDerivatives {
         let [w, h] = pyramid().level_size(0).map(f64::from);
-        Footprint { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }
+        PixelDerivatives { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }
     }
 
     #[test]
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn anisotropy_lowers_the_level_by_log2_of_at_most_na() {
         let [w, h] = pyramid().level_size(0).map(f64::from);
-        let long = Footprint { s: 0.5, t: 0.5, dsdx: 16.0 / w, dtdx: 0.0, dsdy: 0.0, dtdy: 1.0 / h };
+        let long = PixelDerivatives { s: 0.5, t: 0.5, dsdx: 16.0 / w, dtdx: 0.0, dsdy: 0.0, dtdy: 1.0 / h };
         for (n_a, q) in [(1, 4), (2, 3), (4, 2), (8, 1), (16, 0), (64, 0)] {
             assert_eq!(triple(&long, &pyramid(), n_a).q, q, "NA = {n_a}");
         }
@@ -215,7 +215,7 @@ mod tests {
 
     #[test]
     fn s_and_t_equal_to_one_are_the_last_tile() {
-        let at = Footprint { s: 1.0, t: 1.0, ..square(1.0) };
+        let at = PixelDerivatives { s: 1.0, t: 1.0, ..square(1.0) };
         let found = triple(&at, &pyramid(), 1);
         assert_eq!((found.i, found.j), (255, 511));
     }
@@ -243,9 +243,9 @@ mod tests {
     #[test]
     fn a_footprint_far_from_a_rounding_border_has_one_outcome_and_near_it_two() {
         let tolerance = Tolerance { coordinate: [1e-9; 2], derivative: [1e-10; 2] };
-        let clear = Footprint { s: 0.501, t: 0.501, ..square(3.0) };
+        let clear = PixelDerivatives { s: 0.501, t: 0.501, ..square(3.0) };
         assert_eq!(possible_triples(&clear, &tolerance, &pyramid(), 1), [[1, 1], [128, 128], [256, 256]]);
-        let edge = Footprint { s: 0.5, t: 0.501, ..square(2.0) };
+        let edge = PixelDerivatives { s: 0.5, t: 0.501, ..square(2.0) };
         assert_eq!(possible_triples(&edge, &tolerance, &pyramid(), 1), [[0, 1], [128, 128], [255, 256]]);
     }
 }

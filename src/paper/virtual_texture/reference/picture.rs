@@ -1,11 +1,11 @@
 //! Section 4 in f64: the picture that a settled frame must show. Every texel is read from the source, without borders
 //! or caches.
 
-use super::{Footprint, triple};
+use super::{PixelDerivatives, triple};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::Picture;
 use crate::reference::filter::{
-    Edges, Parallelogram, Texture, sample_count, srgb_to_linear, srgb8_to_linear,
+    Edges, MipPyramid, Parallelogram, sample_count, srgb_to_linear, srgb8_to_linear,
 };
 use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
@@ -51,9 +51,9 @@ impl<'a> Texels<'a> {
 
     /// The source as a function of level and texel. A texel that cannot be read is black, and [`Texels::picture`] then
     /// fails.
-    pub fn texture(&self) -> Texture<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
+    pub fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();
-        Texture {
+        MipPyramid {
             width_log2: pyramid.width_log2(),
             height_log2: pyramid.height_log2(),
             edges: Edges::Planet,
@@ -174,9 +174,9 @@ fn bc1_texel(blocks: &[u8], side: u32, [row, column]: [u32; 2]) -> Option<[f64; 
 }
 
 /// A sample's (s, t) and fine derivatives, the input of stage 1.
-pub fn footprint(sample: &Sample) -> Footprint {
+pub fn footprint(sample: &Sample) -> PixelDerivatives {
     let d = &sample.fine;
-    Footprint { s: sample.s, t: sample.t, dsdx: d.dsdx, dtdx: d.dtdx, dsdy: d.dsdy, dtdy: d.dtdy }
+    PixelDerivatives { s: sample.s, t: sample.t, dsdx: d.dsdx, dtdx: d.dtdx, dsdy: d.dsdy, dtdy: d.dtdy }
 }
 
 /// A sample's footprint in texels of level 0.

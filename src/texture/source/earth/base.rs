@@ -44,7 +44,7 @@ const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
 pub type Linear = [i32; 3];
 
 /// All real levels, and the variation between texels of the finest one.
-pub struct Base {
+pub struct EarthBase {
     /// Entry 0 is 4096 x 2048, the last 1 x 1: sRGB bytes, rows from the north.
     levels: Vec<Vec<[u8; 3]>>,
     /// For each cell, the texel-to-texel variation of the luminance at 4096 x 2048, relative to the luminance. It is
@@ -60,12 +60,12 @@ pub struct Base {
 ///
 /// # Errors
 /// [`EarthError::Picture`] if the built-in picture does not decode to the pinned bytes.
-pub fn base() -> Result<&'static Base, EarthError> {
-    static BASE: OnceLock<Result<Base, EarthError>> = OnceLock::new();
-    BASE.get_or_init(Base::build).as_ref().map_err(Clone::clone)
+pub fn base() -> Result<&'static EarthBase, EarthError> {
+    static BASE: OnceLock<Result<EarthBase, EarthError>> = OnceLock::new();
+    BASE.get_or_init(EarthBase::build).as_ref().map_err(Clone::clone)
 }
 
-impl Base {
+impl EarthBase {
     fn build() -> Result<Self, EarthError> {
         let finest = downsample(&decode()?);
         let strength = strength(&finest);
@@ -140,7 +140,7 @@ fn downsample(picture: &[u8]) -> Vec<[u8; 3]> {
     texels
 }
 
-/// Computes [`Base::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed twice
+/// Computes [`EarthBase::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed twice
 /// with the weights 1-2-1 on both axes. The strength is the square of their mean.
 fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     let cells = level_size(CELLS_LOG2).map(|side| side as usize);

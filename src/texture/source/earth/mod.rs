@@ -38,8 +38,8 @@ use super::border::Square;
 use super::{TileError, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::picture::srgb;
-use base::{BASE_WIDTH_LOG2, Base, level_size};
-use refine::Region;
+use base::{BASE_WIDTH_LOG2, EarthBase, level_size};
+use refine::EarthRegion;
 use thiserror::Error;
 
 /// Errors of the source `earth`.
@@ -54,7 +54,7 @@ pub enum EarthError {
 /// The source `earth`. RGBA8, alpha 255.
 pub struct Earth {
     pyramid: Pyramid,
-    base: &'static Base,
+    base: &'static EarthBase,
 }
 
 /// The finest level of real imagery: width and height, and sRGB texels from the north.
@@ -88,7 +88,7 @@ impl Earth {
     }
 }
 
-fn write_region(region: &Region, square: Square<'_>) {
+fn write_region(region: &EarthRegion, square: Square<'_>) {
     let table = srgb::table();
     let ([left, top], side) = (square.origin, square.side);
     for (y, line) in square.bytes.chunks_exact_mut(side * 4).enumerate() {

@@ -28,7 +28,7 @@ pub struct Column([i64; 3]);
 /// Position of a row's texel centres in 1/1024 of the lattice: the distance from the Earth's axis, and the
 /// nearest point on that axis, in lattice axes.
 #[derive(Clone, Copy)]
-pub struct Row {
+pub struct NoiseRow {
     radius: i64,
     foot: [i32; 3],
 }
@@ -46,14 +46,14 @@ pub fn columns(width_log2: u32, indices: impl Iterator<Item = u32>) -> Vec<Colum
 }
 
 /// The row with this true index in a level `2^width_log2` texels wide.
-pub fn row(width_log2: u32, index: u32) -> Row {
+pub fn row(width_log2: u32, index: u32) -> NoiseRow {
     let [width, height] = level_size(width_log2).map(f64::from);
     let from_pole = (f64::from(index) + 0.5) * (std::f64::consts::PI / height);
     let (sine, cosine) = libm::sincos(from_pole);
     // An equator texel is TAU/width, so a sphere of radius width/(k TAU) has k texels per unit.
     let radius = width / (LATTICE_TEXELS * std::f64::consts::TAU) * f64::from(FRACTION_ONE);
     let foot = AXES_THIRDS.map(|[_, _, z]| libm::round(z / 3.0 * cosine * radius) as i32);
-    Row { radius: libm::round(sine * radius) as i64, foot }
+    NoiseRow { radius: libm::round(sine * radius) as i64, foot }
 }
 
 /// Steps between lattice points in the hash's input: odd, with no short integer relation modulo 2^32.
@@ -82,7 +82,7 @@ fn blend(from: i32, to: i32, weight: i32) -> i32 {
 /// The code is unrolled and its arithmetic wraps, because most of a tile's time is spent here. With the ranges above,
 /// only the hash overflows.
 #[inline(always)]
-pub fn noise(width_log2: u32, row: Row, column: Column) -> i32 {
+pub fn noise(width_log2: u32, row: NoiseRow, column: Column) -> i32 {
     let [step_x, step_y, step_z] = STEP;
     let at = |axis: usize| {
         ((row.radius.wrapping_mul(column.0[axis]) >> UNIT_LOG2) as i32).wrapping_add(row.foot[axis])

@@ -15,7 +15,7 @@
 //! symmetric, so a texel has the same value from either side.
 
 use super::super::border::true_texel;
-use super::base::{BASE_WIDTH_LOG2, Base, CELLS_LOG2, Linear, STRENGTH_ONE, level_size};
+use super::base::{BASE_WIDTH_LOG2, CELLS_LOG2, EarthBase, Linear, STRENGTH_ONE, level_size};
 use super::noise::{Column, columns, noise, row};
 use super::predict::{Prediction, REACH, children};
 use crate::picture::srgb::{self, LINEAR_ONE};
@@ -28,14 +28,14 @@ const NOISE_RMS: i64 = 20_200;
 const CELL_FRACTION_LOG2: u32 = 8;
 
 /// A rectangle of one level in linear light; `left` and `top` may lie outside the level.
-pub struct Region {
+pub struct EarthRegion {
     pub left: i64,
     pub top: i64,
     pub width: usize,
     pub texels: Vec<Linear>,
 }
 
-impl Region {
+impl EarthRegion {
     fn new(left: i64, top: i64, width: usize, height: usize) -> Self {
         Self { left, top, width, texels: vec![[0; 3]; width * height] }
     }
@@ -69,7 +69,7 @@ fn with_neighbours((left, top, width, height): Rectangle) -> Rectangle {
 
 /// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
 /// it was refined (`None` in the imagery). Both may be one texel larger than requested on each side.
-pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Option<Region>) {
+pub fn region(base: &EarthBase, width_log2: u32, rectangle: Rectangle) -> (EarthRegion, Option<EarthRegion>) {
     if width_log2 <= BASE_WIDTH_LOG2 {
         return (imagery(base, width_log2, rectangle), None);
     }
@@ -78,10 +78,10 @@ pub fn region(base: &Base, width_log2: u32, rectangle: Rectangle) -> (Region, Op
     (refine(base, width_log2, &coarser, parents), Some(coarser))
 }
 
-fn imagery(base: &Base, width_log2: u32, (left, top, width, height): Rectangle) -> Region {
+fn imagery(base: &EarthBase, width_log2: u32, (left, top, width, height): Rectangle) -> EarthRegion {
     let size = level_size(width_log2);
     let level = base.level(width_log2);
-    let mut region = Region::new(left, top, width, height);
+    let mut region = EarthRegion::new(left, top, width, height);
     for (index, texel) in region.texels.iter_mut().enumerate() {
         let [x, y] = true_texel(size, left + (index % width) as i64, top + (index / width) as i64);
         let stored = level[y as usize * size[0] as usize + x as usize];
@@ -101,9 +101,9 @@ fn cell_weight(texel: i64, width_log2: u32) -> (i64, i64) {
 
 /// All children of a rectangle of parents, in the level `2^width_log2` texels wide. `coarser` holds the
 /// parents and their neighbours.
-fn refine(base: &Base, width_log2: u32, coarser: &Region, parents: Rectangle) -> Region {
+fn refine(base: &EarthBase, width_log2: u32, coarser: &EarthRegion, parents: Rectangle) -> EarthRegion {
     let (left, top, width, height) = parents;
-    let mut finer = Region::new(2 * left, 2 * top, 2 * width, 2 * height);
+    let mut finer = EarthRegion::new(2 * left, 2 * top, 2 * width, 2 * height);
     let blocks = NoiseBlocks::new(width_log2, with_neighbours(parents));
     let noise_smooth = Prediction::new(&blocks.sums, blocks.width);
     let light_smooth = Prediction::new(&coarser.texels, coarser.width);
@@ -224,7 +224,7 @@ struct StrengthRow<'a> {
 }
 
 impl<'a> StrengthRow<'a> {
-    fn new(base: &'a Base, width_log2: u32, y: i64, columns: &'a StrengthColumns) -> Self {
+    fn new(base: &'a EarthBase, width_log2: u32, y: i64, columns: &'a StrengthColumns) -> Self {
         let size = level_size(CELLS_LOG2);
         let width = size[0] as usize;
         let (row, south) = cell_weight(y, width_log2);

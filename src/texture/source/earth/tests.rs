@@ -139,7 +139,7 @@ fn the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_
 
 /// The relative texel-to-texel variation of a level's luminance, in a square of 1/32 of the Earth's width
 /// (11.25 degrees): the squared mean root of |Haar coefficient / mean|, in f64.
-fn band_strength(base: &Base, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f64 {
+fn band_strength(base: &EarthBase, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f64 {
     let side = 1usize << (width_log2 - 5);
     let [left, top] = [x_32nds, y_32nds].map(|at| at * side as i64);
     let (region, _) = refine::region(base, width_log2, (left, top, side, side));

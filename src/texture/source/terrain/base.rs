@@ -18,7 +18,7 @@ const NOISE_LOG2: u32 = 6;
 pub const NOISE_FALL: f32 = 0.89;
 
 /// Ground and colours.
-pub struct Base {
+pub struct TerrainBase {
     /// Ground of the level 2^10 x 2^10.
     pub ground: Vec<Fields>,
     /// Entry 0 is 2^10 x 2^10, the last 1 x 1: sRGB bytes, rows from the north.
@@ -26,10 +26,10 @@ pub struct Base {
     pub palette: Palette,
 }
 
-static BASE: LazyLock<Base> = LazyLock::new(Base::build);
+static BASE: LazyLock<TerrainBase> = LazyLock::new(TerrainBase::build);
 
 /// The base, computed on first use and kept.
-pub fn base() -> &'static Base {
+pub fn base() -> &'static TerrainBase {
     &BASE
 }
 
@@ -43,8 +43,8 @@ pub fn noise_share(width_log2: u32) -> f32 {
     (NOISE_LOG2..width_log2).fold(0.4, |share, _| share * NOISE_FALL)
 }
 
-impl Base {
-    fn build() -> Base {
+impl TerrainBase {
+    fn build() -> TerrainBase {
         let palette = Palette::new();
         let ground = ground();
         let color = |ground: &Fields| texel(&palette, ground, texel_m(BASE_LOG2));
@@ -52,7 +52,7 @@ impl Base {
         for width_log2 in (0..BASE_LOG2).rev() {
             levels.push(coarser(&levels[levels.len() - 1], [2 << width_log2; 2]));
         }
-        Base { ground, levels, palette }
+        TerrainBase { ground, levels, palette }
     }
 
     /// The stored bytes of a level `2^width_log2` texels wide.

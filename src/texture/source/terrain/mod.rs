@@ -32,8 +32,8 @@ mod tests;
 use super::border::{Square, true_texel};
 use super::{TileError, TileSource};
 use crate::math::pyramid::{Pyramid, TileId};
-use base::{BASE_LOG2, Base};
-use refine::Region;
+use base::{BASE_LOG2, TerrainBase};
+use refine::TerrainRegion;
 use thiserror::Error;
 
 /// Error of the source `terrain`.
@@ -44,7 +44,7 @@ pub struct TerrainError(u32, u32);
 /// The source `terrain`. RGBA8, alpha 255.
 pub struct Terrain {
     pyramid: Pyramid,
-    base: &'static Base,
+    base: &'static TerrainBase,
 }
 
 impl Terrain {
@@ -109,7 +109,7 @@ fn spans(start: i64, length: usize, width: usize) -> Vec<(usize, usize, usize)> 
 
 /// Colours `size` texels from `from` of the level `2^width_log2` wide, into rows of `side` texels.
 fn write_region(
-    region: &Region,
+    region: &TerrainRegion,
     width_log2: u32,
     from: [usize; 2],
     size: [usize; 2],

@@ -6,19 +6,19 @@
 //! parent and children are the same function of the ground. Forcing the means would show the base's texels as squares
 //! of 100 m wherever snow meets rock.
 
-use super::base::{BASE_LOG2, Base, noise_share};
+use super::base::{BASE_LOG2, TerrainBase, noise_share};
 use super::ground::{FIELDS, Fields, NOISE, beyond};
 use super::noise::octave;
 use std::ops::Range;
 
 /// The ground of a rectangle of one level, entirely inside the map.
-pub struct Region {
+pub struct TerrainRegion {
     columns: Range<usize>,
     rows: Range<usize>,
     ground: Vec<Fields>,
 }
 
-impl Region {
+impl TerrainRegion {
     /// Row `y` from column `x`.
     pub fn row(&self, x: usize, y: usize) -> &[Fields] {
         let end = (y + 1 - self.rows.start) * self.columns.len();
@@ -41,11 +41,11 @@ fn with_neighbours(span: &Range<usize>, width_log2: u32) -> Range<usize> {
 /// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
 /// it was refined (`None` in the base). Both may be one texel larger than requested on each side.
 pub fn region(
-    base: &Base,
+    base: &TerrainBase,
     width_log2: u32,
     columns: Range<usize>,
     rows: Range<usize>,
-) -> (Region, Option<Region>) {
+) -> (TerrainRegion, Option<TerrainRegion>) {
     if width_log2 == BASE_LOG2 {
         return (of_base(base, columns, rows), None);
     }
@@ -55,10 +55,10 @@ pub fn region(
     (refine(width_log2, &coarser, across, down), Some(coarser))
 }
 
-fn of_base(base: &Base, columns: Range<usize>, rows: Range<usize>) -> Region {
+fn of_base(base: &TerrainBase, columns: Range<usize>, rows: Range<usize>) -> TerrainRegion {
     let row = |y: usize| &base.ground[(y << BASE_LOG2) + columns.start..(y << BASE_LOG2) + columns.end];
     let ground = rows.clone().flat_map(row).copied().collect();
-    Region { columns, rows, ground }
+    TerrainRegion { columns, rows, ground }
 }
 
 /// 3/4 of the nearer plus 1/4 of the farther.
@@ -68,7 +68,12 @@ fn between(near: &Fields, far: &Fields) -> Fields {
 }
 
 /// All children of a rectangle of parents; `coarser` holds the parents and their neighbours.
-fn refine(width_log2: u32, coarser: &Region, across: Range<usize>, down: Range<usize>) -> Region {
+fn refine(
+    width_log2: u32,
+    coarser: &TerrainRegion,
+    across: Range<usize>,
+    down: Range<usize>,
+) -> TerrainRegion {
     let (width, last) = (2 * across.len(), (1 << (width_log2 - 1)) - 1);
     let (columns, rows) = (2 * across.start..2 * across.end, 2 * down.start..2 * down.end);
     let share = noise_share(width_log2);
@@ -88,5 +93,5 @@ fn refine(width_log2: u32, coarser: &Region, across: Range<usize>, down: Range<u
             ground.push(fields);
         }
     }
-    Region { columns, rows, ground }
+    TerrainRegion { columns, rows, ground }
 }

@@ -8,14 +8,14 @@ use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Program};
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
 
 /// A method and its name.
-pub struct Named {
+pub struct WriteMethod {
     pub name: &'static str,
     /// `None` for the copy.
     pub order: Option<FaceOrder>,
@@ -31,8 +31,8 @@ pub enum By {
     Copy,
 }
 
-const fn of_scene(order: FaceOrder) -> Named {
-    Named { name: order.name(), order: Some(order), by: By::Scene(Apply::Cpu) }
+const fn of_scene(order: FaceOrder) -> WriteMethod {
+    WriteMethod { name: order.name(), order: Some(order), by: By::Scene(Apply::Cpu) }
 }
 
 pub const TAIL_23: &str = FaceOrder::Tail23.name();
@@ -46,19 +46,19 @@ pub const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
 pub const COPY: &str = "copy of the live faces";
 
 /// The methods in the report's order.
-pub const WAYS: [Named; 12] = [
+pub const WAYS: [WriteMethod; 12] = [
     of_scene(FaceOrder::Classical),
     of_scene(FaceOrder::Tail23),
-    Named { name: MAPPED, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Mapped) },
-    Named { name: ON_DEVICE, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Gpu) },
+    WriteMethod { name: MAPPED, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Mapped) },
+    WriteMethod { name: ON_DEVICE, order: Some(FaceOrder::Tail23), by: By::Scene(Apply::Gpu) },
     of_scene(FaceOrder::InPlace23),
-    Named { name: IN_PLACE_ON_DEVICE, order: Some(FaceOrder::InPlace23), by: By::Scene(Apply::Gpu) },
+    WriteMethod { name: IN_PLACE_ON_DEVICE, order: Some(FaceOrder::InPlace23), by: By::Scene(Apply::Gpu) },
     of_scene(FaceOrder::Random),
     of_scene(FaceOrder::ReOptimised),
     of_scene(FaceOrder::Compacted),
     of_scene(FaceOrder::SkipLists),
     of_scene(FaceOrder::Discrete),
-    Named { name: COPY, order: None, by: By::Copy },
+    WriteMethod { name: COPY, order: None, by: By::Copy },
 ];
 
 /// A method on the device, and the levels of its walk.
@@ -86,7 +86,12 @@ struct Copying {
 
 impl<'a> Way<'a> {
     /// A method at the first of `levels`.
-    pub fn open(gpu: &'a Gpu, named: &Named, meshes: &Meshes, levels: &'a [u32]) -> anyhow::Result<Way<'a>> {
+    pub fn open(
+        gpu: &'a Gpu,
+        named: &WriteMethod,
+        meshes: &Meshes,
+        levels: &'a [u32],
+    ) -> anyhow::Result<Way<'a>> {
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
@@ -237,7 +242,7 @@ fn session(
     // Nothing is drawn.
     let settings = ProgressiveMeshSettings {
         size: [64, 36],
-        ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8)?
+        ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8)?
     };
     Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }

@@ -1,8 +1,8 @@
 //! Counts the bytes that level changes write into the index buffer, without a device.
 
 use super::Meshes;
-use super::ways::{Named, face_bytes};
-use crate::paper::progressive_mesh::baselines::{Baseline, Prepared, SkipList};
+use super::ways::{WriteMethod, face_bytes};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared, SkipList};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Operation, Program};
@@ -28,7 +28,12 @@ impl Written {
 
 /// Walks `way` in steps of `step` splits. The last step up and the first step down may be smaller. `programs`
 /// belong to `meshes`.
-pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program; 3], step: u32) -> Written {
+pub fn walk(
+    way: &WriteMethod,
+    meshes: &Meshes,
+    [classical, tail, in_place]: &[Program; 3],
+    step: u32,
+) -> Written {
     let last = meshes.classical.last_level();
     let mut levels: Vec<u32> = (0..last).step_by(step as usize).collect();
     levels.push(last);
@@ -44,7 +49,7 @@ pub fn walk(way: &Named, meshes: &Meshes, [classical, tail, in_place]: &[Program
         Some(FaceOrder::Discrete) => changes.for_each(|_| written.add(0)),
         Some(FaceOrder::SkipLists) => {
             let every_vertex = (0..meshes.classical.vertices.positions.len() as u32).collect();
-            let baseline = Baseline::of(FaceOrder::SkipLists).expect("they are a baseline");
+            let baseline = OrderBaseline::of(FaceOrder::SkipLists).expect("they are a baseline");
             let lists = Prepared::new(&meshes.classical, baseline, every_vertex);
             let mut walker = Walker::new(&lists, classical.levels(), face);
             changes.for_each(|change| walker.go(change, &mut written));

@@ -5,7 +5,7 @@ use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed};
 use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::check::Flaw;
+use crate::paper::progressive_mesh::check::MeshFlaw;
 use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::figures::scans;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
@@ -14,7 +14,7 @@ use crate::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program, Stat
 use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::paper::progressive_mesh::stand::stands;
 use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::vk::{Gpu, PassTime};
 use std::hint::black_box;
@@ -68,7 +68,7 @@ impl Orders {
     ///
     /// # Errors
     /// If a mesh cannot be executed, which is a bug of the order.
-    pub fn programs(&self) -> Result<Programs, Flaw> {
+    pub fn programs(&self) -> Result<Programs, MeshFlaw> {
         Ok(Programs {
             classical: Program::new(&self.classical)?,
             few: Program::new(&self.few)?,
@@ -170,7 +170,7 @@ pub fn session(
         textured: None,
     };
     let settings =
-        ProgressiveMeshSettings { size, ..ProgressiveMeshSettings::of_scene(&scene, Target::Srgb8)? };
+        ProgressiveMeshSettings { size, ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8)? };
     Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 

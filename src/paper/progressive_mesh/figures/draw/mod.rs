@@ -5,7 +5,7 @@ use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model;
-use crate::paper::progressive_mesh::baselines::{Baseline, Prepared};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
 use crate::paper::progressive_mesh::cache::{Cache, drawn_faces, live_faces, transforms};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::config;
@@ -17,7 +17,7 @@ use crate::paper::progressive_mesh::stand::Stand;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use crate::paper::progressive_mesh::surface::vertices::{EXACT_LOG2, VertexBuffer, normals};
 use crate::paper::progressive_mesh::technique::surfaces_pipeline;
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
@@ -227,7 +227,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         pipeline: surfaces_pipeline(
             &gpu,
             &surface_vert::SHADER,
-            Target::Srgb8,
+            PixelFormat::Srgb8,
             (work, LightColours::default()),
         )?,
         target: gpu.image("picture", ImageInfo::target(size, Format::Rgba8Srgb))?,
@@ -269,7 +269,7 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
     let level = plain.last_level() / 2;
     let live = live_faces(&plain, level);
     let every_vertex: Vec<u32> = (0..plain.vertices.positions.len() as u32).collect();
-    let of_order = |order: FaceOrder| match Baseline::of(order) {
+    let of_order = |order: FaceOrder| match OrderBaseline::of(order) {
         Some(baseline) => {
             let faces = Prepared::new(&plain, baseline, every_vertex.clone()).drawn(level, &live);
             Ordered::new(gpu, order.name(), &plain, faces, level)

@@ -229,7 +229,7 @@ fn faults(own: &[Row]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Machine, Record, Table, Verdict};
+    use crate::figure::{Machine, Table, TableRecord, Verdict};
 
     #[test]
     fn what_is_worse_than_it_says_breaks_a_promise() {
@@ -281,7 +281,11 @@ mod tests {
         let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
         for case in CASES {
             let rows = rows(&mesh(case).unwrap(), 500).unwrap();
-            table.records.extend(rows.into_iter().map(|row| Record { scene: case.into(), x: None, row }));
+            table.records.extend(rows.into_iter().map(|row| TableRecord {
+                scene: case.into(),
+                x: None,
+                row,
+            }));
         }
         for claim in EXTREMES.claims {
             let finding = claim.judge(&table);

@@ -2,7 +2,7 @@
 //! geometry shaders with several block sizes, the host's lists, feedback with every pixel, and the fused draws.
 
 use crate::math::pyramid::Pyramid;
-use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::list_passes::ListPasses;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, ONE_SAMPLE, TileAddress};
 use crate::vk::{self, Gpu};
@@ -105,7 +105,7 @@ fn name(config: &Config) -> String {
 ///
 /// # Errors
 /// Errors other than refusals, such as device lost.
-pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &Footprint) -> vk::Result<Vec<Contender>> {
+pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::Result<Vec<Contender>> {
     let ready = |(name, config): (String, Config)| {
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),

@@ -6,7 +6,7 @@ use super::contenders::{Contender, Way, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
 use crate::paper::virtual_texture::ruler::Verdicts;
@@ -16,7 +16,7 @@ use crate::paper::virtual_texture::{Config, ONE_SAMPLE, TileAddress, reference};
 use crate::paper::virtual_texture::{
     VirtualTexture, VirtualTextureError, VirtualTextureSettings, read_requests,
 };
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
 use crate::scene::Scene;
@@ -69,7 +69,7 @@ struct Drawn {
     pyramid: Pyramid,
     shape: Shape,
     view: View,
-    stage1: Footprint,
+    stage1: FootprintPass,
     triples: Vec<[u32; 3]>,
     /// The sorted tiles.
     visible: Vec<TileId>,
@@ -131,7 +131,7 @@ impl Examiner {
 
 fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
-    let stage1 = Footprint::new(gpu, &pyramid, &ONE_SAMPLE, sight.size)?;
+    let stage1 = FootprintPass::new(gpu, &pyramid, &ONE_SAMPLE, sight.size)?;
     // The exact fused draws also need the position-only vertices.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
@@ -238,7 +238,7 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
 /// Draws the whole frame on a ruler texture until no tile is missing.
 fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
-    let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Linear32).expect("shipped");
+    let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Linear32).expect("shipped");
     (settings.size, settings.config) = (sight.size, ONE_SAMPLE);
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));

@@ -10,11 +10,11 @@ use crate::figure::{Bench, Contender};
 use crate::frame::{Run, Seen, View};
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::Filter;
-use crate::paper::virtual_texture::footprint::Footprint;
+use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::texturing::Texturing;
 use crate::paper::virtual_texture::{Config, Filtering};
 use crate::picture::Picture;
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::vk::Frame;
 
@@ -77,7 +77,7 @@ impl Shown {
     fn of(bench: &Bench, place: SceneView, size: [u32; 2]) -> anyhow::Result<Shown> {
         let name = place.scene.name.clone();
         let mut opened = place.open(bench, size, |settings| {
-            settings.target = Target::Linear32;
+            settings.target = PixelFormat::Linear32;
             // Settling is not timed, so the budgets do not limit it.
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.upload_budget_ms = 1e3;
@@ -92,7 +92,7 @@ impl Shown {
         Ok(Shown { opened })
     }
 
-    fn stage1(&self) -> &Footprint {
+    fn stage1(&self) -> &FootprintPass {
         self.opened.session.technique.stage1().expect("the shipped scenes have the paper's stages")
     }
 

@@ -8,7 +8,7 @@ use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;
 use crate::paper::virtual_texture::footprint::BACKGROUND;
-use crate::paper::virtual_texture::reference::{Footprint, triple};
+use crate::paper::virtual_texture::reference::{PixelDerivatives, triple};
 use crate::picture::Picture;
 use crate::picture::error::{compare, compare_where};
 use crate::picture::map::error_maps;
@@ -174,7 +174,7 @@ fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], m
     }
     let [s, t] = st.map(f64::from);
     let [dsdx, dtdx, dsdy, dtdy] = derivatives.map(f64::from);
-    let e = triple(&Footprint { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, most).e;
+    let e = triple(&PixelDerivatives { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, most).e;
     // A footprint that is not finite gives NaN, which casts to 0.
     (e.floor() as u32).clamp(q, pyramid.coarsest_level())
 }

@@ -5,7 +5,7 @@ use crate::figure::{Bench, Cell, Row};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::texture::source::remembered::Remembered;
 
 pub(super) const HALVED: &str = "a session, N1 = half of the largest visible set";
@@ -35,7 +35,7 @@ pub(super) fn halved(
     let source = Remembered::new(open_texture(&route.scene)?);
     let open = |gpu_tiles: u32| {
         session(bench, &route.scene, source.clone(), size, |settings| {
-            settings.target = Target::Srgb8;
+            settings.target = PixelFormat::Srgb8;
             settings.streaming.gpu_tiles = gpu_tiles;
             settings.streaming.host_tiles = 2 * gpu_tiles;
             settings.streaming.upload_tiles_per_frame = 8;

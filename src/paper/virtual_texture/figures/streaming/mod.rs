@@ -30,7 +30,7 @@ use crate::paper::virtual_texture::{
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
-use crate::picture::{Picture, Target, srgb};
+use crate::picture::{Picture, PixelFormat, srgb};
 use crate::scene::Scene;
 use crate::scene::path::Path;
 use crate::texture::source::{TileError, TileSource};
@@ -66,7 +66,7 @@ fn session(
     size: [u32; 2],
     change: impl FnOnce(&mut VirtualTextureSettings),
 ) -> anyhow::Result<Run<VirtualTexture>> {
-    let mut settings = VirtualTextureSettings::of_scene(scene, Target::Linear32)?;
+    let mut settings = VirtualTextureSettings::of_scene(scene, PixelFormat::Linear32)?;
     settings.size = size;
     settings.config = Config { filter: settings.config.filter, ..LISTS };
     change(&mut settings);
@@ -75,7 +75,7 @@ fn session(
     Ok(VirtualTexture::run(gpu, source, &mesh, settings)?)
 }
 
-/// The last frame's picture; the session's target is [`Target::Linear32`].
+/// The last frame's picture; the session's target is [`PixelFormat::Linear32`].
 fn picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
     let [width, height] = session.technique.settings.size;
     let bytes = session.picture_bytes()?;

@@ -6,7 +6,7 @@ use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
 use crate::frame::Run;
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::open_texture;
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::stats::Summary;
 use crate::texture::source::remembered::Remembered;
 use anyhow::{Context, ensure};
@@ -69,7 +69,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (size, frames) = extent(bench.effort);
     let open = |bench: &Bench, fade_in_frames| {
         session(bench, &route.scene, source.clone(), size, |settings| {
-            settings.target = Target::Srgb8;
+            settings.target = PixelFormat::Srgb8;
             settings.streaming.gpu_tiles = 512;
             settings.streaming.host_tiles = 512;
             settings.streaming.deterministic = true;

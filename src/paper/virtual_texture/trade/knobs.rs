@@ -3,9 +3,9 @@
 use crate::figure::Refused;
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
-    Config, Filter, Texture, TextureError, TextureSource, VirtualTextureSettings, owner, texture,
+    Config, Filter, TextureError, TextureSource, VirtualTextureSettings, VirtualTextureSource, owner, texture,
 };
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::scene::{Choice, Scene};
 use crate::texture::source::TileFormat;
 
@@ -150,7 +150,7 @@ struct Values {
 }
 
 impl Values {
-    fn of(settings: &VirtualTextureSettings, texture: &Texture) -> Values {
+    fn of(settings: &VirtualTextureSettings, texture: &VirtualTextureSource) -> Values {
         let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
         let Filter { kind, max_anisotropy, minor_texels, samples, .. } = filter;
         Values {
@@ -171,7 +171,7 @@ impl Values {
     /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
     /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have it; a file's border
     /// is fixed.
-    fn drawable(self, own: &Values, texture: &Texture) -> Option<Values> {
+    fn drawable(self, own: &Values, texture: &VirtualTextureSource) -> Option<Values> {
         if self == *own {
             return Some(self);
         }
@@ -278,9 +278,9 @@ impl Values {
 
 /// The first border that suffices for the filter and that the texture can have; `border` is tried first. The error
 /// says why there is none.
-fn border_for(filter: &Filter, border: u32, texture: &Texture) -> Result<u32, String> {
+fn border_for(filter: &Filter, border: u32, texture: &VirtualTextureSource) -> Result<u32, String> {
     let fault = |border| {
-        let pyramid = Texture { border, ..texture.clone() }.pyramid();
+        let pyramid = VirtualTextureSource { border, ..texture.clone() }.pyramid();
         let beyond = filter.beyond(border, texture.tile_size).map(|(_, why)| why);
         beyond.or_else(|| pyramid.err().map(|error| error.to_string()))
     };
@@ -308,7 +308,7 @@ pub(super) fn surface(scene: &Scene) -> Result<String, TextureError> {
 /// A scene without a virtual texture.
 pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureError> {
     let (texture, surface) = (texture(scene)?, surface(scene)?);
-    let own = Values::of(&VirtualTextureSettings::of_scene(scene, Target::Srgb8)?, &texture);
+    let own = Values::of(&VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8)?, &texture);
     let generated = texture.source != TextureSource::File;
     let mut all = vec![own];
     for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
@@ -340,7 +340,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
 /// A scene without a virtual texture.
 pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, TextureError> {
     let (texture, surface) = (texture(scene)?, surface(scene)?);
-    let filter = VirtualTextureSettings::of_scene(scene, Target::Srgb8)?.config.filter;
+    let filter = VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8)?.config.filter;
     let own = texture.border;
     let baked = texture.source == TextureSource::File;
     let mut refused = Vec::new();

@@ -7,7 +7,7 @@ use crate::figure::{Bench, Budgeted, Contender};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::texture;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use std::time::Instant;
 
 /// Upload budgets in milliseconds per frame, with all tiles in memory.
@@ -62,8 +62,10 @@ fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow
     if anew {
         source.forget();
     }
-    let settings =
-        VirtualTextureSettings { size: *size, ..VirtualTextureSettings::of_scene(&scene, Target::Srgb8)? };
+    let settings = VirtualTextureSettings {
+        size: *size,
+        ..VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?
+    };
     let mut session = VirtualTexture::run(stage.gpu.clone(), source.clone(), &stage.mesh, settings)?;
     let begun = Instant::now();
     let frames = session.settle_within_budgets(pose)?;

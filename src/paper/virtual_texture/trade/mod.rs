@@ -10,14 +10,14 @@ pub use knobs::{Knob, Setting, not_turned, settings};
 pub use times::{Batch, MOST, levelled};
 pub use truth::{Mosaic, TradeKernel};
 
-use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Contender, Errors, Machine, Refused, Trade};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
+use crate::paper::virtual_texture::figures::side_by_side::{device, lacks};
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs};
-use crate::picture::Target;
+use crate::picture::PixelFormat;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::Scene;
 use crate::texture::source::remembered::Remembered;
@@ -155,7 +155,7 @@ impl Sweep<'_> {
 }
 
 /// A setting and the errors of its settled picture.
-pub struct Found {
+pub struct TradeResult {
     pub setting: Setting,
     pub measures: Measures,
     pub forced_bias: u32,
@@ -165,7 +165,7 @@ pub struct Found {
 
 /// A setting with its settled session.
 struct Open {
-    found: Found,
+    found: TradeResult,
     session: Run<VirtualTexture>,
 }
 
@@ -184,7 +184,7 @@ impl Stage<'_> {
             None => Remembered::new(open_texture(&scene)?),
         };
         self.sources.insert(key, source.clone());
-        let mut settings = VirtualTextureSettings::of_scene(&scene, Target::Srgb8)?;
+        let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;
         settings.size = *size;
         // Settling is not timed: upload as many tiles per frame as staging memory allows.
         settings.streaming.deterministic = true;
@@ -210,12 +210,12 @@ impl Stage<'_> {
         let forced_bias =
             session.technique.bias().saturating_sub(session.technique.settings.config.level_bias);
         let list_frames = session.technique.frames_to_list();
-        let found = Found { setting: setting.clone(), measures, forced_bias, list_frames };
+        let found = TradeResult { setting: setting.clone(), measures, forced_bias, list_frames };
         Ok(Ok(Open { found, session }))
     }
 
     fn time(&self, bench: &Bench, own: &mut Open, opened: Vec<Open>) -> anyhow::Result<Batch> {
-        let (found, mut sessions): (Vec<Found>, Vec<_>) =
+        let (found, mut sessions): (Vec<TradeResult>, Vec<_>) =
             opened.into_iter().map(|open| (open.found, open.session)).unzip();
         let names = std::iter::once(&own.found).chain(&found).map(|found| found.setting.name.clone());
         let sessions = std::iter::once(&mut own.session).chain(&mut sessions);
