@@ -8,7 +8,7 @@ use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
 
-pub const KEYING: Figure = Figure {
+pub const ADDRESS: Figure = Figure {
     id: "vt.address",
     title: "Tile addresses of level 0 and of each tile's own level",
     about: "The paper's tile mask keeps (i, j) in level 0's grid (section 2.2). So the list can name a tile of level q \

@@ -30,7 +30,7 @@ pub const FIGURES: &[&Figure] = &[
     &sizes::RESOLUTION,
     &sizes::TILE_SIZE,
     &sizes::TEXTURE_SIZE,
-    &address::KEYING,
+    &address::ADDRESS,
     &feedback::FEEDBACK,
     &limit::LIMIT,
     &streaming::CACHE,
