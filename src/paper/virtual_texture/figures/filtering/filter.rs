@@ -6,11 +6,12 @@ use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::B
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
-use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides};
 use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
+use crate::reference::filter::sample_count;
 
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
@@ -81,6 +82,9 @@ const VARIANTS: [Variant; 10] = [
     Variant::new(Filtering::Stochastic, 8, 16),
 ];
 
+/// The values of NA above.
+const NAS: [u32; 4] = [1, 2, 4, 8];
+
 /// The border in texels. It is sufficient for 8 samples along the footprint.
 const BORDER: u32 = 8;
 
@@ -91,11 +95,13 @@ const OWN_NMSE: &str = "NMSE against the same filter in f64";
 const OWN_OUTLIERS: &str = "pixels off by more than 5/256 from the same filter in f64";
 const EXCUSED: &str = "pixels left out: beyond the textured surface or at its outline";
 const TIME: &str = "texturing";
+/// A count that no device changes: 8 for each trilinear sample, 4 for a bilinear one, 1 for a random texel.
+const TEXELS: &str = "texels fetched per pixel";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(bench.effort_of(180.0, 360.0));
     let mut sessions = Vec::new();
-    for max_anisotropy in [1, 2, 4, 8] {
+    for max_anisotropy in NAS {
         sessions.push((max_anisotropy, Shown::settle(bench, &cell.scene, size, BORDER, max_anisotropy)?));
     }
     let truths = Truths::new(&sessions[0].1)?;
@@ -112,6 +118,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             (AREA_PSNR, "dB", area.psnr_db),
             (OWN_NMSE, "", own.nmse),
             (OWN_OUTLIERS, "pixels", own.outliers as f64),
+            (TEXELS, "texels", truths.texels(variant)),
         ] {
             rows.push(Row::number(variant.name(), quantity, unit, number));
         }
@@ -147,6 +154,8 @@ struct Truths {
     /// Bilinear in the nearest level.
     nearer_level: Picture,
     samples: Vec<(u32, Picture)>,
+    /// The mean of nA over the pixels of the surface, for each NA.
+    counts: Vec<(u32, f64)>,
     /// True for pixels that the textured surface covers together with all their neighbours.
     inside: Vec<bool>,
 }
@@ -157,7 +166,8 @@ impl Truths {
         let [width, height] = session.technique.settings.size;
         let mesh = source_mesh(&shown.opened.scene)?;
         let view = ReferenceView::new(&mesh, &pose.world_to_clip(width, height), pose.eye, [width, height]);
-        let covered: Vec<bool> = view.samples().iter().map(Option::is_some).collect();
+        let surface = view.samples();
+        let covered: Vec<bool> = surface.iter().map(Option::is_some).collect();
         let at = |x: u32, y: u32| covered[(y * width + x) as usize];
         let around = |n: u32| {
             let (x, y) = (n % width, n / width);
@@ -169,13 +179,31 @@ impl Truths {
         let texels = Texels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
-        let samples = [1, 2, 4, 8].map(|most| Ok((most, picture(ReferenceFilter::Samples(most))?)));
+        let samples = NAS.map(|most| Ok((most, picture(ReferenceFilter::Samples(most))?)));
+        let pyramid = session.technique.source.pyramid();
+        let lengths: Vec<[f64; 2]> =
+            surface.iter().flatten().map(|sample| sides(sample, &pyramid).lengths()).collect();
+        let mean = |most| {
+            let count = |&[longest, shortest]: &[f64; 2]| f64::from(sample_count(longest, shortest, most));
+            lengths.iter().map(count).sum::<f64>() / lengths.len() as f64
+        };
         Ok(Truths {
             area: picture(ReferenceFilter::Area)?,
             nearer_level: picture(ReferenceFilter::NearerLevel)?,
             samples: samples.into_iter().collect::<anyhow::Result<_>>()?,
+            counts: NAS.map(|most| (most, mean(most))).into(),
             inside,
         })
+    }
+
+    /// [`TEXELS`] of a filter.
+    fn texels(&self, variant: &Variant) -> f64 {
+        let of_na = self.counts.iter().find(|(most, _)| *most == variant.max_anisotropy);
+        match variant.filter {
+            Filtering::Bilinear => 4.0,
+            Filtering::Trilinear => 8.0 * of_na.expect("one for each NA").1,
+            _ => f64::from(variant.taps),
+        }
     }
 
     fn inside(&self, picture: Picture) -> Picture {
