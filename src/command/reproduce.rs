@@ -28,7 +28,7 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// Most pictures have at most 720 rows of pixels, and most times are measured in 12 runs, some in 6 (default)
+    /// The default: most pictures have at most 720 rows of pixels; most times are measured in 12 runs, some in 6
     #[arg(long, conflicts_with = "full")]
     quick: bool,
     /// Measure most times in at least 30 runs, some in 6; takes hours on a software device

@@ -163,7 +163,7 @@ impl Technique for Surfaces {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), RenderError> {
-        // The texture's resize may fail, the meshes' does not.
+        // The texture first: if its resize fails, the meshes are unchanged.
         if let Some(texture) = &mut self.texture {
             texture.resize(gpu, target)?;
         }

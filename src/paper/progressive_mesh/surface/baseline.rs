@@ -88,7 +88,7 @@ impl Baselines {
     /// No instances yet, for a mesh in classical order.
     ///
     /// # Errors
-    /// Out of memory; [`TooMany`] as a device limit.
+    /// Out of memory, or a mesh larger than shaders can address.
     pub fn new(
         gpu: &Gpu,
         mesh: &ProgressiveMesh,
