@@ -11,7 +11,7 @@ use glam::DVec3;
 pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let rounded = a.cross(b).dot(p);
     // Each of the six products is rounded at most five times, so the error is at most 5 x 2^-53 of the sum of
-    // magnitudes, plus a little because that sum is rounded too; 8 is enough.
+    // magnitudes. That sum is rounded too, which adds a little; a factor of 8 is enough.
     let (a_abs, b_abs) = (a.abs(), b.abs());
     let magnitude = DVec3::new(
         a_abs.y * b_abs.z + b_abs.y * a_abs.z,
