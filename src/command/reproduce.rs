@@ -41,7 +41,8 @@ pub struct ReproduceArgs {
     /// parts
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
-    /// Keep the cells in DIR with the same commit, effort and device, and measure the rest
+    /// Keep the cells in DIR and measure the rest; failed and left-out cells are measured again. All cells in DIR must
+    /// be of the same commit, build, effort and device
     #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Measure the cells in DIR again

@@ -1,9 +1,9 @@
 //! The side of an edge on which a point lies, without rounding: the sign of a 3x3 determinant of doubles.
 //!
-//! Rounded edge functions agree along a shared edge (the two triangles compute opposite numbers), but not at
-//! a vertex: a pixel centre exactly at a vertex could fall between all triangles around it. The exact sum
-//! follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
-//! 1997 (two-sum, grow-expansion). Products of three values must stay within the range of f64.
+//! Rounded edge functions agree along a shared edge, because the two triangles compute opposite numbers. They do not
+//! agree at a vertex: a pixel centre exactly at a vertex could fall between all triangles around it. The exact sum
+//! follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997
+//! (two-sum, grow-expansion). Products of three values must stay within the range of f64.
 
 use glam::DVec3;
 

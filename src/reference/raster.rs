@@ -73,9 +73,9 @@ pub struct ReferenceView {
     size: [u32; 2],
     setups: Vec<Setup>,
     bin_columns: u32,
-    /// Indices into `setups`, in the mesh's order, each with its box: first and last pixel column and row (left, top, right,
-    /// bottom) that the triangle may touch, with margin, also beyond the picture. A dense mesh has hundreds of triangles
-    /// in a bin, of which a pixel needs few.
+    /// Indices into `setups`, in the mesh's order, each with its box (left, top, right, bottom). The box has the first
+    /// and last pixel column and row that the triangle may touch. It has a margin and may extend beyond the picture. A
+    /// dense mesh has hundreds of triangles in a bin, of which a pixel needs few.
     bins: Vec<Vec<([i32; 4], u32)>>,
 }
 

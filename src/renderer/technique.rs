@@ -20,7 +20,7 @@ pub struct Surfaces {
     pub meshes: Option<ProgressiveMeshes>,
     pub plain: Option<PlainSurfaces>,
     pub texture: Option<VirtualTexture>,
-    /// The surfaces with the virtual texture, by name.
+    /// The surfaces with the virtual texture: the one whose table contains it, then the others by name.
     pub carriers: Vec<Carrier>,
     /// Linear light where no surface is visible.
     pub background: [f32; 3],

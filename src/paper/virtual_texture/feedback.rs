@@ -1,5 +1,5 @@
-//! Subsampled feedback, which engines ship instead of the exact list: each frame samples one pixel of each block of
-//! 2^n pixels, a different one every frame, and the host lists the sampled tiles.
+//! Subsampled feedback, which engines ship instead of the exact list. Each frame samples one pixel of each block of 2^n
+//! pixels, a different one every frame. The host lists the sampled tiles.
 //!
 //! Sources: Unreal Engine 5 samples one pixel of 16 x 16, in bit-reversed order along a Morton curve. Call of Duty
 //! samples one of 8 x 8 (Hooker, GDC 2021), and Gaia Sky one of 8 x 8 without jitter. As in these engines, a tile stays

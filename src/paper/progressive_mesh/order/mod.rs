@@ -27,7 +27,7 @@
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.28 | 1.31 | 1.28 | 1.70 | 0.12 | 9.8 |
 //!
 //! Measurements for new faces at the tail (collapses from one pass of the simplifier):
-//! - Between two tswaps the tail dominates the cost: an isolated pair of new faces costs 4 transforms instead of 1.3,
+//! - Between two tswaps the tail dominates the cost. An isolated pair of new faces costs 4 transforms instead of 1.3,
 //!   so a group that adds a tenth of the faces costs 0.15 on average. The order made at the tswap matters less: the
 //!   greedy with these weights reaches 1.30, and the best of five weightings saves 0.02 for five times the work.
 //! - An order that uses all 16 entries reaches 1.24 on a torus, but costs 0.05 more at the levels after it. The

@@ -57,7 +57,7 @@ pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
-/// The model's normals and texture coordinates, and the area for which each position stands.
+/// The model's normals and texture coordinates, and the area that each position represents.
 pub struct Shading {
     /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
     /// at the position.

@@ -25,8 +25,7 @@ pub enum Holds {
 }
 
 impl Holds {
-    /// Two points of two cells can be nearer to each other than the cells' centres. This is the largest difference
-    /// along an axis.
+    /// How much nearer, in cells along an axis, two points of two cells can be to each other than the cells' centres.
     fn extent(self) -> f32 {
         f32::from(u8::from(self == Holds::Everywhere))
     }
@@ -272,8 +271,8 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
 }
 
 impl DistanceMap {
-    /// The map's words with 8, 16 or 32 bits per cell, and the distance that the value 1 stands for. Values are
-    /// rounded down, so that no distance grows. 32 bits keep the f32 unchanged.
+    /// The map's words with 8, 16 or 32 bits per cell, and the distance that the value 1 represents. Values are rounded
+    /// down, so that no distance grows. 32 bits keep the f32 unchanged.
     pub fn packed(&self, bits: u32) -> (Vec<u32>, f32) {
         if bits == 32 {
             return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);
