@@ -1,6 +1,6 @@
-//! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`: the code words, and everything on which Rust and GLSL must
-//! agree (binding numbers, specialization ids, vertex inputs, the structs of push-constant blocks), so that nothing is
-//! typed twice. If two shaders declare a struct differently, the build fails.
+//! Compiles `glsl/` to SPIR-V 1.5 and writes `shaders.rs`. It contains the code words and everything on which Rust and
+//! GLSL must agree, so that nothing is typed twice: binding numbers, specialization ids, vertex inputs, the structs of
+//! push-constant blocks. If two shaders declare a struct differently, the build fails.
 //!
 //! SPIR-V 1.5, not 1.6: Mesa 22.3's lavapipe crashes on helper-invocation queries in 1.6. A shader with `// variants
 //! NAME: a b c` in its first lines is compiled once for each value of that macro.

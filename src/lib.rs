@@ -1,5 +1,5 @@
-//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of three papers, each with modern variants
-//! and a slow reference in f64 or integers, and measures the cost and the error of every choice.
+//! Ortelius: a research renderer on raw Vulkan. It rebuilds the pipelines of three papers. Each has modern variants and
+//! a slow reference in f64 or integers. The cost and the error of every choice are measured.
 //!
 //! # The papers
 //!

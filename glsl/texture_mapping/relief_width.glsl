@@ -1,7 +1,8 @@
-// Weights texels along the view direction by their visible width: relief/parallax.rs has the method. Needs a struct
-// Texel with `height` and `colour` of type COLOUR, `Texel sample_row(int x, float y)`, `float entry(float x, float
-// height)`, and `float descent()`, the x that a ray covers from the top plane to height 0. x counts steps along the view
-// direction: texels, or shares of a texel.
+// Weights texels along the view direction by their visible width: relief/parallax.rs has the method. The including file
+// declares a struct Texel with `height` and with `colour` of type COLOUR, and the functions
+// `Texel sample_row(int x, float y)`, `float entry(float x, float height)` and `float descent()`. The last returns the
+// x that a ray covers from the top plane to height 0. Here x counts steps along the view direction: texels, or shares
+// of a texel.
 
 struct Sum {
     COLOUR colour;  // times weights

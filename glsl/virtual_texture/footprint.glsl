@@ -62,8 +62,8 @@ Ellipse ellipse(Footprint f) {
 
 // The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
 // texels of the ellipse are at most half a tile away from the pixel's texel. `outer` adds the half texel of the edge. V
-// then becomes at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt K, because the minor semi-axis is at least
-// sqrt K.
+// then becomes at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt(K). This holds because the minor semi-axis is at
+// least sqrt(K).
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
@@ -88,8 +88,8 @@ float sample_count(vec2 sides) {
     return sides.y > 0.0 ? min(ceil(sqrt(sides.x / sides.y)), most) : most;
 }
 
-// q = clamp(floor(e), 0, L-L'+1), e = log2(dmax / nA). floor(log2(x) / 2) comes from the exponent, which is exact; a
-// rounded log2 could be wrong at powers of two.
+// The level q = clamp(floor(e), 0, L-L'+1) with e = log2(dmax / nA). The floor of log2(x) / 2 comes from the exponent
+// of x, which is exact; a rounded log2 could be wrong at powers of two.
 uint level(Footprint f) {
     if (FILTER == ELLIPSE) return min(asked_level(f), FIRST_RESIDENT_LEVEL);
     vec2 sides = squared_sides(f);

@@ -1,4 +1,5 @@
-//! `ortelius page`: writes the HTML page of stored results, with the verdicts of today's judge on the stored rows.
+//! `ortelius page`: writes the HTML page of stored results. The stored rows are judged again with this program's claims
+//! and rules.
 
 use super::outputs::check_place;
 use anyhow::{Context, anyhow};

@@ -28,7 +28,7 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// Most pictures have at most 720 rows of pixels, and most times are measured in 12 runs, some in 6 (default)
+    /// The default: most pictures have at most 720 rows of pixels; most times are measured in 12 runs, some in 6
     #[arg(long, conflicts_with = "full")]
     quick: bool,
     /// Measure most times in at least 30 runs, some in 6; takes hours on a software device
@@ -41,7 +41,8 @@ pub struct ReproduceArgs {
     /// parts
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
-    /// Keep the cells in DIR with the same commit, effort and device, and measure the rest
+    /// Keep the cells in DIR and measure the rest; failed and left-out cells are measured again. All cells in DIR must
+    /// be of the same commit, build, effort and device
     #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Measure the cells in DIR again

@@ -37,9 +37,9 @@ pub struct TradeArgs {
     /// Measure of the error: normalised mean squared error, mean FLIP, or the largest error of a channel (linear light)
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
-    /// Weights of the reference's samples: a Gaussian with a standard deviation of half a pixel, as in the filter
-    /// "ellipse"; or the pixel's square, to which samples along the footprint are nearer.
-    /// Rays of reliefs have no weights
+    /// Weights of the reference's samples. gaussian: a standard deviation of half a pixel, as in the filter "ellipse".
+    /// box: the pixel's square, which favours filters that take samples along the footprint. Rays of reliefs have no
+    /// weights
     #[arg(long, value_enum, default_value = "gaussian")]
     kernel: KernelName,
     /// Find the fastest setting with at most this error

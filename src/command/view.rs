@@ -17,8 +17,8 @@ pub struct ViewArgs {
     /// relief.method, or of filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
-    /// When a finished picture replaces the displayed one. Default: fifo; with --measure, which must not wait for the
-    /// display: immediate, or else mailbox
+    /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display,
+    /// so with --measure the default is immediate, or mailbox if immediate is not supported
     #[arg(long, value_enum)]
     present: Option<Present>,
     /// The trade.json of `ortelius trade -o`: a slider selects settings on its Pareto front, from the least

@@ -6,10 +6,10 @@ use std::collections::HashMap;
 
 /// A sweep compared with an earlier one of the same scene.
 ///
-/// Two fronts are the same within noise if, for every bound on the error, both sweeps choose the same
-/// setting, or settings whose times (over both sweeps) differ by at most [`ALIKE`] times the noise between
-/// the sweeps. The noise is measured: it is the factor within which the times of 95 % of the settings agree, each as
-/// a multiple of the scene's own frame.
+/// Two fronts are the same within noise if both sweeps make the same choice for every bound on the error. Two choices
+/// count as the same if their times (over both sweeps) differ by at most [`ALIKE`] times the noise between the sweeps.
+/// The noise is measured: it is the factor within which the times of 95 % of the settings agree, each as a multiple of
+/// the scene's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Same {
     /// Settings in both sweeps.

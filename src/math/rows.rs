@@ -1,7 +1,7 @@
 //! Rows that can grow, stored in one vector.
 
-/// Rows of items that are added and removed, without an allocation for each row, for hundreds of thousands of short
-/// lists.
+/// Rows to which items can be added and from which they can be removed. Rows are not allocated one by one, so hundreds
+/// of thousands of short rows are cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     rows: Vec<Row>,

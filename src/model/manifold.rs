@@ -1,5 +1,5 @@
-//! Turns faces that share points arbitrarily into a manifold: removes folds, makes the windings of neighbours
-//! consistent, and cuts the surface where several fans of faces still meet ("cutting" of Gueziec, Taubin, Lazarus, Horn
+//! Turns faces that share points arbitrarily into a manifold. It removes folds, makes the windings of neighbours
+//! consistent, and cuts the surface where several fans of faces still meet ("cutting", Gueziec, Taubin, Lazarus, Horn
 //! 2001).
 
 use super::topology::{Groups, half_edges, next_corner};
@@ -15,9 +15,9 @@ pub(super) struct Faces {
 
 impl Faces {
     /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding (`doubled`;
-    /// one entry stands for both), provided that the other faces close the surface along most of the patch's rim.
-    /// Decimated scans have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one
-    /// side of it stays. Returns the number of removed faces.
+    /// one entry stands for both). The other faces must also close the surface along most of the patch's rim. Decimated
+    /// scans have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one side of it
+    /// stays. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;
@@ -138,8 +138,8 @@ impl Faces {
     /// appended to the existing ones. Two faces at a cut edge keep sharing the edge if other faces connect them around
     /// both of its ends. Returns the number of cut edges and of added positions.
     ///
-    /// Afterwards every edge is manifold: a fan of faces around a point has at most two ends, so at most two of the
-    /// faces that met at a cut edge are in the same fan, and they run along the edge in opposite directions.
+    /// Afterwards every edge is manifold. A fan of faces around a point has at most two ends. So at most two of the
+    /// faces that met at a cut edge are in the same fan, and these two run along the edge in opposite directions.
     pub(super) fn cut(&mut self, positions: &mut Vec<DVec3>) -> [usize; 2] {
         let edges = half_edges(self.points.iter().copied());
         let mut fans = Groups::new(self.points.len() * 3);

@@ -41,9 +41,13 @@ use glam::DVec3;
 /// Progressive Meshes", Computers & Graphics, 1998) is what the GPU calls a vertex: a position with one tuple of
 /// attributes. Along a seam a position has several wedges. A model without attributes has one wedge for each position.
 ///
-/// Invariants: every value is finite; every position is used by a wedge and every wedge by a face; the three
-/// positions of a face differ; no two faces have the same three positions; an edge has at most two faces, which run
-/// along it in opposite directions; the faces at a position form one fan.
+/// Invariants:
+///
+/// - every value is finite;
+/// - every position is used by a wedge, and every wedge by a face;
+/// - the three positions of a face differ, and no two faces have the same three;
+/// - an edge has at most two faces, which run along it in opposite directions;
+/// - the faces at a position form one fan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// In the object units of the file.

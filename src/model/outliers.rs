@@ -6,8 +6,8 @@ use std::collections::HashSet;
 
 /// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
-/// Positions are stored as f32 relative to the centre of the box. With a vertex 1000 times as far out as 999 of 1000
-/// others, the others would keep about 15 of their 24 bits.
+/// Positions are stored as f32 relative to the centre of the box. If one vertex is 1000 times as far out as 999 of 1000
+/// vertices, those keep only about 15 of their 24 bits.
 const OUTLYING: f64 = 1000.0;
 /// A vertex 100 times as far out is a spike, and not part of the shape, if all its neighbours are closer than that.
 const SPIKE: f64 = 100.0;
@@ -52,7 +52,7 @@ fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     (usual > 0.0).then(|| positions.iter().zip(usable).map(far).collect())
 }
 
-/// Marks vertices beyond [`OUTLYING`] as unusable, and vertices beyond [`SPIKE`] without a neighbour beyond it.
+/// Marks as unusable all vertices beyond [`OUTLYING`], and vertices beyond [`SPIKE`] that have no neighbour beyond it.
 fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshReport) {
     let place = |vertex: u32| (raw.positions[vertex as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
     let is_far = |vertex: u32| far[vertex as usize] > SPIKE;

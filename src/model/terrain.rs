@@ -1,5 +1,5 @@
-//! Two models of Mount Everest: the real heights of up to 59 km around it, from a 30" grid (scenes/everest.NOTICE), and
-//! most of this area with synthetic detail, for appearance.
+//! Two models of Mount Everest. `everest` has the real heights up to 59 km around it, from a 30" grid
+//! (scenes/everest.NOTICE). `valley` covers most of this area with synthetic detail, for appearance.
 
 use super::{Model, Raw, generate};
 use crate::math::relief::{AREA_M, EAST_M, NORTH_M, SIDE, relief};

@@ -18,8 +18,8 @@ const GAP: u32 = 8;
 /// Minimum width (for the labels) and height of the legend.
 const LEGEND: [u32; 2] = [260, 30];
 
-/// Maps of several comparisons of one size, side by side above one legend. Black is equal; 1e-5 to 1 runs
-/// from dark to light (magma); above 1 counts as 1; cyan is not finite.
+/// Maps of several comparisons of one size, side by side above one legend. Black pixels are equal. Errors from 1e-5 to
+/// 1 have colours from dark to light (magma), and larger errors the colour of 1. Cyan marks values that are not finite.
 pub fn error_maps(size: [u32; 2], differences: &[&Difference]) -> Srgb8Picture {
     let [width, height] = size;
     let count = differences.len() as u32;
@@ -35,7 +35,7 @@ pub fn error_maps(size: [u32; 2], differences: &[&Difference]) -> Srgb8Picture {
     Srgb8Picture { width: whole[0], height: whole[1], rgba: canvas.rgba }
 }
 
-/// The scale: black is 0, then from 1e-5 to 1 from dark to light (magma); cyan is not finite.
+/// The scale: black for 0, magma from dark to light for 1e-5 to 1, cyan for values that are not finite.
 pub struct Colours(Vec<u8>);
 
 impl Default for Colours {

@@ -10,9 +10,9 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// (s, t) of the point at which a ray from inside meets the wall. s runs once around from the top,
-    /// counter-clockwise seen from the south; t runs from the northern end to the southern one; both from 0 to 1.
-    /// `None` if the ray leaves by an end or begins outside. The direction has any length.
+    /// (s, t) of the point at which a ray from inside meets the wall. Both run from 0 to 1: s once around from the top,
+    /// counter-clockwise seen from the south, and t from the northern end to the southern one. `None` if the ray leaves
+    /// by an end or begins outside. The direction has any length.
     pub fn coordinate(&self, eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         let ([x, y, z], [dx, dy, dz]) = (eye, direction);
         let z = z - self.radius_m;

@@ -122,7 +122,7 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> MipPyramid<F> {
         self.mean(footprint, [s, t], 0.5, |_| 1.0)
     }
 
-    /// Mean weighted by a Gaussian, whose `sigma` and `radius` are in pixels: the sides of the footprint.
+    /// Mean weighted by a Gaussian. `sigma` and `radius` are in pixels; a side of the footprint is one pixel long.
     pub fn gaussian(&self, footprint: &Parallelogram, s: f64, t: f64, sigma: f64, radius: f64) -> [f64; 4] {
         let weight = |[x, y]: [f64; 2]| {
             let square = x * x + y * y;

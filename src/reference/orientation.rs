@@ -1,9 +1,9 @@
 //! The side of an edge on which a point lies, without rounding: the sign of a 3x3 determinant of doubles.
 //!
-//! Rounded edge functions agree along a shared edge (the two triangles compute opposite numbers), but not at
-//! a vertex: a pixel centre exactly at a vertex could fall between all triangles around it. The exact sum
-//! follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
-//! 1997 (two-sum, grow-expansion). Products of three values must stay within the range of f64.
+//! Rounded edge functions agree along a shared edge, because the two triangles compute opposite numbers. They do not
+//! agree at a vertex: a pixel centre exactly at a vertex could fall between all triangles around it. The exact sum
+//! follows Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997
+//! (two-sum, grow-expansion). Products of three values must stay within the range of f64.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use glam::DVec3;
 pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let rounded = a.cross(b).dot(p);
     // Each of the six products is rounded at most five times, so the error is at most 5 x 2^-53 of the sum of
-    // magnitudes, plus a little because that sum is rounded too; 8 is enough.
+    // magnitudes. That sum is rounded too, which adds a little; a factor of 8 is enough.
     let (a_abs, b_abs) = (a.abs(), b.abs());
     let magnitude = DVec3::new(
         a_abs.y * b_abs.z + b_abs.y * a_abs.z,

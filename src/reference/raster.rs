@@ -1,7 +1,6 @@
-//! Homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates",
-//! 1997): a pixel's barycentric coordinates come from the inverse of the 3x3 matrix of the vertices' clip x,
-//! y, w. There is no clipping or division before, so vertices behind the eye or in the eye's plane need no
-//! special case.
+//! Homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997). A
+//! pixel's barycentric coordinates come from the inverse of the 3x3 matrix of the vertices' clip x, y, w. Nothing is
+//! clipped or divided before, so vertices behind the eye or in the eye's plane need no special case.
 
 use super::orientation::{orientation, orientation_without_ties};
 use crate::model::mesh::SourceMesh;
@@ -24,9 +23,9 @@ pub struct Sample {
     pub triangle: u32,
     pub s: f64,
     pub t: f64,
-    /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and
-    /// dFdyFine: between the two centres of the pixel's own row (column), using this triangle's plane even if
-    /// it does not cover the other centre.
+    /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine:
+    /// between the two centres of the pixel's own row, or column. They use this triangle's plane even if the triangle
+    /// does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,
@@ -74,9 +73,9 @@ pub struct ReferenceView {
     size: [u32; 2],
     setups: Vec<Setup>,
     bin_columns: u32,
-    /// Indices into `setups`, in the mesh's order, each with its box: first and last pixel column and row (left, top, right,
-    /// bottom) that the triangle may touch, with margin, also beyond the picture. A dense mesh has hundreds of triangles
-    /// in a bin, of which a pixel needs few.
+    /// Indices into `setups`, in the mesh's order, each with its box (left, top, right, bottom). The box has the first
+    /// and last pixel column and row that the triangle may touch. It has a margin and may extend beyond the picture. A
+    /// dense mesh has hundreds of triangles in a bin, of which a pixel needs few.
     bins: Vec<Vec<([i32; 4], u32)>>,
 }
 

@@ -81,7 +81,7 @@ impl Renderer {
     }
 }
 
-/// What stays when a renderer goes on with another scene.
+/// What a renderer keeps when it switches to another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kept {
     /// Nothing. [`Renderer::switch_scene`] has changed nothing: the other scene must be opened.

@@ -20,7 +20,7 @@ pub struct Surfaces {
     pub meshes: Option<ProgressiveMeshes>,
     pub plain: Option<PlainSurfaces>,
     pub texture: Option<VirtualTexture>,
-    /// The surfaces with the virtual texture, by name.
+    /// The surfaces with the virtual texture: the one whose table contains it, then the others by name.
     pub carriers: Vec<Carrier>,
     /// Linear light where no surface is visible.
     pub background: [f32; 3],
@@ -163,7 +163,7 @@ impl Technique for Surfaces {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), RenderError> {
-        // The texture's resize may fail, the meshes' does not.
+        // The texture first: if its resize fails, the meshes are unchanged.
         if let Some(texture) = &mut self.texture {
             texture.resize(gpu, target)?;
         }

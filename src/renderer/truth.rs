@@ -44,7 +44,7 @@ struct Layer<'a> {
     view: ReferenceView,
     triangles: Vec<[u32; 3]>,
     paint: Paint<'a>,
-    /// Below a plane with a plain texture.
+    /// The relief below a plane with a plain texture.
     relief: Option<Below>,
     /// For each vertex, if the surface is lit.
     normals: Option<Vec<DVec3>>,
@@ -109,7 +109,7 @@ impl<'a> SceneTruth<'a> {
         Ok(SceneTruth { layers, sun: scene.sun(), light: scene.light_colours(), filter })
     }
 
-    /// True if a surface is visible in a pixel's centre.
+    /// True if a surface is visible at a pixel's centre.
     pub fn covers(&self, x: u32, y: u32) -> bool {
         self.layers.iter().any(|layer| layer.view.sample(x, y).is_some())
     }

@@ -40,7 +40,7 @@ altitude_m = 300e3
 - A surface can use another surface's texture by its name: `texture = \"land\"`. A scene has at most one virtual texture.
 - The command line can change every key by its dotted name: `-D surface.land.texture.width_log2=10`. It can also add a
   camera: `-D 'cameras.sea={ latitude_deg = 0, longitude_deg = -30, altitude_m = 5e3 }'`.
-- Unknown sections and keys are rejected with the nearest known key. Errors have the file, line and column.
+- Unknown sections and keys are rejected with the nearest known key. Errors name the file, line and column.
 - For an optional key that is not text, `\"auto\"` is the same as omitting the key.
 - `ortelius keys [PREFIX]` prints the keys below. [scene.schema.json](scene.schema.json) has them as a JSON Schema
   (`ortelius keys --json-schema`). Editors with taplo complete and check the keys of a file whose first

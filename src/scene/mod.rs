@@ -144,9 +144,9 @@ impl Scene {
         Scene::of(Document::of_parts(shown, name, folder, text)?)
     }
 
-    /// Loads a shipped scene by name (`earth`), otherwise a scene file by path (`./earth` for a file of that name),
-    /// with overrides `KEY=VALUE`: dotted keys, any TOML value, single words taken as strings. A path in an override
-    /// is relative to the working directory.
+    /// Loads a shipped scene by name (`earth`), otherwise a scene file by path (`./earth` for a file of that name).
+    /// Overrides are `KEY=VALUE` with dotted keys and any TOML value; single words are taken as strings. A path in an
+    /// override is relative to the working directory.
     ///
     /// # Errors
     /// [`SceneError`]; for an invalid override it shows the override.

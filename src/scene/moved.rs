@@ -20,11 +20,11 @@ const MOVED: [(&str, &str); 9] = [
 const RENAMED: [(&str, &str, &str); 4] = [
     ("ours", "tail-23", "is now"),
     ("ours-few-moves", "tail-10", "is now"),
-    ("coherent", "in-place-23", "was removed; as many faces move, and fewer vertices are transformed, with"),
+    ("coherent", "in-place-23", "was removed; this order moves as many faces and transforms fewer vertices:"),
     (
         "coherent-few-moves",
         "in-place-10",
-        "was removed; as many faces move, and fewer vertices are transformed, with",
+        "was removed; this order moves as many faces and transforms fewer vertices:",
     ),
 ];
 

@@ -16,7 +16,7 @@ settings! {
         elevation_deg: f64 = 50.4, in -90.0..=90.0, unit "degrees";
         /// Linear red, green and blue reflected by a white surface that faces the sun.
         colour: [f64; 3] = [0.75; 3], in 0.0..=1e3;
-        /// Linear red, green and blue reflected by a white surface from the sky, everywhere.
+        /// Linear red, green and blue that a white surface reflects from the sky, whatever its direction.
         sky: [f64; 3] = [0.25; 3], in 0.0..=1e3;
     }
 }

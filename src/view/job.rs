@@ -1,4 +1,4 @@
-//! Work on a thread beside the window: a screenshot, a recording. The window waits neither for its tiles nor for its files,
+//! Work on a thread beside the window: a screenshot, a recording. The window waits for neither its tiles nor its files,
 //! and the work goes on while the window is minimised.
 
 use std::path::PathBuf;
@@ -89,7 +89,7 @@ impl Job {
 impl Drop for Job {
     fn drop(&mut self) {
         self.progress.is_stopped.store(true, Ordering::Relaxed);
-        // An error or a panic of work that nobody waits for ends with it.
+        // Nobody waits for this work, so its error or panic is dropped.
         drop(self.thread.take().map(JoinHandle::join));
     }
 }

@@ -35,9 +35,9 @@ use winit::window::Window;
 /// inspector and the labels show are read back two frames later, laid out in the third, and drawn in the fourth.
 pub(super) const ECHO: u32 = 5;
 
-/// While the picture changes, the panels are laid out again once the last layout is older than the first age and
-/// [`PANELS_FRAMES`] frames have drawn it, or once it is older than the second age. On a slow device every frame takes
-/// longer than the first age; without the count, every frame would lay out the panels.
+/// While the picture changes, the panels are laid out again once the last layout is older than the second age. The
+/// first age is enough if [`PANELS_FRAMES`] frames have drawn the last layout. The count is for slow devices, on which
+/// every frame takes longer than the first age and would otherwise lay out the panels.
 const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(500)];
 const PANELS_FRAMES: u32 = 3;
 
@@ -222,8 +222,8 @@ impl Live {
         (self.film.is_some() || self.shot.is_some()).then(|| Instant::now() + job::LOOK_AGAIN)
     }
 
-    /// True if this frame must lay out the panels: for input, for something that follows the picture, because egui
-    /// asked for it, because the values are old, or because no further frame is due.
+    /// True if this frame must lay out the panels. Reasons are input, something that follows the picture, a request of
+    /// egui, values that are old, or that no further frame is due.
     fn is_layout_due(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
         let follows = self.magnifies || self.frozen.is_some() || self.overlay.is_some();

@@ -28,7 +28,7 @@ impl Overlay {
         match self {
             Overlay::Levels => [
                 "levels",
-                "the level that each pixel requests, with the edges of the tiles, and each tile's level: row column",
+                "the level that each pixel requests, with the edges of the tiles and their names (level: row column)",
             ],
             Overlay::Shortfall => [
                 "shown minus requested level",

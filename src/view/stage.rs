@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn another_variant_finds_the_caches_full() {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
-        // At this size, the resident mip tail holds the whole globe.
+        // Not `globe`: at this size, its resident mip tail would hold everything, and no tile would be loaded.
         let base = Scene::embedded("earth").unwrap();
         let pose = base.pose(0).unwrap();
         let variants = methods(&base);

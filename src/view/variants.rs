@@ -14,9 +14,9 @@ pub struct Variant {
     pub changes: Vec<String>,
 }
 
-/// The scene's own variant; other filters of a virtual texture, which change the picture; then one variant for each other
-/// value of the setting that the scene's paper compares: the method that lists visible tiles, the processor that applies
-/// changes of the level of detail, the filter of a relief, or that of a plain texture.
+/// The scene's own variant, then other filters of a virtual texture, which change the picture. Then one variant for
+/// each other value of the setting that the scene's paper compares. This is the method that lists visible tiles, the
+/// processor that applies changes of the level of detail, the filter of a relief, or the filter of a plain texture.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let keys = scene::keys(LANGUAGES);

@@ -10,10 +10,9 @@ use std::sync::{Arc, Once, OnceLock};
 
 const VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each
-/// [`Instance`] loads and unloads them. Mesa 25.0.7's lavapipe then crashes if several threads open and close devices
-/// at the same time (in 7 of 20 runs of a test; in none with this instance), and NVIDIA 580.159 fails after about 30
-/// loads in one process.
+/// An instance that is never destroyed, so that the loader keeps the drivers loaded. Otherwise each [`Instance`] loads
+/// and unloads them. Mesa 25.0.7's lavapipe then crashes if several threads open and close devices at the same time: in
+/// 7 of 20 runs of a test, and in none with this instance. NVIDIA 580.159 fails after about 30 loads in one process.
 static DRIVERS: OnceLock<(ash::Entry, ash::Instance)> = OnceLock::new();
 
 /// The Vulkan instance. Surface extensions are enabled only if there is a window to present to.

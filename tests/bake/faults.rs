@@ -79,9 +79,9 @@ fn a_full_disk_is_one_line_and_the_same_command_resumes_when_there_is_room() {
     write_png(&source, &dotted(1500, 1000));
     let settings = ["--tile", "64"];
     let expected = baked(&source, &folder.path().join("undisturbed.tiles"), &settings);
-    // A limit on the file size simulates a full disk without root: with SIGXFSZ ignored, write(2) fails with
-    // EFBIG instead of ENOSPC. The limits are in units of 512 bytes. With the first, almost nothing fits;
-    // with the second, most of the scratch file (11 MB); with the third, all but the output (16 MB).
+    // A limit on the file size simulates a full disk without root: with SIGXFSZ ignored, write(2) fails with EFBIG
+    // instead of ENOSPC. The limits are in units of 512 bytes. Almost nothing fits the first. Most of the scratch file
+    // (11 MB) fits the second. Everything except the output (16 MB) fits the third.
     for units in [1, 20_000, 26_000] {
         let output = folder.path().join(format!("full{units}.tiles"));
         let limited = Command::new("sh")

@@ -1,6 +1,6 @@
 //! A Vulkan layer that makes one call fail, or hides features of the device. It is not part of the crate: `main.rs`
 //! compiles it with rustc, and the loader loads it. For each kind of fault, only the calls that may return it are
-//! counted:
+//! counted. Environment variables:
 //!
 //! - ORTELIUS_FAULT=KIND:N fails the N-th call (from 1) with KIND: `host` or `device` (out of memory), `lost` or
 //!   `surface` (lost). A lost device stays lost, a lost surface until the next is created. N = 0 fails none.
@@ -9,8 +9,8 @@
 //! - ORTELIUS_FAULT_START=FILE: calls are counted only while the file exists.
 //! - ORTELIUS_MASK=NAME,NAME: features of [`MASKS`] that the device does not report.
 //!
-//! Only functions that return a VkResult are wrapped. Their arguments are at most eight integers and pointers, which
-//! the C calling conventions of x86-64 and AArch64 pass in a word each: one wrapper of ten words serves all.
+//! Only functions that return a VkResult are wrapped. Their arguments are at most eight integers and pointers. The C
+//! calling conventions of x86-64 and AArch64 pass each in one word, so one wrapper with room for ten words serves all.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::fs::File;
@@ -220,7 +220,8 @@ const INSTANCE_LINK: i32 = 47;
 const DEVICE_LINK: i32 = 48;
 
 static INSTANCE: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
-/// The next layer's functions, of the last instance and device: validation may come with the second instance.
+/// The next layer's functions for the last instance and device. They can change: a second instance may have the
+/// validation layer.
 static NEXT_OF_INSTANCE: RwLock<Option<GetProc>> = RwLock::new(None);
 static NEXT_OF_DEVICE: RwLock<Option<GetProc>> = RwLock::new(None);
 

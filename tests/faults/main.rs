@@ -1,6 +1,6 @@
-//! Each Vulkan call of some small runs fails in turn, with out of memory or device lost. The layer in
-//! `layer.rs` injects the fault. Either the run prints one line, ends with the exit code of the fault and
-//! leaves no file, or it does not need the call, succeeds and writes the same files.
+//! Each Vulkan call of some small runs fails in turn, with out of memory or device lost. The layer in `layer.rs`
+//! injects the fault. If the run needs the call, it must print one line, end with the exit code of the fault and leave
+//! no file. Otherwise it must succeed and write the same files.
 //!
 //! `./x test` lets every call of the small runs fail. With ORTELIUS_FAULTS=all, every call of every shipped scene fails
 //! too, which takes some hours; with ORTELIUS_FAULTS=N, N calls of each scene, evenly spaced.

@@ -66,8 +66,8 @@ fn run_browser(browser: &Path, folder: &Path, arguments: &[&str], page: &str) ->
 /// Window widths at which the layout is measured.
 const WIDTHS: [u32; 4] = [320, 390, 768, 1280];
 
-/// Measures in each frame: pixels by which the page exceeds the frame, the smallest letters in plots (hundredths of a
-/// pixel), texts outside their plot, and the number of plots and opened tables.
+/// Measures five numbers in each frame: the pixels by which the page exceeds the frame, the smallest letters in plots
+/// (hundredths of a pixel), the texts outside their plot, the plots, and the opened tables.
 const MEASURE: &str = "<script>onload = () => {
   const found = [...document.querySelectorAll('iframe')].map(frame => {
     const page = frame.contentDocument, root = page.documentElement;

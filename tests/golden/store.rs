@@ -96,8 +96,8 @@ pub fn read(text: &str) -> Recorded {
     Recorded { driver: driver.to_owned(), hashes }
 }
 
-/// The record to write after a run that gave `found`: the hashes of `found`, and from `recorded` the picture hashes of
-/// other processors for cases whose picture did not change on this processor.
+/// The record to write after a run that gave `found`. It has the hashes of `found`. For cases whose picture did not
+/// change on this processor, it keeps the picture hashes of other processors from `recorded`.
 pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded {
     let mut hashes = found.hashes.clone();
     for (key @ (name, what), hash) in &recorded.hashes {

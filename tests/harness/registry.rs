@@ -348,8 +348,8 @@ const NOT_COMPARERS: &[(Place, &str)] = &[
     (("tests/harness/ruler.rs", "verdicts"), "calls ruler_verdicts"),
 ];
 
-/// Parts of names that indicate a comparison. A function whose name contains one of them must be in one of
-/// the two lists if it is public in src/, or if it is anywhere in tests/ and not a test itself.
+/// Parts of names that indicate a comparison. A function whose name contains one of them must be in one of the two
+/// lists. This applies to public functions in src/, and to all functions in tests/ except the tests themselves.
 const TELLING: [&str; 10] = [
     "compare",
     "count_above",

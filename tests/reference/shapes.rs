@@ -121,7 +121,7 @@ fn the_pixel_above_a_pole_and_the_seam_belong_to_the_right_columns() {
 
 #[test]
 fn a_triangle_behind_and_before_the_eye_is_seen_where_it_is() {
-    // Two triangles of 2000 km; the eye stands 2 m above their middle and looks at the horizon.
+    // Two triangles of 2000 km; the eye is 2 m above their middle and looks at the horizon.
     let (size, sides_m) = ([32, 32], [2e6, 2e6]);
     let (two, many) = (mesh::plane(2e6, 2e6, 1, 1), mesh::plane(2e6, 2e6, 50, 50));
     let pose = over_plane(10.0, 20.0, 2.0, 90.0);

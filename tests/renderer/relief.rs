@@ -83,8 +83,8 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
     let generated =
         |kind: ReliefKind| (kind.relief(side_of(kind)), (side_of(kind), kind.picture(side_of(kind))));
     let [wall, cliff] = [BRICK_WALL, CLIFF].map(|shipped| (shipped.relief(), shipped.picture()));
-    // Two bounds are wider: the joints of the brick wall are two texels wide and ten times as bright as its bricks, and
-    // a pixel of the cliff takes one ray.
+    // Two bounds are wider. The joints of the brick wall are two texels wide and ten times as bright as its bricks. A
+    // pixel of the cliff takes only one ray.
     for (name, map, (relief, colours), depth_m, most) in [
         ("relief-brick", "brick-wall", wall, 0.06, 3e-2),
         ("relief-rock", "cliff", cliff, 0.12, 3e-2),

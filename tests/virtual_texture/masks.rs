@@ -1,5 +1,5 @@
-//! All 32 bits of the tile mask. No texture streams more than 17 levels, so no `Pyramid` has a q of 31: the shaders of
-//! stage 2 are specialized here with 32 streamed levels, and read a synthetic request image.
+//! All 32 bits of the tile mask. No texture streams more than 17 levels, so no `Pyramid` has a q of 31. Here the
+//! shaders of stage 2 are specialized with 32 streamed levels, and read a synthetic request image.
 
 use crate::device;
 use ortelius::math::pyramid::Pyramid;

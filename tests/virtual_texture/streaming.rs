@@ -22,7 +22,7 @@ fn caches_that_are_too_small_degrade_report_it_and_recover() {
     renderer.settle(&narrow).unwrap();
     assert_eq!(renderer.technique.bias(), 0, "it fits again");
     assert!(renderer.records.last().unwrap().visible.len() <= 6);
-    // Further alternating frames would not differ from these.
+    // The picture stays right while the views alternate.
     for _ in 0..3 {
         renderer.settle(&wide).unwrap();
         renderer.settle(&narrow).unwrap();

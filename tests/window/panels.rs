@@ -9,8 +9,8 @@ use ortelius::stats::Summary;
 use std::path::Path;
 use std::process::Command;
 
-/// Columns of a window of 560 pixels, whose panel is 330 points wide: the left end, middle and right end of a slider;
-/// below, two columns on the numbers of the governor's rows.
+/// Columns of a window of 560 pixels, whose panel is 330 points wide. The first three are the left end, middle and
+/// right end of a slider. The constants below are two columns on the numbers of the governor's rows.
 const SLIDER: [i16; 3] = [236, 290, 350];
 const NUMBER: [i16; 2] = [405, 430];
 

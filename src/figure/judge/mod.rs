@@ -1,9 +1,8 @@
 //! One judge for every claim: from the rows of a table to a verdict.
 //!
-//! An exact number meets or misses its bound. A repeated measurement meets the bound if the 95 % confidence
-//! interval of its median is on the right side, and misses it if the interval is on the wrong side;
-//! otherwise the claim is undecided. Ratios and differences of interleaved measurements are computed for
-//! each round.
+//! An exact number meets or misses its bound. A repeated measurement meets the bound if the 95 % confidence interval of
+//! its median is on the right side, and misses it if the interval is on the wrong side. Otherwise the claim is
+//! undecided. Ratios and differences of interleaved measurements are computed for each round.
 
 mod sample;
 #[cfg(test)]

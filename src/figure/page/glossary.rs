@@ -59,7 +59,10 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("NA", "largest number of samples along a footprint's longer side"),
     ("NMSE", "sum of squared errors over the sum of squared true values, linear light"),
     ("p", "a geometry shader of paper 1 handles a block of 2^p x 2^p pixels"),
-    ("page table", "for each tile of the pyramid, its place in the tile pool"),
+    (
+        "page table",
+        "for each tile of the pyramid, the place in the tile pool of this tile, or of the nearest coarser one there",
+    ),
     ("prefetch", "requests for tiles at the camera pose extrapolated by some frames"),
     ("PSNR", "peak signal-to-noise ratio in decibels"),
     ("read-back", "baseline: the request image is copied to the host, which computes the visible-tile list"),

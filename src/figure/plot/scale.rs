@@ -70,8 +70,9 @@ impl Scale {
     }
 
     /// Round values to label. On a linear scale: about `count` multiples of 1, 2 or 5 times a power of ten. On a
-    /// logarithmic scale: powers of ten (every n-th if there are many); up to 2.2 decades also 3 times these; up to
-    /// 1.2 decades 1, 2 and 5 times these; up to 0.6 decades as on a linear scale.
+    /// logarithmic scale of more than 2.2 decades: powers of ten, or every n-th power if there are many. Up to 2.2
+    /// decades, also 3 times each power. Up to 1.2 decades, instead 1, 2 and 5 times each power. Up to 0.6 decades, as
+    /// on a linear scale.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
         if !self.log {
             return self.linear_ticks(count);

@@ -2,7 +2,7 @@
 //!
 //! The heights are real down to a 30" grid (scenes/everest.NOTICE), about 900 m between samples, interpolated by
 //! Catmull-Rom cubics. Everything finer is **synthetic, for appearance only**. Ridges are raised and valleys deepened
-//! by a fraction of the difference to a blurred surface, because a mean over 900 m is smoother than a mountain.
+//! by a fraction of the difference from a blurred surface, because a mean over 900 m is smoother than a mountain.
 //! `gullies`, from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. The half in Nepal, whose
 //! source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No figure uses this
 //! surface; the model `everest` has only the samples.
@@ -27,7 +27,7 @@ pub const EAST_M: f64 = 818.2;
 /// and west edges.
 pub const AREA_M: f64 = 102_400.0;
 
-/// Fraction of the difference to a blurred surface that is added again to ridges and valleys.
+/// Fraction of the difference from a blurred surface that is added again. It raises ridges and deepens valleys.
 const SHARPEN: f64 = 0.55;
 
 /// Approximate roughness of the samples north of the divide: their mean distance from the local mean.

@@ -1,5 +1,5 @@
-//! Ridges and valleys from 11 km down to 1.1 km where the samples have none: the half of the grid in Nepal comes from
-//! maps with few contour lines, and is as smooth as a dune.
+//! Ridges and valleys from 11 km down to 1.1 km wide, where the samples have none. The half of the grid in Nepal comes
+//! from maps with few contour lines, and is as smooth as a dune.
 //!
 //! Ridged noise of several octaves (F. K. Musgrave in Ebert et al., "Texturing and Modeling: A Procedural Approach",
 //! 2nd edition, AP Professional 1998): 1 - |n| of smooth noise n has crests where n crosses 0. A finer octave is

@@ -182,7 +182,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds a primitive's attributes. Cleaning fills in, and counts, those that only other primitives have.
+    /// Adds a primitive's attributes. If only other primitives have an attribute, cleaning fills it in and counts it.
     fn attributes(
         &mut self,
         first: usize,

@@ -1,6 +1,6 @@
-//! Splits the mesh into clusters: consecutive triangles of the index buffer, with bounds of their positions and
-//! normals, so that a pass can cull a cluster with one test (Shirman and Abi-Ezzi, "The cone of normals technique for
-//! fast processing of curved patches", 1993).
+//! Splits the mesh into clusters of consecutive triangles of the index buffer. A cluster has bounds of its positions
+//! and normals, so a pass can cull it with one test (Shirman and Abi-Ezzi, "The cone of normals technique for fast
+//! processing of curved patches", 1993).
 
 use super::Mesh;
 use glam::DVec3;

@@ -76,9 +76,9 @@ pub fn plane(width_m: f64, height_m: f64, columns: u32, rows: u32) -> SourceMesh
     mesh
 }
 
-/// The inside of a cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north. s runs once around
-/// from the top, counter-clockwise seen from the south; t runs from north to south. At the floor both run as on a
-/// [`plane`]. The top appears twice (s = 0 and s = 1, equal positions).
+/// The inside of a cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north. The coordinate s
+/// runs once around from the top, counter-clockwise seen from the south; t runs from north to south. At the floor both
+/// run as on a [`plane`]. The top appears twice (s = 0 and s = 1, equal positions).
 ///
 /// # Panics
 /// As [`plane`], and unless there are at least 3 columns.

@@ -1,8 +1,8 @@
 //! Surfaces as triangles: the exact source mesh in f64, and its GPU form.
 //!
-//! One f32 is too coarse for a position on the earth (ulp 0.5 m) and for a texture coordinate on 2^20 texels (ulp
-//! 1/16 texel). So a GPU vertex stores its position as the sum of two floats, and its coordinate as a small offset
-//! from an origin shared by the three vertices of its triangle.
+//! One f32 is too coarse for a position on the earth (ulp 0.5 m) and for a texture coordinate on 2^20 texels (ulp 1/16
+//! texel). So a GPU vertex stores its position as the sum of two floats. It stores its coordinate as a small offset
+//! from an origin, which the three vertices of a triangle share.
 
 mod clusters;
 mod grid;
@@ -82,9 +82,9 @@ impl Mesh {
     }
 }
 
-/// Converts a mesh to its GPU form: splits positions, gives each triangle its origin (the cell of its smallest s and
-/// t), and shares a vertex among triangles with equal (vertex, origin). Values are not checked: coordinates outside
-/// 0 ..= 1 and values that are not finite are converted as they are.
+/// Converts a mesh to its GPU form. It splits positions and gives each triangle its origin, the cell of its smallest s
+/// and t. Triangles with equal (vertex, origin) share a vertex. Values are not checked: coordinates outside 0 ..= 1 and
+/// values that are not finite are converted as they are.
 ///
 /// # Panics
 /// A triangle names a vertex without a position or coordinate.

@@ -1,5 +1,5 @@
-//! Reads out the faces of a finished frame, for the window's overlays: the instance and face of each pixel,
-//! the level at which the face appears, and how many of its vertices miss in a FIFO of 16.
+//! Reads out the faces of a finished frame, for the window's overlays. Each pixel has its instance, its face, the level
+//! at which the face appears, and the number of the face's vertices that miss in a FIFO of 16.
 
 use super::surface::MeshOnDevice;
 use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};

@@ -39,9 +39,9 @@ pub enum Births {
     #[default]
     Tail,
     /// In place (ours). The levels from one permutation's level to the level before the next permutation form a group.
-    /// All levels of a group draw the same faces in the same order: those that are live at the level of the next
-    /// permutation (or at the last level), in the order after it. A vertex that is not yet live is replaced by its
-    /// predecessor, so unborn faces are degenerate.
+    /// All levels of a group draw the same faces in the same order. These are the faces that are live at the level of
+    /// the next permutation (or at the last level), in the order after that permutation. A vertex that is not yet live
+    /// is replaced by its predecessor, so unborn faces are degenerate.
     InPlace,
 }
 

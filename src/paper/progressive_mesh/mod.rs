@@ -17,13 +17,13 @@
 //! | group | the splits between two sets of tswaps | [`order`] |
 //! | transforms per vertex | vertex cache misses per vertex (FIFO of 16 entries unless stated) | [`cache`] |
 //!
-//! Each step is one file or folder. [`simplify`] finds the collapses, and [`order`] arranges the faces and
-//! finds the tswaps. The result is a [`mesh`]. [`check`] validates it, [`run`] executes it on the CPU and
-//! [`apply`] on the GPU. [`cache`] counts what an order costs; [`baselines`] has the alternatives.
-//! [`reference`](mod@reference) rebuilds a level from scratch, and [`file`](mod@file) is the storage format.
-//! [`load`](mod@load) builds the meshes of a scene and [`keep`] keeps them for the next run; [`stand`], [`ground`] and [`place`] position their
-//! instances. A [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the
-//! [`governor`] keeps its time budget. [`faces`] exposes the faces of a frame.
+//! Each step is one file or folder. [`simplify`] finds the collapses, and [`order`] arranges the faces and finds the
+//! tswaps. The result is a [`mesh`]. [`check`] validates it, [`run`] executes it on the CPU and [`apply`] on the GPU.
+//! [`cache`] counts what an order costs; [`baselines`] has the alternatives. [`reference`](mod@reference) rebuilds a
+//! level from scratch, and [`file`](mod@file) is the storage format. [`load`](mod@load) builds the meshes of a scene,
+//! and [`keep`] keeps them for the next run. [`stand`], [`ground`] and [`place`] position their instances. A
+//! [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the [`governor`] keeps its time
+//! budget. [`faces`] exposes the faces of a frame.
 
 pub mod apply;
 pub mod baselines;

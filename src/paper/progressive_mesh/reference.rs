@@ -34,8 +34,8 @@ pub fn faces_at(model: &Model, collapses: &Collapses, level: u32) -> Vec<[u32; 3
     faces.into_iter().flatten().collect()
 }
 
-/// The index buffer of a level of `mesh` with births in place: the faces of the next permutation's level,
-/// with each vertex that is not live at `level` replaced by its predecessor until it is live.
+/// The index buffer of a level of `mesh` with births in place. It has the faces of the next permutation's level. Each
+/// vertex that is not live at `level` is replaced by its predecessor, repeatedly, until it is live.
 ///
 /// # Panics
 /// If there is no such level.

@@ -14,9 +14,9 @@ pub enum FilterBaseline {
     /// Gaussian trilinear probes along the major axis, at most this many (McCormack, Perry, Farkas and Jouppi,
     /// "Feline: fast elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
     Feline(u32),
-    /// This many Gaussian taps along the major axis, each the mean of up to 16 trilinear samples (Mavridis
-    /// and Papaioannou, "High quality elliptical texture filtering on GPU", I3D 2011, where the taps are
-    /// the hardware's).
+    /// This many Gaussian taps along the major axis (Mavridis and Papaioannou, "High quality elliptical texture
+    /// filtering on GPU", I3D 2011). A tap is the mean of up to 16 trilinear samples; in the paper it is the
+    /// hardware's.
     Mavridis(u32),
     /// pbrt-v4's EWA: one texel of reconstruction, a ratio of at most 8, two levels (Pharr, Jakob and Humphreys,
     /// "Physically based rendering", 4th edition, section 10.4.5).

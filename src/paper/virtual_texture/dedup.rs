@@ -2,8 +2,9 @@
 //! one for each triple that differs from the previous pixel's (the "memo"). A logic OR of `1 << q` merges equal triples
 //! in the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw.
 //!
-//! Differences: points are drawn at texel centres (the printed corners lose the tiles of row 0 and of column 0). p = 4
-//! is split over two invocations, because 256 points of 5 components exceed the 1024 components that Vulkan guarantees.
+//! Differences: points are drawn at texel centres, because the printed corners lose the tiles of row 0 and of column 0.
+//! For p = 4 a block is split over two invocations, because 256 points of 5 components exceed the 1024 components that
+//! Vulkan guarantees.
 
 use super::choices::Dedup;
 use super::tile_mask::{Mask, TileMask};

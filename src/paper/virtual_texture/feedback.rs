@@ -1,11 +1,11 @@
-//! Subsampled feedback, which engines ship instead of the exact list: each frame samples one pixel of each block of
-//! 2^n pixels, a different one every frame, and the host lists the sampled tiles.
+//! Subsampled feedback, which engines ship instead of the exact list. Each frame samples one pixel of each block of 2^n
+//! pixels, a different one every frame. The host lists the sampled tiles.
 //!
-//! Sources: Unreal Engine 5 (one pixel of 16 x 16, in bit-reversed order along a Morton curve), Call of Duty (8 x 8,
-//! Hooker, GDC 2021), Gaia Sky (8 x 8, without jitter). As in these engines, a tile stays requested until its pixel is
-//! sampled again: the list is the union of the last 2^n frames, the shortest history that is complete for a camera at
-//! rest. Difference: samples are read from the full-resolution request image, so each sample is exact. The engines'
-//! request budgets are left out; the upload and load budgets apply.
+//! Sources: Unreal Engine 5 samples one pixel of 16 x 16, in bit-reversed order along a Morton curve. Call of Duty
+//! samples one of 8 x 8 (Hooker, GDC 2021), and Gaia Sky one of 8 x 8 without jitter. As in these engines, a tile stays
+//! requested until its pixel is sampled again. So the list is the union of the last 2^n frames. This is the shortest
+//! history that is complete for a camera at rest. Difference: samples are read from the full-resolution request image,
+//! so each sample is exact. The engines' request budgets are left out; the upload and load budgets apply.
 //!
 //! A frame's samples are a subset of its exact set. The history of a moving camera also holds tiles that have left the
 //! picture.

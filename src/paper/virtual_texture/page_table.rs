@@ -1,5 +1,5 @@
-//! The page table that the shader reads: for each tile of each level, the tile itself if it is in the tile pool,
-//! otherwise the nearest coarser tile that is.
+//! The page table that the shader reads. Each tile of each level has a cell, which names the tile itself if it is in
+//! the tile pool, and otherwise the nearest coarser tile that is.
 //!
 //! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup
 //! and no search. The paper stores tile states in the same array (an erratum, see [`super::streaming`]); here they are
@@ -101,8 +101,8 @@ impl PageTable {
         }
     }
 
-    /// For each level of more than one tile, finest first: the numbers of cells that show a tile of their own level, or
-    /// of a level that is 1, 2, or at least 3 coarser.
+    /// For each level of more than one tile, finest first: how many cells show a tile of their own level, and of a
+    /// level that is 1, 2, or at least 3 levels coarser.
     pub fn cells_by_level(&self) -> Vec<[usize; 4]> {
         let of_level = |level: u32| {
             let cells = 1 << self.grid_log2(level).iter().sum::<u32>();

@@ -1,7 +1,7 @@
-//! The reach: the neighbours of a pixel's tile from which its filter also reads texels (an addition of ours). Beyond
-//! a tile's border the filter looks up single texels or samples through the page table. So these tiles must be
-//! listed: stage 1 stores the reach in the highest four bits of the request image's first word, and every method adds
-//! the tiles to its list.
+//! The reach: the neighbours of a pixel's tile from which its filter also reads texels (an addition of ours). Beyond a
+//! tile's border the filter looks up single texels or samples through the page table. So these tiles must be listed.
+//! Stage 1 stores the reach in the highest four bits of the request image's first word, and every method adds the tiles
+//! to its list.
 //!
 //! No filter reaches further than half a tile, so each axis has at most one neighbour. Columns and rows have two bits
 //! each: 0 for none, 1 for the next tile, 2 for the previous one.

@@ -1,4 +1,4 @@
-//! Check of section 4 on the `ruler` source: every texel that texturing would filter is fetched unfiltered, and
+//! Check of section 4 on the `ruler` source. Every texel that texturing would filter is fetched unfiltered. It is
 //! compared with the hash of the level and position that the pixel's (s, t) requires. This covers the pixel's level and
 //! the next coarser one, borders, wrapping, poles, and the resident tail.
 

@@ -2,8 +2,8 @@
 //!
 //! 1. *bands*: level 0 (the picture, enlarged to powers of two; `resample`) goes into a scratch file by
 //!    bands of rows;
-//! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the level below
-//!    (also in the resident levels), so that anyone can check it from the finished file;
+//! 2. *levels*: each coarser texel is the mean, in linear light, of the four stored 8-bit texels of the next finer
+//!    level. This also holds in the resident levels, so anyone can check it from the finished file;
 //! 3. *tiles*: each stored tile (border, second picture) is put together from the scratch file, encoded, and
 //!    written at its fixed place in OUT.partial;
 //! 4. index and header, fsync, rename, fsync of the folder; scratch and journal are deleted.

@@ -77,8 +77,9 @@ impl Plan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // 144 bytes per index entry: journal entries of 24 bytes (two copies while sorting, one of the checked entries,
-        // and a third more for the scratch file's jobs), completion flags, and the index in both forms.
+        // 144 bytes per index entry: journal entries, completion flags, and the index in both forms. A journal entry
+        // has 24 bytes. There are two copies while sorting, one copy of the checked entries, and a third more for the
+        // scratch file's jobs.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {

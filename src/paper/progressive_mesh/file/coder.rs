@@ -1,7 +1,7 @@
 //! Entropy coding: an adaptive binary range coder (Martin 1979; carries as in LZMA).
 //!
 //! Differs from LZMA: probabilities are estimated from counts (after Krichevsky and Trofimov) instead of at a constant
-//! rate, because a mesh of a few thousand faces ends before constant rates adapt.
+//! rate. A mesh of a few thousand faces ends before constant rates adapt.
 //!
 //! One trait covers both directions, so that each rule of the format is written once. The encoder takes a
 //! value and returns it; the decoder ignores the value and returns what it reads.

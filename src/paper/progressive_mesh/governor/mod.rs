@@ -6,8 +6,8 @@
 //! nine of ten recent frames do not exceed. The plan takes the smallest factor for which faces times time per
 //! face fit the budget.
 //!
-//! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds;
-//!   with the mean, every other frame would exceed the budget. A hanging frame is one of thirty and has no effect.
+//! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds. With the
+//!   mean instead, every other frame would exceed the budget. A hanging frame is one of thirty and has no effect.
 //! - A slower machine is detected within three frames, a faster one only after all thirty. Detail is reduced
 //!   quickly and restored slowly.
 //! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A

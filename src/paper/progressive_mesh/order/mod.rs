@@ -27,7 +27,7 @@
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.28 | 1.31 | 1.28 | 1.70 | 0.12 | 9.8 |
 //!
 //! Measurements for new faces at the tail (collapses from one pass of the simplifier):
-//! - Between two tswaps the tail dominates the cost: an isolated pair of new faces costs 4 transforms instead of 1.3,
+//! - Between two tswaps the tail dominates the cost. An isolated pair of new faces costs 4 transforms instead of 1.3,
 //!   so a group that adds a tenth of the faces costs 0.15 on average. The order made at the tswap matters less: the
 //!   greedy with these weights reaches 1.30, and the best of five weightings saves 0.02 for five times the work.
 //! - An order that uses all 16 entries reaches 1.24 on a torus, but costs 0.05 more at the levels after it. The
@@ -38,11 +38,11 @@
 //!   23 moved faces per split and 0.04 at 10, and evens out the levels. Optimizing a quarter of the way ahead saves
 //!   less. Optimizing for the level of the next tswap saves as much there, but costs as much at the levels before.
 //! - With few groups the levels just before a tswap cost 0.8 more than those after it. Reordering one region at a time
-//!   reduces this to 0.3, and each additional region costs about 0.05 at its borders: with 1, 2, 3, 4 and 8 regions and
-//!   no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63. Fixed regions that use free slots anywhere cost
-//!   more, because their order is cut into pieces (1.65 with two regions). Regions that stay contiguous spend a fifth
-//!   of the moves on making room for each other (1.78 with two regions at 9.6 moved faces per split). Reordering only
-//!   the tail between two tswaps gains no more than the same moves gain elsewhere.
+//!   reduces this to 0.3. Each additional region costs about 0.05 at its borders: with 1, 2, 3, 4 and 8 regions and no
+//!   limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63. Fixed regions that use free slots anywhere cost more,
+//!   because their order is cut into pieces (1.65 with two regions). Regions that stay contiguous spend a fifth of the
+//!   moves on making room for each other (1.78 with two regions at 9.6 moved faces per split). Reordering only the tail
+//!   between two tswaps gains no more than the same moves gain elsewhere.
 //! - A threshold on moving ([`Weights::in_place`] = 1.3) is worse than fewer groups: 1.57 against 1.53 at 17.5 moved
 //!   faces per split (bunny).
 //! - Sorting the splits of a group for the cache saves 0.02 with groups that grow by a tenth and 0.08 with groups

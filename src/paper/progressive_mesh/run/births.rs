@@ -1,5 +1,5 @@
-//! Execution of births in place. The levels from one permutation's level up to the next one's (exclusive)
-//! draw the same list of faces: those that are live at the next permutation's level, in the order after that
+//! Execution of births in place. The levels from one permutation's level up to the next one's (exclusive) draw the same
+//! list of faces. These are the faces that are live at the next permutation's level, in the order after that
 //! permutation.
 //!
 //! A vertex that is not yet live is replaced by its predecessor ([`ProgressiveMesh::predecessors`]). A split

@@ -43,7 +43,7 @@ impl Direct {
         }
     }
 
-    /// The live vertex that stands for `vertex`. If level 0 has no vertices, vertex 0 is its own predecessor.
+    /// The live vertex that replaces `vertex`. If level 0 has no vertices, vertex 0 is its own predecessor.
     fn live(&self, mut vertex: u32, vertices: u32) -> u32 {
         while vertex >= vertices && self.predecessors[vertex as usize] != vertex {
             vertex = self.predecessors[vertex as usize];

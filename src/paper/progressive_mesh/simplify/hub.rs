@@ -170,8 +170,9 @@ impl Hub {
         Some(pairs)
     }
 
-    /// The link condition. The hub and the end may only share neighbours that belong to the edge's faces, no
-    /// two faces may become equal, and no position may lose its last face.
+    /// The link condition. A collapse is forbidden if two faces would become equal, or if a position would lose its
+    /// last face. If the hub and the end share a neighbour that belongs to none of the edge's faces, the collapse
+    /// closes a hole or pinches the surface. Otherwise the topology is unchanged.
     pub fn link(&self, surface: &WorkingMesh, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();

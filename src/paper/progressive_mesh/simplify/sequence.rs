@@ -56,13 +56,13 @@ pub struct Sequence<'a> {
     /// Positions whose keys must be renewed.
     around: Vec<u32>,
     pub(super) wedges: WedgeLists,
-    /// All components except the largest that have not vanished, in order of decreasing extent.
+    /// The components that have not vanished, in order of decreasing extent, without the largest one.
     components: Vec<Component>,
     /// The largest deviation so far, in the simplifier's units.
     pub(super) worst: f64,
     /// Faces left after each collapse.
     left: Vec<usize>,
-    /// Set in the second pass.
+    /// Set in the second pass (see `pace.rs`).
     pub(super) pace: Option<DeviationKeys>,
     /// For each collapse the largest key so far and the deviation.
     log: Vec<[f64; 2]>,

@@ -2,7 +2,7 @@
 //!
 //! Vertices keep the model's normals, and a face interpolates those of its corners. At a vanished position the normal
 //! of a level therefore differs from the model's. A difference of normals has no length, but the region in which it is
-//! visible has one. Each vanished position counts with the area for which it stands in the model, as far as its
+//! visible has one. Each vanished position counts with the area that it represents in the model, as far as its
 //! difference is visible. The shading error of a collapse is the radius of a disc with the sum of these areas over the
 //! faces around the hub. So a wanted error of `e` pixels lets an outline be `e` pixels off, and lets a disc of radius
 //! `e` around each collapse look different.

@@ -15,8 +15,8 @@ const BORDER_WEIGHT: f64 = 10.0;
 /// too.
 const SEAM_WEIGHT: f64 = 1.0;
 
-/// The quadric of each position, relative to that position: the planes of its faces, weighted with a third of
-/// the face's area, and planes through each border or seam edge, perpendicular to its faces.
+/// The quadric of each position, relative to that position. It sums the planes of the faces there, each weighted with a
+/// third of the face's area. It also sums planes through each border or seam edge, perpendicular to the edge's faces.
 pub fn quadrics(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::default(); positions];
     for face in 0..surface.faces() as u32 {
@@ -57,7 +57,7 @@ pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     (0..surface.faces() as u32).map(normal).collect()
 }
 
-/// The model's normals and texture coordinates, and the area for which each position stands.
+/// The model's normals and texture coordinates, and the area that each position represents.
 pub struct Shading {
     /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
     /// at the position.

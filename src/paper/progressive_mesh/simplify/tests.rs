@@ -316,7 +316,7 @@ fn a_ridge_that_only_normals_show_is_an_error_of_the_appearance() {
     model.attributes.normals = model.wedge_positions.iter().map(normal).collect();
     assert!(*to(&model, 2).collapses.errors.last().unwrap() < 1e-12);
     let collapses = by_appearance(&model, 2);
-    // The ridge stands for one column of cells, a sixteenth of the square. The last vertices of the ridge show its
+    // The ridge represents one column of cells, a sixteenth of the square. The last vertices of the ridge show its
     // normals on larger faces.
     let found = *collapses.errors.last().unwrap();
     assert!(found * found > 1.0 / 16.0 / PI && found * found < 1.0 / PI, "{found}");
@@ -326,8 +326,8 @@ fn a_ridge_that_only_normals_show_is_an_error_of_the_appearance() {
     assert!(2 * left < model.faces.len(), "{left} faces after {free} collapses without error");
 }
 
-/// For each of these faces, the area of the model's positions whose normal differs visibly from the one that the
-/// nearest of these faces shows; the largest, as the radius of a disc.
+/// For each of these faces, sums the area of the model's positions that are nearest to it and whose normal differs
+/// visibly from the one that the face shows. Returns the largest sum as the radius of a disc.
 fn widest_difference(model: &Model, faces: &[[u32; 3]]) -> f64 {
     let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
     let own = |wedge: u32| DVec3::from(model.attributes.normals[wedge as usize].map(f64::from));

@@ -110,9 +110,9 @@ impl Triangle {
         beyond(v, self.ac_squared) | beyond(w, self.ab_squared) | beyond(1.0 - v - w, bc_squared)
     }
 
-    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5). The result is too
-    /// large if the sine at the first corner, or the ratio of the sides there, is below 1e-7 but not 0,
-    /// because cancellation removes all digits.
+    /// The squared distance from a point (Ericson, "Real-Time Collision Detection", 5.1.5). The result is too large if
+    /// the sine at the first corner, or the ratio of the sides there, is below 1e-7 but not 0. In this case
+    /// cancellation removes all digits.
     pub fn squared_to(&self, p: DVec3) -> f64 {
         let Triangle { corners: [a, b, c], ab, ac, .. } = *self;
         let ap = p - a;

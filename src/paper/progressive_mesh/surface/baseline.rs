@@ -88,7 +88,7 @@ impl Baselines {
     /// No instances yet, for a mesh in classical order.
     ///
     /// # Errors
-    /// Out of memory; [`TooMany`] as a device limit.
+    /// Out of memory, or a mesh larger than shaders can address.
     pub fn new(
         gpu: &Gpu,
         mesh: &ProgressiveMesh,
@@ -305,8 +305,8 @@ impl Baselines {
         })
     }
 
-    /// Bytes of main memory for faces: the shared lists and ranks, the faces of the levels shown, and the
-    /// instances' copies of lists.
+    /// Bytes of main memory for faces: the shared lists and ranks, the walker's faces, the faces of the levels shown,
+    /// and the instances' copies of lists.
     pub fn host_bytes(&self) -> usize {
         let shown = self.made.values().filter_map(Weak::upgrade).map(|faces| size_of_val(&*faces));
         let copies = self.skips().map(|skip| size_of_val(&*skip.faces));

@@ -41,7 +41,7 @@ mod tests {
                     assert!(near(dx / (w * w), analytic[axis][0]) && near(dy / (w * w), analytic[axis][1]));
                     assert!(near(dx / below_x, differences[axis][0]), "{dx} {below_x} {differences:?}");
                     assert!(near(dy / below_y, differences[axis][1]), "{dy} {below_y} {differences:?}");
-                    // As the scan prints it: du/dy over the denominator of du/dx.
+                    // As printed in the scanned paper: the numerator of d/dy over the denominator of d/dx.
                     let printed = dy / below_x;
                     assert!(!near(printed, differences[axis][1]) || (below_x - below_y).abs() < 1e-7);
                 }

@@ -25,7 +25,7 @@ pub enum Holds {
 }
 
 impl Holds {
-    /// Along an axis, points of two cells may be nearer to each other than the cells' centres by this much.
+    /// How much nearer, in cells along an axis, two points of two cells can be to each other than the cells' centres.
     fn extent(self) -> f32 {
         f32::from(u8::from(self == Holds::Everywhere))
     }
@@ -105,8 +105,9 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
 /// Points of a sector's arc.
 const SAMPLES: usize = 64;
 
-/// Points at `distance` from the origin, evenly over the sector, and the reach of a cell along an axis: a cell counts
-/// if the unit square around a point of the arc meets it. The reach is one unit, plus the distance between the points.
+/// Points at `distance` from the origin, evenly over the sector, and a reach. A cell counts if its centre is within
+/// this reach of a point along both axes. The reach is one cell, for points anywhere in the two cells, plus the
+/// distance between two points of the arc.
 fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
     let turn = TAU / SECTORS as f64;
     let points = (0..=SAMPLES).map(move |n| {
@@ -201,8 +202,8 @@ impl Cell<'_> {
         })
     }
 
-    /// The square of the least distance from this cell to a surface point in the cell at `offset`. Only points count
-    /// whose line from this cell descends with a tangent of at least `slope`; without such a point the result is
+    /// The square of the least distance from this cell to a surface point in the cell at `offset`. A point counts only
+    /// if the line to it from this cell descends with a tangent of at least `slope`. If no point counts, the result is
     /// infinite.
     fn squared_distance(&self, offset: [i32; 2], slope: f32) -> f32 {
         let across = across(offset, self.extent);
@@ -270,8 +271,8 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
 }
 
 impl DistanceMap {
-    /// The map's words with 8, 16 or 32 bits per cell, and the distance that the value 1 stands for. Values are
-    /// rounded down, so that no distance grows. 32 bits keep the f32 unchanged.
+    /// The map's words with 8, 16 or 32 bits per cell, and the distance that the value 1 represents. Values are rounded
+    /// down, so that no distance grows. 32 bits keep the f32 unchanged.
     pub fn packed(&self, bits: u32) -> (Vec<u32>, f32) {
         if bits == 32 {
             return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);

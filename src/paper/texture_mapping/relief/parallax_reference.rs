@@ -185,9 +185,9 @@ impl Lines<'_> {
             let visited = self.hits(b, y).map(|hit| (hit.ceil() as i64 - first) as u32);
             texels = [0, 1].map(|n| texels[n] + visited[n]);
         }
-        // If entries err by the slack, each end of a visible part moves by as much, and the share of its middle changes
-        // by four slacks divided by the segment's length. The part is not longer than the segment, so it adds an error
-        // of at most six slacks to the sum of colours, and of two to the sum of weights.
+        // If entries err by the slack, each end of a visible part moves by at most the slack. The share of its middle
+        // then changes by at most four slacks divided by the segment's length. The part is not longer than the segment.
+        // So it adds at most six slacks to the error of the sum of colours, and two to that of the sum of weights.
         let error = 8.0 * self.slack * f64::from(texels[1]) / weight;
         Possible { range: [-error, error].map(|error| colour / weight + error), texels }
     }

@@ -45,9 +45,11 @@ pub struct FrameReport {
     pub failed_tiles: usize,
     /// Wanted tiles that are not in the tile pool at the end of the frame.
     pub pending: usize,
-    /// Levels by which the wanted tiles are coarser than the listed ones, the user's constant included.
+    /// Levels by which the wanted tiles are coarser than the listed ones. It includes the constant bias of the
+    /// settings.
     pub bias: u32,
-    /// True if the visible set does not fit N1 with the user's constant, so that the bias is above it.
+    /// True if the visible set does not fit the tile pool (N1 tiles) with the constant bias alone, so that the bias is
+    /// larger.
     pub oversubscribed: bool,
     /// True if a lower bias would fit too: a moving picture keeps its bias for some frames
     /// ([`LevelBias`](super::LevelBias)).

@@ -45,10 +45,10 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
 /// Frames in a row for which a lower bias must fit before it is applied.
 pub const LOWER_AFTER: u32 = 30;
 
-/// The level bias over the frames. Each change shows in the whole picture, so a set near the capacity must not change it
-/// every few frames. It rises at once, because the wanted tiles must fit. It falls after [`LOWER_AFTER`] frames in a row
-/// in which a lower one fits into 90 % of the capacity, or in which the visible set does not change: the bias of a
-/// camera at rest is the smallest that fits.
+/// The level bias over the frames. Each change shows in the whole picture, so a set near the capacity must not change
+/// it every few frames. It rises at once, because the wanted tiles must fit. It falls after [`LOWER_AFTER`] frames in a
+/// row in which a lower bias fits into 90 % of the capacity. If the visible set does not change, a lower bias only has
+/// to fit, so a camera at rest gets the smallest bias that fits.
 #[derive(Default)]
 pub struct LevelBias {
     bias: u32,

@@ -1,9 +1,9 @@
 //! The Earth, 2^m x 2^(m-1) texels, m up to 20. It is a pure function of level, column and row: the same bytes on
 //! every machine, in any order, on any number of threads.
 //!
-//! Levels up to 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled synthetic: each
-//! texel is split into four with the same mean (`refine`), by smooth interpolation (`predict`) plus noise on the
-//! sphere (`noise`). The noise is as strong as the variation between texels of the finest imagery.
+//! Levels up to 4096 x 2048 texels are real imagery (Blue Marble; `base`). Finer levels are labelled synthetic. Each
+//! texel is split into four with the same mean (`refine`): smooth interpolation (`predict`) plus noise on the sphere
+//! (`noise`). The noise is as strong as the variation between texels of the finest imagery.
 //!
 //! # Strength
 //! The strength is the relative texel-to-texel variation of luminance at 4096 x 2048, by a robust measure
@@ -13,11 +13,11 @@
 //! synthetic levels vary 1.0-1.15 times as much as 4096 x 2048, because the interpolation adds its part.
 //!
 //! # Means
-//! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After
-//! rounding, the mean of four stored texels, stored again, is within **1 code** of the stored parent. Proof:
-//! rounding moves each child by at most half a code. In codes at the parent's brightness this moves the mean
-//! by half a code times mean(s(child))/s(parent), where s(x) is the light of one code at brightness x. s grows as
-//! x^(1-1/2.4), which is concave, so by Jensen's inequality the ratio is at most 1. On the curve's linear segment s is
+//! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After rounding, the
+//! mean of four stored texels, stored again, is within **1 code** of the stored parent. Proof: rounding moves each
+//! child by at most half a code. Let s(x) be the light of one code at brightness x. In codes at the parent's
+//! brightness, the mean then moves by at most half a code times mean(s(child))/s(parent). The function s grows as
+//! x^(1-1/2.4). This is concave, so by Jensen's inequality the ratio is at most 1. On the curve's linear segment s is
 //! constant, which raises the bound to 1.32. The parent's own rounding adds half a code. The sum, 0.66 + 0.5, is below
 //! 1.5, so the two stored codes differ by at most 1. In the real levels every texel is exactly the mean of the four
 //! stored finer ones.

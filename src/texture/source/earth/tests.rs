@@ -209,8 +209,8 @@ fn a_resident_level_in_the_synthetic_part_equals_the_tiles() {
     }
 }
 
-/// In a square of 64 texels of the level `2^width_log2` wide: the mean step across the middle, the largest
-/// mean step elsewhere, and the middle step with its far side shifted by 21 texels. Axis 0: columns.
+/// Three steps in a square of 64 x 64 texels of the level `2^width_log2` wide: the mean step across the middle, the
+/// largest mean step elsewhere, and the step across the middle with its far side shifted by 21 texels. Axis 0: columns.
 fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
     let (region, _) = refine::region(base::base().unwrap(), width_log2, (left, top, 64, 64));
     let texel = |x: i64, y: i64| region.row(left + x, top + y)[0][1];

@@ -13,14 +13,14 @@
 //! base (on the summit). The mean of a tile differs by at most 1.2 codes (the test allows 2.5).
 //!
 //! # Borders
-//! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]), which shaders
-//! and references share: columns wrap, and rows beyond an edge are mirrored, half a turn away. The model `valley` ends
-//! 1/64 of the area before the edges, so this is never visible.
+//! The map is not a globe, but its borders follow the rule of all sources ([`super::border`]): columns wrap, and rows
+//! beyond an edge are mirrored, half a turn away. Shaders and references share this rule. The model `valley` ends 1/64
+//! of the area before the edges, so this is never visible.
 //!
 //! # Cost
-//! The first terrain of a process computes the base: 0.9 s of processor time, on all cores. A tile of 512 with 4 texels
-//! of border takes 13 to 19 ms for both of its pictures on a busy machine, and 1.4 ms in the base and coarser levels
-//! (2026-11-22; `earth` takes 13 ms on an idle core).
+//! The first terrain of a process computes the base: 0.9 s of processor time, on all cores. On a busy machine, a tile
+//! of 512 with 4 texels of border takes 13 to 19 ms for both of its pictures, and 1.4 ms in the base and coarser levels
+//! (2026-11-22). `earth` takes 13 ms on an idle core.
 
 mod base;
 mod ground;

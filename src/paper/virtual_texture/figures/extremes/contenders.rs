@@ -1,5 +1,6 @@
-//! The variants of vt.extremes: each dedup and each compaction at least once with each tile address that fits it, the
-//! geometry shaders with several block sizes, the host's lists, feedback with every pixel, and the fused draws.
+//! The variants of vt.extremes. Each dedup and each compaction runs at least once with each tile address that fits it,
+//! and the geometry shaders run with several block sizes. The host's lists, feedback with every pixel, and the fused
+//! draws complete the list.
 
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::footprint::FootprintPass;

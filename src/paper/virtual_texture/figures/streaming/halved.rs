@@ -75,7 +75,8 @@ pub(super) fn halved(
     ])
 }
 
-/// Draws frames from one pose. Returns the number of frames until it was settled (at most [`LAST_STAYS`]), the number of tiles copied in the following [`REST`] frames, and the pictures before and after those frames.
+/// Draws frames from one pose. Returns the number of frames until it was settled (at most [`LAST_STAYS`]). Also returns
+/// the number of tiles copied in the following [`REST`] frames, and the pictures before and after those frames.
 fn rest(
     session: &mut Run<VirtualTexture>,
     mut frame: impl FnMut(&mut Run<VirtualTexture>) -> anyhow::Result<()>,
@@ -98,9 +99,9 @@ fn rest(
     Ok((to_rest, copied, [before, after]))
 }
 
-/// Number of frames with a wrong report. In a correct report, `oversubscribed` is true exactly if the streamed list has
-/// more tiles than there are slots, `bias` is above 0 exactly then and if `bias_held`, and `wanted` is at most the number
-/// of slots.
+/// Number of frames with a wrong report. A correct report has three properties. `oversubscribed` is true exactly if the
+/// streamed list has more tiles than there are slots. `bias` is above 0 exactly if `oversubscribed` or `bias_held` is
+/// true. `wanted` is at most the number of slots.
 fn misreported(records: &[FrameRecord], slots: u32) -> usize {
     let wrong = |record: &&FrameRecord| {
         let Some(list_of) = record.list_of else { return false };
