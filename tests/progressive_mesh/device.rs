@@ -5,10 +5,13 @@ use super::made::{Random, arrange, collapse, torus};
 use ortelius::paper::progressive_mesh::apply::{DeviceProgram, LevelChange};
 use ortelius::paper::progressive_mesh::mesh::{Births, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::Program;
+use ortelius::paper::progressive_mesh::surface::vertices::{
+    ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, morph_vertices,
+};
 use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
 
 /// The indices of a buffer.
-fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
+pub fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
@@ -31,6 +34,16 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
     let model = torus(12, 11, seed.is_multiple_of(2), 3);
     let collapses = collapse(&model, 12, random);
     arrange(&model, &collapses, swap_every, random).mesh
+}
+
+#[test]
+fn every_vertex_has_arrived_at_the_smallest_wanted_error_even_after_errors_of_0() {
+    let mut mesh = mesh(1, 3);
+    mesh.levels.iter_mut().for_each(|level| level.error = 0.0);
+    let vertices = morph_vertices(&mesh, &vec![[0.0; 3]; mesh.vertices.positions.len()]);
+    assert!(vertices.iter().any(|vertex| vertex.birth_log2 < ALWAYS_LOG2), "some vertices replace others");
+    let arrived = |birth_log2: f32| birth_log2 - EXACT_LOG2 >= MORPH_BAND_LOG2;
+    assert!(vertices.iter().all(|vertex| arrived(vertex.birth_log2)));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod check;
 mod device;
 mod governed;
 mod made;
+mod misses;
 mod model;
 mod pictures;
 mod published;

@@ -1,16 +1,17 @@
 //! Reads out the faces of a finished frame, for the window's overlays. Each pixel has its instance, its face, the level
 //! at which the face appears, and the number of the face's vertices that miss in a FIFO of 16.
 
+use super::misses::MissCounter;
 use super::surface::MeshOnDevice;
 use super::surface::vertices::{MorphVertex, SurfaceVertex, VertexBuffer};
 use super::technique::ProgressiveMeshes;
 use crate::frame::{Target, View};
 use crate::model::mesh::MeshVertex;
-use crate::vk::shader::progressive_mesh::{faces_frag, faces_vert, misses_comp};
-use crate::vk::shader::{FaceRange, FaceView};
+use crate::vk::shader::FaceView;
+use crate::vk::shader::progressive_mesh::{faces_frag, faces_vert};
 use crate::vk::{
-    self, Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Depth, DepthTarget, Format, Frame,
-    Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, Resource, Result,
+    self, Buffer, BufferUse, Clear, Cmd, ColorTarget, Depth, DepthTarget, Format, Frame, Gpu, GraphicsInfo,
+    GraphicsPipeline, Image, ImageInfo, Resource, Result,
 };
 use std::sync::Arc;
 
@@ -30,7 +31,7 @@ pub struct Faces {
 
 struct OfSurface {
     draw: GraphicsPipeline,
-    count: ComputePipeline,
+    counter: MissCounter,
     /// Live vertices of each level.
     levels: Buffer,
     level_count: u32,
@@ -59,7 +60,7 @@ impl Faces {
                     colors: &[Format::Rgba32Uint],
                     ..GraphicsInfo::triangles(&faces_vert::SHADER, &faces_frag::SHADER)
                 })?,
-                count: gpu.compute_pipeline(misses_comp::SHADER.name, &misses_comp::SHADER, &constants)?,
+                counter: MissCounter::new(gpu, surface.indices.index_type())?,
                 levels: gpu.buffer_with("faces: levels", &counts, BufferUse::Storage)?,
                 level_count: counts.len() as u32,
                 misses: gpu.buffer("faces: misses", miss_bytes(surface), BufferUse::Storage)?,
@@ -98,29 +99,22 @@ impl Faces {
             }
         }
         if self.counts_misses {
-            frame.pass("cache misses", |cmd| self.count(cmd, meshes, view))?;
+            frame.pass("cache misses", |cmd| self.count(gpu, cmd, meshes, view))?;
         }
         frame.pass("faces", |cmd| cmd.read_depth(&self.seen, |cmd| self.draw(cmd, meshes, view)))
     }
 
-    fn count(&mut self, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
+    fn count(&mut self, gpu: &Gpu, cmd: &mut Cmd<'_>, meshes: &ProgressiveMeshes, view: &View) -> Result<()> {
         for (of, surface) in self.surfaces.iter_mut().zip(&meshes.surfaces) {
             let slices = surface.slices(&view.pose, view.size, meshes.settings.sun);
             let ranges: Vec<_> =
                 slices.iter().map(|slice| [slice.first_index / 3, slice.count / 3]).collect();
             let levels = surface.instances().map(|(_, level)| level).collect();
-            let shown = Some((levels, ranges));
-            if of.counted == shown {
-                continue;
+            let shown = (levels, ranges);
+            if of.counted.as_ref() != Some(&shown) {
+                of.counter.run(gpu, cmd, (&surface.indices, &of.misses), &shown.1)?;
+                of.counted = Some(shown);
             }
-            let resources = [
-                (misses_comp::INDICES, Resource::Buffer(&surface.indices)),
-                (misses_comp::MISSES, Resource::Buffer(&of.misses)),
-            ];
-            let ranges = shown.iter().flat_map(|(_, ranges)| ranges);
-            let counts = ranges.map(|&[first, count]| (FaceRange { first, count }, [1; 3])).collect();
-            cmd.dispatch_rounds(&of.count, &resources, &[counts])?;
-            of.counted = shown;
         }
         Ok(())
     }

@@ -23,7 +23,7 @@
 //! level from scratch, and [`file`](mod@file) is the storage format. [`load`](mod@load) builds the meshes of a scene,
 //! and [`keep`] keeps them for the next run. [`stand`], [`ground`] and [`place`] position their instances. A
 //! [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the [`governor`] keeps its time
-//! budget. [`faces`] exposes the faces of a frame.
+//! budget. [`faces`] exposes the faces of a frame, and [`misses`] counts their cache misses.
 
 pub mod apply;
 pub mod baselines;
@@ -39,6 +39,7 @@ pub mod ground;
 pub mod keep;
 pub mod load;
 pub mod mesh;
+pub mod misses;
 pub mod order;
 pub mod place;
 mod record;
