@@ -43,7 +43,8 @@ impl<T: Technique> Run<T> {
     /// Renders one frame from `pose`.
     ///
     /// # Errors
-    /// Device lost, out of memory.
+    /// Device lost, out of memory. The run must then be dropped: the technique may rely on commands that the device never
+    /// executed.
     pub fn frame(&mut self, pose: &Pose) -> Result<(), T::Error> {
         self.frame_with(pose, &[], &[], |_, _, _, _| Ok(()))
     }

@@ -7,11 +7,7 @@
 use super::run::{Operation, Program};
 use crate::vk::shader::Applying;
 use crate::vk::shader::progressive_mesh::apply_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
-
-/// Maximum number of groups of a dispatch, with 64 items each. With more items, each invocation handles
-/// several.
-const MOST_GROUPS: u32 = 32_768;
+use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result, group_line};
 
 /// Least capacity of `kept` in faces (768 KiB), for all instances of a batch. A permutation first copies the faces that
 /// it moves to `kept`; if one moves more faces, the capacity is that number.
@@ -43,10 +39,6 @@ pub struct LevelChange {
 
 /// Dispatches of one round are independent. Each round sees the writes of the earlier rounds.
 type Rounds = Vec<Vec<(Applying, [u32; 3])>>;
-
-fn groups(items: u32) -> [u32; 3] {
-    [items.div_ceil(64).min(MOST_GROUPS), 1, 1]
-}
 
 impl DeviceProgram {
     /// # Errors
@@ -152,7 +144,7 @@ impl DeviceProgram {
                 faces_at: self.faces_at as u32,
                 predecessors_at: self.predecessors_at as u32,
             };
-            (applying, groups(count as u32))
+            (applying, group_line(count.div_ceil(64) as u64))
         };
         match step {
             Operation::Write { corners, .. } if corners.is_empty() => vec![],

@@ -276,7 +276,7 @@ impl Technique for ProgressiveMeshes {
         if self.draws() && self.only.is_none() {
             frame.pass(SURFACES, |cmd| self.draw(cmd, view, target))?;
         }
-        self.surfaces.iter_mut().for_each(MeshOnDevice::submitted);
+        self.surfaces.iter_mut().for_each(MeshOnDevice::recorded);
         Ok(())
     }
 

@@ -269,8 +269,9 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// To be called when the commands of [`MeshOnDevice::record`] have been submitted.
-    pub(super) fn submitted(&mut self) {
+    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the index
+    /// buffer lacks their changes.
+    pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
             Levels::Host(_) => {}

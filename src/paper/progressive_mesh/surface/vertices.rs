@@ -72,8 +72,8 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
         for vertex in pair[0].vertices..pair[1].vertices {
             births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
                 NOWHERE => (ALWAYS_LOG2, vertex),
-                // An error of 0 has no finite logarithm; it never exceeds the wanted error.
-                split => (pair[0].error.log2().max(EXACT_LOG2), split),
+                // An error of 0 has no finite logarithm. Its vertices have arrived only at EXACT_LOG2.
+                split => (pair[0].error.log2().max(EXACT_LOG2 + MORPH_BAND_LOG2), split),
             });
         }
     }

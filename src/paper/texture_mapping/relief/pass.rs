@@ -32,9 +32,6 @@ pub fn heights(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
     gpu.buffer_with("heights", &texels, BufferUse::Storage)
 }
 
-/// Rows of cells per dispatch: keeps a dispatch below about a second.
-pub const ROWS: u32 = 8;
-
 /// The construction of a distance map.
 pub struct DistanceBuild {
     pipeline: ComputePipeline,
@@ -86,7 +83,9 @@ impl DistanceBuild {
         let inputs = self.inputs.iter().map(|(binding, buffer)| (*binding, Resource::Buffer(buffer)));
         let distances = (relief_distances_comp::DISTANCES, Resource::Buffer(&self.distances));
         let resources: Vec<_> = inputs.chain([distances]).collect();
-        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, self.push.side, rows)])
+        let push = ReliefPush { first_row: rows.start, ..self.push };
+        let groups = [self.push.side, rows.end - rows.start, 1];
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&push), groups)
     }
 
     /// One f32 word per cell, layer by layer from below.
@@ -100,12 +99,6 @@ impl DistanceBuild {
         let distances = read_words(gpu, &self.distances)?.into_iter().map(f32::from_bits).collect();
         Ok(DistanceMap { layers: self.push.layers as usize, distances })
     }
-}
-
-/// Splits rows of a map into dispatches of [`ROWS`] rows.
-fn slices(push: ReliefPush, groups: u32, rows: Range<u32>) -> Vec<(ReliefPush, [u32; 3])> {
-    let firsts = rows.step_by(ROWS as usize);
-    firsts.map(|first_row| (ReliefPush { first_row, ..push }, [groups, ROWS, 1])).collect()
 }
 
 /// The construction of a cone map.
@@ -139,7 +132,7 @@ impl ConeBuild {
             (relief_cones_comp::CONES, Resource::Buffer(&self.cones)),
         ];
         let groups = self.push.side.div_ceil(relief_cones_comp::SHADER.group[0]);
-        cmd.dispatch_rounds(&self.pipeline, &resources, &[slices(self.push, groups, 0..self.push.side)])
+        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, self.push.side, 1])
     }
 
     /// # Errors

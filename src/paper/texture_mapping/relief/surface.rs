@@ -7,7 +7,7 @@
 
 use super::Relief;
 use super::maps::{Fan, Holds};
-use super::pass::{DistanceBuild, ROWS, heights};
+use super::pass::{DistanceBuild, heights};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{Buffer, BufferUse, Gpu, Resource, Result};
@@ -44,15 +44,19 @@ pub fn work(relief: &Relief) -> u64 {
 /// Squares of a [`Fan`].
 const HORIZON_SQUARES: u64 = 7296;
 
+/// Rows of cells per submission. Drivers end a submission that takes seconds.
+const ROWS: u32 = 8;
+
 /// Builds the refined map. A build of more than a second reports its progress.
 fn distance_map(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
     let fan = Fan::new(relief.depth, Holds::Everywhere);
     let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, true)?;
     let (side, mut reported) = (relief.side as u32, Instant::now());
     for first in (0..side).step_by(ROWS as usize) {
-        gpu.run_pass("distance map", |cmd| build.run_rows(cmd, first..first + ROWS))?;
+        let end = side.min(first + ROWS);
+        gpu.run_pass("distance map", |cmd| build.run_rows(cmd, first..end))?;
         if reported.elapsed() >= REPORT {
-            tracing::info!("distance map: {} of {side} rows", first + ROWS);
+            tracing::info!("distance map: {end} of {side} rows");
             reported = Instant::now();
         }
     }
