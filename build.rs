@@ -276,6 +276,10 @@ impl Generated {
                 .unwrap();
             end = offset + bytes;
         }
+        // Vulkan guarantees 128 bytes of push constants; lavapipe has 256.
+        if end > 128 {
+            return Err(format!("{shader}: block {name} has {end} bytes, more than the guaranteed 128"));
+        }
         let text = format!(
             "#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]\n\
              pub struct {name} {{\n{fields}}}\n{asserts}const _: () = assert!(size_of::<{name}>() == {end});\n"

@@ -13,8 +13,8 @@ fn validating<'a>() -> GpuOptions<'a> {
 
 #[test]
 fn the_self_test_passes_without_a_validation_message() {
-    let messages = self_test::run(&validating()).expect("driver and layer");
-    assert!(messages.is_empty(), "{messages:?}");
+    let passed = self_test::run(&validating()).expect("driver and layer");
+    assert!(passed.messages.is_empty(), "{:?}", passed.messages);
 }
 
 /// Threads open, use and close devices of their own at the same time.
@@ -22,8 +22,8 @@ fn the_self_test_passes_without_a_validation_message() {
 fn devices_come_and_go_beside_each_other() {
     let rounds = |options: GpuOptions<'_>| {
         for _ in 0..8 {
-            let messages = self_test::run(&options).expect("driver");
-            assert!(messages.is_empty(), "{messages:?}");
+            let passed = self_test::run(&options).expect("driver");
+            assert!(passed.messages.is_empty(), "{:?}", passed.messages);
         }
     };
     std::thread::scope(|scope| {
@@ -84,11 +84,32 @@ fn a_pipeline_is_compiled_again_only_if_its_description_is_new_or_was_unused_for
 }
 
 #[test]
-fn a_table_larger_than_any_texel_buffer_is_rejected_with_a_message() {
+fn a_dispatch_beyond_the_devices_limit_is_refused_and_names_the_pipeline() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let pipeline = gpu.compute_pipeline("endless", &dispatch_comp::SHADER, &[]).unwrap();
+    let words = gpu.buffer("words", 4 * 256, BufferUse::Storage).unwrap();
+    let resources = [(dispatch_comp::WORDS, Resource::Buffer(&words))];
+    // No device has as many groups in y.
+    let groups = [1, u32::MAX, 1];
+    let once = gpu.run_pass("once", |cmd| cmd.dispatch(&pipeline, &resources, &[], groups));
+    let rounds = [vec![((), [1; 3])], vec![((), groups)]];
+    let second = gpu.run_pass("rounds", |cmd| cmd.dispatch_rounds(&pipeline, &resources, &rounds));
+    for result in [once, second] {
+        let line = result.unwrap_err().to_string();
+        assert!(line.starts_with("endless: needs [1, 4294967295, 1] workgroups"), "{line}");
+    }
+}
+
+#[test]
+fn a_buffer_larger_than_the_device_allows_is_rejected_with_a_message() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
-    // Limits are 32 bits: no device holds 2^38 words.
-    let line = gpu.buffer("page table", 1 << 40, BufferUse::Texels).err().map(|error| error.to_string());
-    assert!(line.as_ref().is_some_and(|line| line.contains("texel buffers can hold")), "{line:?}");
+    // Limits of texels are 32 bits, and no device has 2^60 bytes.
+    for (usage, words) in
+        [(BufferUse::Texels, "texel buffers can hold"), (BufferUse::Upload, "buffers can hold")]
+    {
+        let line = gpu.buffer("page table", 1 << 60, usage).err().map(|error| error.to_string());
+        assert!(line.as_ref().is_some_and(|line| line.contains(words)), "{line:?}");
+    }
 }
 
 /// The layer and synchronisation validation are active: two copies into one buffer without a barrier are reported.

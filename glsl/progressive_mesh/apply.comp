@@ -9,6 +9,7 @@
 // construction of a level does not depend on the slice's present indices.
 
 layout(local_size_x = 64) in;
+#include "common/line.glsl"
 
 // Three words for each corner that a split changes: its index in the slice, the new vertex, the replaced vertex. Two
 // words for each face that a permutation moves: its slot after going up, and its slot before.
@@ -84,14 +85,13 @@ void construct(uint slot) {
 }
 
 void main() {
-    uint stride = gl_NumWorkGroups.x * gl_WorkGroupSize.x;
-    for (uint n = gl_GlobalInvocationID.x; n < applying.count; n += stride) {
-        if (applying.kind == 0) {
-            write(n);
-        } else if (applying.kind == 3) {
-            construct(n);
-        } else {
-            move(n);
-        }
+    uint n = line_invocation();
+    if (n >= applying.count) return;
+    if (applying.kind == 0) {
+        write(n);
+    } else if (applying.kind == 3) {
+        construct(n);
+    } else {
+        move(n);
     }
 }

@@ -3,6 +3,7 @@ layout(constant_id = 2) const uint WALK = 0;
 const uint INTERLEAVED = 0, TWO_ENDS = 1, CHUNKS = 2;
 
 layout(local_size_x = 64) in;
+#include "common/line.glsl"
 
 layout(binding = 2, scalar) writeonly buffer Pixels { uint words[]; } pixels;
 
@@ -16,7 +17,7 @@ struct Walk {
 
 // Threads beyond the last row get no pixels.
 Walk walk() {
-    uint row = gl_GlobalInvocationID.x / band.lanes, lane = gl_GlobalInvocationID.x % band.lanes;
+    uint row = line_invocation() / band.lanes, lane = line_invocation() % band.lanes;
     uint width = band.size.x;
     Walk own = Walk(row, lane, int(band.lanes), (width - lane + band.lanes - 1u) / band.lanes);
     if (WALK == TWO_ENDS) {

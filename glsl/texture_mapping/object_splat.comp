@@ -7,6 +7,7 @@
 // finds the nearest depth of each pixel; a second pass adds the weighted colours of fragments that are not behind it.
 // Sums are integers, so their order does not matter.
 layout(local_size_x = 64) in;
+#include "common/line.glsl"
 
 layout(constant_id = 0) const uint SUMS = 0;   // 0: the depth test
 layout(constant_id = 1) const uint COUNT = 0;  // 1: counts the atomics
@@ -56,7 +57,7 @@ void add(Polygon own, uint n, ivec2 pixel, float part) {
 }
 
 void main() {
-    uint n = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    uint n = line_invocation();
     if (n >= min(counts.fragments, object.capacity)) return;
     Polygon own = polygons.of[fragments.of[n].x];
     vec2 at = projected(own, lattice(fragments.of[n].y));

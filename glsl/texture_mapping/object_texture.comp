@@ -5,6 +5,7 @@
 
 // Stage 3: a thread textures a fragment with a bilinear sample of the polygon's level, rounded to bytes.
 layout(local_size_x = 64) in;
+#include "common/line.glsl"
 
 layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;
 layout(binding = 2, scalar) readonly buffer Counts { uint fragments; uint depth_tests; uint sums; } counts;
@@ -17,7 +18,7 @@ vec3 texel(ivec2 at, uint level) {
 }
 
 void main() {
-    uint n = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * gl_WorkGroupSize.x;
+    uint n = line_invocation();
     if (n >= min(counts.fragments, object.capacity)) return;
     uvec2 fragment = fragments.of[n];
     Polygon own = polygons.of[fragment.x];

@@ -12,18 +12,7 @@
 layout(constant_id = 1) const uint SAMPLES = 1;
 layout(constant_id = 2) const float ALPHA = 2.0;
 
-// pcg4d (Jarzynski and Olano, "Hash functions for GPU rendering", JCGT 2020).
-uvec4 mixed(uvec4 v) {
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v;
-}
-uvec4 random(uvec4 v) {
-    v = mixed(v * 1664525u + 1013904223u);
-    return mixed(v ^ v >> 16u);
-}
+#include "common/hash.glsl"
 
 void main() {
     Pixel pixel = pixel_at(gl_FragCoord.xy);
@@ -33,7 +22,7 @@ void main() {
     vec3 sum = vec3(0.0);
     vec3 first = vec3(0.0);
     for (uint n = 0; n < SAMPLES; ++n) {
-        vec4 unit = vec4(random(uvec4(gl_FragCoord.xy, n, plane.frame)) >> 8) * exp2(-24.0);
+        vec4 unit = vec4(hash(uvec4(gl_FragCoord.xy, n, plane.frame)) >> 8) * exp2(-24.0);
         float radius = sqrt(-log(1.0 - unit.x * (1.0 - exp(-ALPHA))) / ALPHA);
         float angle = 6.2831853 * unit.y;
         vec2 in_disc = radius * vec2(cos(angle), sin(angle));

@@ -17,7 +17,7 @@ struct Lookup {
     Footprint footprint;
 };
 
-// log2 of a positive finite number, with an error of at most 2^-13; the sampler's step between levels is 2^-8. The
+// log2 of a positive finite number, with an error of at most 2^-13; a sampler's step between levels is usually 2^-8. The
 // exponent is exact, so that the integer part of half the result is stage 1's q. On software drivers the built-in log2
 // needs a division and ten operations more than this function.
 float log2_13(float x) {
@@ -133,18 +133,7 @@ vec4 chances(uvec4 start, uint n) {
     return vec4(bits >> 8) * power_of_half(24);
 }
 
-// PCG in four dimensions (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
-uvec4 stir(uvec4 v) {
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v;
-}
-uvec4 hash(uvec4 v) {
-    v = stir(v * 1664525u + 1013904223u);
-    return stir(v ^ v >> 16);
-}
+#include "common/hash.glsl"
 
 vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
     vec4 sum = vec4(0.0);

@@ -50,4 +50,8 @@ uvec3 load_triple(uvec4 stored) {
                  first & ((1u << COLUMN_BITS) - 1u));
 }
 
+// As load_triple, for a covered pixel. Helper invocations beyond the mesh's outline read the background; they get a tile
+// that exists, because their fetches must stay within the buffers.
+uvec3 load_covered(uvec4 stored) { return load_triple(stored.x == BACKGROUND ? uvec4(0) : stored); }
+
 uint load_reach(uint stored) { return REACHES == 0 || stored == BACKGROUND ? 0u : stored >> 28; }

@@ -54,7 +54,7 @@ uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
 }
 
 void main() {
-    uvec3 qij = load_triple(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
+    uvec3 qij = load_covered(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
     Resident tile = find_resident(q, qij.yz);

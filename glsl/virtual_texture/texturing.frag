@@ -20,7 +20,7 @@ layout(location = 0) out vec4 colour;  // linear light
 
 void main() {
     // The tile is exactly the one that stage 1 stored; it is not computed again.
-    uvec3 qij = load_triple(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
+    uvec3 qij = load_covered(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
     colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));

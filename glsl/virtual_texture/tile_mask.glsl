@@ -37,6 +37,4 @@ uvec3 marked_triple(uint word, uint bit) { return triple_at(4u * word + bit); }
 #endif
 #endif
 
-// Indices of workgroup and invocation, row by row.
-uint line_group() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
-uint line_invocation() { return line_group() * gl_WorkGroupSize.x + gl_LocalInvocationIndex; }
+#include "common/line.glsl"

@@ -2,7 +2,8 @@
 
 use super::painter::Painter;
 use ortelius::vk::shader::Present;
-use ortelius::vk::shader::view::{present_frag, present_vert};
+use ortelius::vk::shader::common::screen_vert;
+use ortelius::vk::shader::view::present_frag;
 use ortelius::vk::{
     Acquired, Buffer, BufferUse, Clear, ColorTarget, Format, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
     Image, ImageInfo, PresentMode, ReadAs, Resource, Result, Swapchain, TexelCopy, WindowSurface,
@@ -166,7 +167,7 @@ impl Screen {
 fn pipeline(gpu: &Gpu, format: Format) -> Result<GraphicsPipeline> {
     gpu.graphics_pipeline(&GraphicsInfo {
         colors: &[format],
-        ..GraphicsInfo::triangles(&present_vert::SHADER, &present_frag::SHADER)
+        ..GraphicsInfo::triangles(&screen_vert::SHADER, &present_frag::SHADER)
     })
 }
 

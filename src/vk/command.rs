@@ -3,6 +3,7 @@
 use super::buffer::Uses;
 use super::descriptors::Descriptors;
 use super::device::Device;
+use super::limits::require_groups;
 use super::shader::DescriptorKind;
 use super::{Buffer, ComputePipeline, Error, Image, ReadAs, Result, Sampler, StreamQuery, TexelCopy, Work};
 use ash::vk;
@@ -63,6 +64,8 @@ impl Cmd<'_> {
         }
     }
 
+    /// # Errors
+    /// [`Error::Limit`] if the device cannot dispatch so many groups; out of memory.
     pub fn dispatch(
         &mut self,
         pipeline: &ComputePipeline,
@@ -71,6 +74,7 @@ impl Cmd<'_> {
         groups: [u32; 3],
     ) -> Result<()> {
         let base = &pipeline.0;
+        require_groups(&self.device.physical.limits, &base.name, groups)?;
         self.bind(base, vk::PipelineBindPoint::COMPUTE, resources, push)?;
         self.work.dispatches += 1;
         // SAFETY: pipeline, descriptors and push constants are bound.
@@ -82,7 +86,7 @@ impl Cmd<'_> {
     /// and groups. The dispatches of a round are independent, and each round sees what earlier rounds wrote.
     ///
     /// # Errors
-    /// Out of memory.
+    /// As [`Cmd::dispatch`].
     pub fn dispatch_rounds<P: bytemuck::Pod>(
         &mut self,
         pipeline: &ComputePipeline,
@@ -91,6 +95,8 @@ impl Cmd<'_> {
     ) -> Result<()> {
         let base = &pipeline.0;
         let Some((first, _)) = rounds.iter().flatten().next() else { return Ok(()) };
+        let limits = &self.device.physical.limits;
+        rounds.iter().flatten().try_for_each(|(_, groups)| require_groups(limits, &base.name, *groups))?;
         self.bind(base, vk::PipelineBindPoint::COMPUTE, resources, bytemuck::bytes_of(first))?;
         for (n, round) in rounds.iter().enumerate() {
             if n > 0 {

@@ -86,6 +86,8 @@ pub(crate) struct Offered {
     /// True if the device implements only a subset of Vulkan. VK_KHR_portability_subset must then be enabled; the
     /// missing parts are not used.
     pub(crate) portability_subset: bool,
+    /// True if the device can present to windows (VK_KHR_swapchain).
+    pub(crate) swapchain: bool,
     /// Lanes per subgroup.
     pub(crate) subgroup_size: u32,
 }
@@ -130,6 +132,7 @@ pub(crate) fn offered(
         features: Feature::ALL.into_iter().filter(has).collect(),
         scalar_block_layout: v12.scalar_block_layout == vk::TRUE,
         portability_subset: has_extension(khr::portability_subset::NAME),
+        swapchain: has_extension(khr::swapchain::NAME),
         subgroup_size: subgroup.subgroup_size,
     }
 }
@@ -147,8 +150,9 @@ fn subgroup(
 
 impl Offered {
     /// # Errors
-    /// [`Error::MissingFeature`] for the first need that the device does not meet.
-    pub(crate) fn require(&self, device: &str, needs: &[Need]) -> Result<()> {
+    /// [`Error::MissingFeature`] for the first need that the device does not meet; [`Error::Limit`] if it cannot
+    /// present although it must.
+    pub(crate) fn require(&self, device: &str, needs: &[Need], presents: bool) -> Result<()> {
         Need::check_all(needs, device, |feature| self.features.contains(&feature))?;
         if !self.scalar_block_layout {
             return Err(Error::MissingFeature {
@@ -158,8 +162,15 @@ impl Offered {
                 without: "every variant needs it; choose another --device",
             });
         }
+        if presents && !self.swapchain {
+            return Err(cannot_present(device));
+        }
         Ok(())
     }
+}
+
+pub(super) fn cannot_present(device: &str) -> Error {
+    Error::limit("window", format!("{device} cannot present to this window; choose another --device"))
 }
 
 #[cfg(test)]
@@ -182,11 +193,14 @@ mod tests {
         for feature in Feature::ALL {
             let others: Vec<_> = Feature::ALL.into_iter().filter(|other| *other != feature).collect();
             let need = Need { feature, ..NEED };
-            let line = offered(&others).require("Some GPU", &[need]).unwrap_err().to_string();
+            let line = offered(&others).require("Some GPU", &[need], false).unwrap_err().to_string();
             for word in ["Some GPU", feature.name(), "\"dedup\"", "choose the other variant"] {
                 assert!(line.contains(word), "no {word:?} in: {line}");
             }
-            assert!(offered(&Feature::ALL).require("Some GPU", &[need]).is_ok(), "{feature:?} is there");
+            assert!(
+                offered(&Feature::ALL).require("Some GPU", &[need], false).is_ok(),
+                "{feature:?} is there"
+            );
         }
     }
 
@@ -197,16 +211,24 @@ mod tests {
             Need { feature: Feature::GeometryShader, pass: "other", ..NEED },
             Need { feature: Feature::TransformFeedback, pass: "third", ..NEED },
         ];
-        let line = offered(&[Feature::LogicOp]).require("Some GPU", &needs).unwrap_err().to_string();
+        let line = offered(&[Feature::LogicOp]).require("Some GPU", &needs, false).unwrap_err().to_string();
         assert!(line.contains("\"other\"") && line.contains("geometryShader"), "{line}");
     }
 
     #[test]
     fn unneeded_features_may_be_missing_but_scalar_block_layout_may_not() {
-        assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED]).is_ok());
-        assert!(offered(&[]).require("Some GPU", &[]).is_ok());
+        assert!(offered(&[Feature::LogicOp]).require("Some GPU", &[NEED], false).is_ok());
+        assert!(offered(&[]).require("Some GPU", &[], false).is_ok());
         let bare = Offered { scalar_block_layout: false, ..offered(&Feature::ALL) };
-        let line = bare.require("Some GPU", &[]).unwrap_err().to_string();
+        let line = bare.require("Some GPU", &[], false).unwrap_err().to_string();
         assert!(line.contains("scalarBlockLayout") && line.contains("--device"), "{line}");
+    }
+
+    #[test]
+    fn a_device_without_swapchains_is_refused_for_a_window_only() {
+        assert!(offered(&[]).require("Some GPU", &[], false).is_ok());
+        let line = offered(&[]).require("Some GPU", &[], true).unwrap_err().to_string();
+        assert!(line.contains("Some GPU cannot present") && line.contains("--device"), "{line}");
+        assert!(Offered { swapchain: true, ..offered(&[]) }.require("Some GPU", &[], true).is_ok());
     }
 }

@@ -251,6 +251,7 @@ fn usage(info: &ImageInfo) -> vk::ImageUsageFlags {
 impl Image {
     /// A swapchain image to render into. It is in GENERAL only between [`super::Frame::begin_present`] and
     /// [`super::Frame::end_present`].
+    #[cfg(feature = "window")]
     pub(crate) fn of_swapchain(
         gpu: &Gpu,
         handle: vk::Image,

@@ -2,9 +2,8 @@
 
 use super::features::{Feature, Offered, offered};
 use super::message::{Message, Messages, messenger_info};
-use super::{Check, Error, Result};
+use super::{Check, DisplayHandle, Error, Result};
 use ash::{ext, khr, vk};
-use raw_window_handle::DisplayHandle;
 use std::ffi::CStr;
 use std::sync::{Arc, Once, OnceLock};
 
@@ -52,6 +51,7 @@ pub struct PhysicalDevice {
     pub(crate) offered: Offered,
     pub(crate) limits: vk::PhysicalDeviceLimits,
     pub(crate) most_feedback_bytes: u64,
+    pub(crate) most_buffer_bytes: u64,
 }
 
 impl PhysicalDevice {
@@ -97,7 +97,7 @@ impl Instance {
         let has_debug = extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
         let messages = Arc::new(Messages::default());
         let named = |name: &&CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(*name));
-        let surface = surface_extensions(display)?;
+        let surface = display.map_or(Ok(Vec::new()), surface_extensions)?;
         if let Some(missing) = surface.iter().find(|name| !named(name)) {
             let missing = missing.to_string_lossy();
             let what = format!("the Vulkan loader has no {missing}; update it, or render headless");
@@ -149,20 +149,23 @@ impl Instance {
         Ok(devices)
     }
 
-    /// The device that `wanted` names (part of its name, or its index in [`Instance::devices`]), or the first
-    /// usable one.
+    /// The device that `wanted` names (its index in [`Instance::devices`], or part of its name), or else the first
+    /// usable one. If `presents`, a device with swapchains is preferred.
     ///
     /// # Errors
     /// [`Error::NoDevice`]; [`Error::DeviceChoice`] with the list of available devices.
-    pub fn choose(&self, wanted: Option<&str>) -> Result<PhysicalDevice> {
-        choose(&self.devices()?, wanted)
+    pub fn choose(&self, wanted: Option<&str>, presents: bool) -> Result<PhysicalDevice> {
+        choose(&self.devices()?, wanted, presents)
     }
 
     fn describe(&self, handle: vk::PhysicalDevice) -> Result<PhysicalDevice> {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut feedback = vk::PhysicalDeviceTransformFeedbackPropertiesEXT::default();
-        let mut properties =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut feedback);
+        let mut buffers = vk::PhysicalDeviceMaintenance4Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut feedback)
+            .push_next(&mut buffers);
         // SAFETY: the chain lives on this stack frame.
         unsafe { self.handle.get_physical_device_properties2(handle, &mut properties) };
         let core = properties.properties;
@@ -198,6 +201,7 @@ impl Instance {
             offered,
             limits: core.limits,
             most_feedback_bytes: feedback.max_transform_feedback_buffer_size,
+            most_buffer_bytes: buffers.max_buffer_size,
         })
     }
 
@@ -219,22 +223,22 @@ impl Instance {
     }
 }
 
-/// See [`Instance::choose`]. A device may appear under two drivers; the usable one is preferred. If no device is
-/// usable, opening the first reports why.
-fn choose(devices: &[PhysicalDevice], wanted: Option<&str>) -> Result<PhysicalDevice> {
+/// See [`Instance::choose`]. A number that is no index is a number in a name: 4090. A device may appear under two
+/// drivers; the usable one is preferred. If no device is usable, opening the first reports why.
+fn choose(devices: &[PhysicalDevice], wanted: Option<&str>, presents: bool) -> Result<PhysicalDevice> {
     // An empty ORTELIUS_DEVICE counts as unset.
     let wanted = wanted.filter(|wanted| !wanted.is_empty());
-    let index = wanted.and_then(|wanted| wanted.parse::<usize>().ok());
-    let named = |device: &&PhysicalDevice| {
-        wanted.is_none_or(|wanted| device.name.to_lowercase().contains(&wanted.to_lowercase()))
-    };
-    let chosen = match index {
-        Some(index) => devices.get(index),
-        None => {
-            let usable = devices.iter().find(|device| named(device) && device.usable());
-            usable.or_else(|| devices.iter().find(named))
+    let indexed = wanted.and_then(|wanted| devices.get(wanted.parse::<usize>().ok()?));
+    let is_named = |device: &&PhysicalDevice| {
+        let Some(wanted) = wanted else { return true };
+        // "2" does not name "llvmpipe (LLVM 15.0.6, 256 bits)".
+        match wanted.bytes().all(|byte| byte.is_ascii_digit()) {
+            true => device.name.split(|c: char| !c.is_ascii_digit()).any(|number| number == wanted),
+            false => device.name.to_lowercase().contains(&wanted.to_lowercase()),
         }
     };
+    let faults = |device: &&PhysicalDevice| (!device.usable(), presents && !device.offered.swapchain);
+    let chosen = indexed.or_else(|| devices.iter().filter(is_named).min_by_key(faults));
     chosen.cloned().ok_or_else(|| match wanted {
         Some(wanted) => {
             let found = devices.iter().map(|device| device.name.clone()).collect::<Vec<_>>().join(", ");
@@ -245,12 +249,17 @@ fn choose(devices: &[PhysicalDevice], wanted: Option<&str>) -> Result<PhysicalDe
 }
 
 /// Instance extensions for presenting to a window of `display`.
-fn surface_extensions(display: Option<DisplayHandle<'_>>) -> Result<Vec<&'static CStr>> {
-    let Some(display) = display else { return Ok(Vec::new()) };
+#[cfg(feature = "window")]
+fn surface_extensions(display: DisplayHandle<'_>) -> Result<Vec<&'static CStr>> {
     let names = ash_window::enumerate_required_extensions(display.as_raw());
     let names = names.check("vkEnumerateInstanceExtensionProperties", "window")?;
     // SAFETY: ash-window returns the names of extensions, which are static.
     Ok(names.iter().map(|name| unsafe { CStr::from_ptr(*name) }).collect())
+}
+
+#[cfg(not(feature = "window"))]
+fn surface_extensions(display: DisplayHandle<'_>) -> Result<Vec<&'static CStr>> {
+    match *display {}
 }
 
 fn create(
@@ -371,9 +380,11 @@ mod tests {
 
     #[test]
     fn a_device_that_cannot_be_used_is_chosen_last_and_named_when_it_is_opened() {
-        let usable = Instance::new(false).unwrap().choose(None).unwrap();
+        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
+        let usable = PhysicalDevice { name: "usable (256 bits)".into(), ..any };
         let old = PhysicalDevice { name: "old".into(), api: (1, 2, 0), ..usable.clone() };
-        let chosen = |devices: &[PhysicalDevice], wanted| choose(devices, wanted).map(|device| device.name);
+        let chosen =
+            |devices: &[PhysicalDevice], wanted| choose(devices, wanted, false).map(|device| device.name);
         let both = [old.clone(), usable.clone()];
         assert_eq!(chosen(&both, None).unwrap(), usable.name);
         assert_eq!(chosen(&both, Some("OLD")).unwrap(), "old");
@@ -381,5 +392,36 @@ mod tests {
         assert_eq!(chosen(&both[..1], None).unwrap(), "old");
         assert!(matches!(chosen(&both, Some("2")), Err(Error::DeviceChoice { .. })));
         assert!(matches!(chosen(&[], None), Err(Error::NoDevice { .. })));
+    }
+
+    #[test]
+    fn a_number_is_an_index_or_else_part_of_a_name() {
+        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
+        let named = |name: &str| PhysicalDevice { name: name.into(), ..any.clone() };
+        let devices = [named("Radeon RX 7900"), named("GeForce RTX 4090"), named("Arc A770")];
+        let chosen = |wanted| choose(&devices, Some(wanted), false).map(|device| device.name);
+        assert_eq!(chosen("4090").unwrap(), "GeForce RTX 4090");
+        assert_eq!(chosen("7900").unwrap(), "Radeon RX 7900");
+        assert_eq!(chosen("770").unwrap(), "Arc A770");
+        assert_eq!(chosen("0").unwrap(), "Radeon RX 7900");
+        assert_eq!(chosen("1").unwrap(), "GeForce RTX 4090");
+        assert!(["3090", "90", "7"].iter().all(|wanted| chosen(wanted).is_err()), "not a whole number");
+    }
+
+    #[test]
+    fn a_window_prefers_a_device_that_can_present() {
+        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
+        let with = |name: &str, swapchain| PhysicalDevice {
+            name: name.into(),
+            offered: Offered { swapchain, ..any.offered.clone() },
+            ..any.clone()
+        };
+        let devices = [with("accelerator", false), with("graphics card", true)];
+        let chosen = |wanted, presents| choose(&devices, wanted, presents).unwrap().name;
+        assert_eq!(chosen(None, false), "accelerator");
+        assert_eq!(chosen(None, true), "graphics card");
+        // A device that was named is opened, and the error says that it cannot present.
+        assert_eq!(chosen(Some("accel"), true), "accelerator");
+        assert_eq!(chosen(Some("0"), true), "accelerator");
     }
 }

@@ -1,10 +1,55 @@
 //! Checks against the device's limits, before an object is created.
 
-use super::shader::Shader;
+use super::shader::DescriptorKind;
 use super::{BufferUse, Error, Gpu, Result};
+use ash::vk::PhysicalDeviceLimits;
 
 fn require(fits: bool, object: &str, what: impl FnOnce() -> String) -> Result<()> {
     if fits { Ok(()) } else { Err(Error::limit(object, what())) }
+}
+
+/// At least this many groups, as rows of a dispatch in two dimensions: a device may allow only 65,535 in one dimension.
+/// Shaders number them with `common/line.glsl`.
+pub fn group_line(groups: u64) -> [u32; 3] {
+    let rows = groups.div_ceil(32_768).max(1);
+    [groups.div_ceil(rows) as u32, rows as u32, 1]
+}
+
+/// Checks the number of groups of a dispatch.
+pub(super) fn require_groups(limits: &PhysicalDeviceLimits, pipeline: &str, groups: [u32; 3]) -> Result<()> {
+    let most = limits.max_compute_work_group_count;
+    require((0..3).all(|axis| groups[axis] <= most[axis]), pipeline, || {
+        format!(
+            "needs {groups:?} workgroups; this device supports {most:?}; choose a smaller picture or mesh"
+        )
+    })
+}
+
+/// Checks the workgroup of a compute shader.
+fn require_workgroup(limits: &PhysicalDeviceLimits, name: &str, group: [u32; 3]) -> Result<()> {
+    let (invocations, most) = (group.iter().product::<u32>(), limits.max_compute_work_group_invocations);
+    require(invocations <= most, name, || {
+        format!("needs workgroups of {invocations}; this device supports {most}; choose another variant")
+    })?;
+    let most = limits.max_compute_work_group_size;
+    require((0..3).all(|axis| group[axis] <= most[axis]), name, || {
+        format!("needs workgroups of {group:?}; this device supports {most:?}; choose another variant")
+    })
+}
+
+/// Checks the number of storage buffers of a pipeline, all of which each stage sees.
+fn require_descriptors(
+    limits: &PhysicalDeviceLimits,
+    name: &str,
+    descriptors: &[(u32, DescriptorKind)],
+) -> Result<()> {
+    let buffers = descriptors.iter().filter(|(_, kind)| *kind == DescriptorKind::StorageBuffer).count();
+    let most = limits.max_per_stage_descriptor_storage_buffers;
+    require(buffers as u64 <= u64::from(most), name, || {
+        format!(
+            "needs {buffers} storage buffers; this device supports {most} per stage; choose another variant"
+        )
+    })
 }
 
 impl Gpu {
@@ -38,13 +83,16 @@ impl Gpu {
         })
     }
 
-    /// Checks the workgroup of a compute shader.
-    pub(super) fn require_workgroup(&self, name: &str, shader: &Shader) -> Result<()> {
-        let invocations = shader.group.iter().product::<u32>();
-        let most = self.device.physical.limits.max_compute_work_group_invocations;
-        require(invocations <= most, name, || {
-            format!("needs workgroups of {invocations}; this device supports {most}; choose another variant")
-        })
+    /// Checks a pipeline's workgroup (1 x 1 x 1 without a compute shader) and its descriptors.
+    pub(super) fn require_pipeline(
+        &self,
+        name: &str,
+        group: [u32; 3],
+        descriptors: &[(u32, DescriptorKind)],
+    ) -> Result<()> {
+        let limits = &self.device.physical.limits;
+        require_workgroup(limits, name, group)?;
+        require_descriptors(limits, name, descriptors)
     }
 
     /// Checks that a workgroup may use this many bytes of shared memory. `advice` says what to do if it may
@@ -116,10 +164,64 @@ impl Gpu {
                 physical.most_feedback_bytes,
                 "lower variant.list_capacity, or show fewer tiles",
             ),
-            _ => return Ok(()),
+            _ => ("buffers can hold", u64::MAX, "take a smaller mesh"),
         };
+        let most = most.min(physical.most_buffer_bytes);
         require(bytes <= most, name, || {
             format!("needs {bytes} bytes; this device's {whose} {most}; {advice}")
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The least limits that Vulkan allows.
+    fn least() -> PhysicalDeviceLimits {
+        PhysicalDeviceLimits {
+            max_compute_work_group_count: [65_535; 3],
+            max_compute_work_group_invocations: 128,
+            max_compute_work_group_size: [128, 128, 64],
+            max_per_stage_descriptor_storage_buffers: 4,
+            ..PhysicalDeviceLimits::default()
+        }
+    }
+
+    #[test]
+    fn a_line_of_groups_is_long_enough_and_every_device_can_dispatch_it() {
+        for groups in [0, 1, 32_768, 32_769, 65_536, 140_625, 1 << 24, 1 << 30] {
+            let [x, y, z] = group_line(groups);
+            let found = u64::from(x) * u64::from(y);
+            // Less than a group in each row is idle.
+            assert!(groups <= found && found < groups.max(1) + u64::from(y), "{groups}: {x} x {y}");
+            assert_eq!(z, 1);
+            require_groups(&least(), "line", [x, y, z]).unwrap();
+        }
+    }
+
+    #[test]
+    fn too_many_groups_are_refused_with_the_pipelines_name() {
+        assert!(require_groups(&least(), "walk", [65_535; 3]).is_ok());
+        // 9 million pixels in groups of 64.
+        for groups in [[140_625, 1, 1], [1, 65_536, 1], [1, 1, 65_536]] {
+            let line = require_groups(&least(), "walk", groups).unwrap_err().to_string();
+            assert!(line.starts_with("walk: needs [") && line.contains("65535"), "{line}");
+        }
+    }
+
+    #[test]
+    fn workgroups_and_storage_buffers_beyond_a_limit_are_refused() {
+        assert!(require_workgroup(&least(), "wide", [128, 1, 1]).is_ok());
+        for group in [[256, 1, 1], [16, 16, 1], [1, 1, 65]] {
+            let line = require_workgroup(&least(), "wide", group).unwrap_err().to_string();
+            assert!(line.starts_with("wide: needs workgroups of "), "{line}");
+        }
+        let buffers = [0, 1, 2, 3, 4].map(|binding| (binding, DescriptorKind::StorageBuffer));
+        assert!(require_descriptors(&least(), "many", &buffers[..4]).is_ok());
+        let textures = [(5, DescriptorKind::SampledImage), (6, DescriptorKind::TexelBuffer)];
+        assert!(require_descriptors(&least(), "many", &[&buffers[..4], &textures].concat()).is_ok());
+        let line = require_descriptors(&least(), "many", &buffers).unwrap_err().to_string();
+        assert!(line.contains("needs 5 storage buffers; this device supports 4"), "{line}");
     }
 }

@@ -26,6 +26,7 @@ mod sampler;
 pub mod self_test;
 mod semaphore;
 pub mod shader;
+#[cfg(feature = "window")]
 mod swapchain;
 mod watched;
 
@@ -39,6 +40,7 @@ pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
 pub use graphics_info::{Blend, Depth, GraphicsInfo};
 pub use image::{Image, ImageInfo, ReadAs};
 pub use instance::{Instance, PhysicalDevice, Survey, driver_folders};
+pub use limits::group_line;
 pub use message::{Message, Severity};
 pub use pipeline::{ComputePipeline, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery, Work};
@@ -47,6 +49,7 @@ pub use render::{
 };
 pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;
+#[cfg(feature = "window")]
 pub use swapchain::{Acquired, PresentMode, Swapchain, WindowSurface};
 pub use watched::Watched;
 
@@ -55,15 +58,20 @@ pub(crate) use error::Check;
 use device::Device;
 use frame::Ring;
 use pipeline::Pipelines;
-use raw_window_handle::DisplayHandle;
 use std::sync::{Arc, Mutex};
 
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// A system of windows. A build without the feature `window` has none.
+#[cfg(feature = "window")]
+pub type DisplayHandle<'a> = raw_window_handle::DisplayHandle<'a>;
+#[cfg(not(feature = "window"))]
+pub type DisplayHandle<'a> = &'a std::convert::Infallible;
+
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions<'a> {
-    /// Part of a device's name, or its index. `None`: the first usable one (discrete, then integrated, then
+    /// A device's index, or part of its name. `None`: the first usable one (discrete, then integrated, then
     /// software).
     pub device: Option<&'a str>,
     /// Enables validation, with synchronisation validation.
@@ -102,7 +110,8 @@ impl Gpu {
         needs: impl FnOnce(&PhysicalDevice) -> Vec<Need>,
     ) -> Result<Gpu> {
         let instance = Arc::new(Instance::presenting(options.validate, options.display)?);
-        let physical = instance.choose(options.device)?;
+        let presents = options.display.is_some();
+        let physical = instance.choose(options.device, presents)?;
         if physical.api < (1, 3, 0) {
             let (major, minor, _) = physical.api;
             let what = format!(
@@ -111,11 +120,11 @@ impl Gpu {
             return Err(Error::limit(&physical.name, what));
         }
         let needs = needs(&physical);
-        physical.offered.require(&physical.name, &needs)?;
+        physical.offered.require(&physical.name, &needs, presents)?;
         let needed = needs.iter().map(|need| need.feature);
         let optional = options.wishes.iter().copied().filter(|feature| physical.features.contains(feature));
         let features = needed.chain(optional).collect();
-        let device = Arc::new(Device::new(instance, physical, features, options.display.is_some())?);
+        let device = Arc::new(Device::new(instance, physical, features, presents)?);
         let ring = Arc::new(Mutex::new(Ring::new(&device)?));
         Ok(Gpu { device, ring, pipelines: Arc::default() })
     }

@@ -33,6 +33,8 @@ pub(crate) struct Pipelines {
     /// In the order of their last requests.
     known: Vec<(Description, Arc<PipelineHandles>)>,
     compiled: u64,
+    /// Number of times that shaders were replaced.
+    replacements: u64,
 }
 
 /// Everything on which a pipeline depends.
@@ -95,6 +97,8 @@ impl PipelineHandles {
                 }
             }
         }
+        let group = stages.last().map_or([1; 3], |(_, shader)| shader.group);
+        gpu.require_pipeline(name, group, &descriptors)?;
         let all = stages.iter().fold(vk::ShaderStageFlags::empty(), |all, (stage, _)| all | *stage);
         let bindings: Vec<_> = descriptors
             .iter()
@@ -218,18 +222,27 @@ impl Gpu {
         self.pipelines().compiled
     }
 
-    /// The pipeline of this description; `compile` compiles it if it is new.
+    /// The pipeline of this description; `compile` compiles it if it is new, and again if another thread replaces
+    /// shaders meanwhile.
     fn pipeline(
         &self,
         description: Description,
-        compile: impl FnOnce() -> Result<PipelineHandles>,
+        compile: impl Fn() -> Result<PipelineHandles>,
     ) -> Result<Arc<PipelineHandles>> {
-        if let Some(known) = self.pipelines().find(&description) {
-            return Ok(known);
+        let mut pipelines = self.pipelines();
+        loop {
+            if let Some(known) = pipelines.find(&description) {
+                return Ok(known);
+            }
+            let before = pipelines.replacements;
+            drop(pipelines);
+            let base = Arc::new(compile()?);
+            pipelines = self.pipelines();
+            if pipelines.replacements == before {
+                pipelines.add(description, base.clone());
+                return Ok(base);
+            }
         }
-        let base = Arc::new(compile()?);
-        self.pipelines().add(description, base.clone());
-        Ok(base)
     }
 
     /// Replaces the SPIR-V of shaders in pipelines that are created later. Returns the previous replacements.
@@ -237,7 +250,9 @@ impl Gpu {
     pub fn replace_shaders(&self, words: Replaced) -> Replaced {
         let mut replaced = self.device.replaced.lock().expect("no panic while words are moved");
         let before = std::mem::replace(&mut *replaced, words);
-        self.pipelines().known.clear();
+        let mut pipelines = self.pipelines();
+        pipelines.known.clear();
+        pipelines.replacements += 1;
         before
     }
 
@@ -250,7 +265,6 @@ impl Gpu {
         specialization: &[(&str, u32)],
     ) -> Result<ComputePipeline> {
         let stages = [(vk::ShaderStageFlags::COMPUTE, shader)];
-        self.require_workgroup(name, shader)?;
         assert_names_exist(name, &stages, specialization);
         let description = Description::new(name, &stages, specialization);
         let compile = || {
@@ -343,5 +357,35 @@ impl Gpu {
             self.device.handle.create_graphics_pipelines(vk::PipelineCache::null(), &[create], None)
         };
         Ok(pipelines.map_err(|(_, result)| result).check("vkCreateGraphicsPipelines", info.name)?[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::GpuOptions;
+    use crate::vk::shader::self_test::dispatch_comp::SHADER;
+    use std::cell::Cell;
+
+    #[test]
+    fn a_pipeline_is_compiled_again_if_shaders_are_replaced_meanwhile() {
+        let gpu = Gpu::new(&GpuOptions::default()).unwrap();
+        let stages = [(vk::ShaderStageFlags::COMPUTE, &SHADER)];
+        let compilations = Cell::new(0);
+        let pipeline = |replaced_during: u32| {
+            let compile = || {
+                compilations.set(compilations.get() + 1);
+                if compilations.get() <= replaced_during {
+                    gpu.replace_shaders(Replaced::new());
+                }
+                PipelineHandles::new(&gpu, "raced", &stages)
+            };
+            gpu.pipeline(Description::new("raced", &stages, &[]), compile).unwrap()
+        };
+        let last = pipeline(2);
+        assert_eq!((compilations.get(), gpu.compiled_pipelines()), (3, 1));
+        // It is the last one that is known.
+        assert!(Arc::ptr_eq(&last, &pipeline(0)));
+        assert_eq!(compilations.get(), 3);
     }
 }

@@ -258,6 +258,26 @@ fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and
     }
 }
 
+/// Scenes have variants for such a device.
+#[test]
+fn the_doctor_finds_a_device_without_geometry_shaders_or_transform_feedback_healthy() {
+    let doctor = |masked: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
+        load_layer(command.args(["doctor", "--json"]).env("ORTELIUS_CACHE", ""));
+        let ran = command.env("ORTELIUS_FAULT", "host:0").env("ORTELIUS_MASK", masked).output().unwrap();
+        let found: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
+        let words = found["self_test"].as_str().unwrap().to_owned();
+        (ran.status.code(), found["healthy"] == true, words)
+    };
+    assert_eq!(doctor("logicOp"), (Some(0), true, "passed".into()));
+    for masked in ["geometryShader", "transformFeedback"] {
+        let (code, healthy, words) = doctor(masked);
+        assert_eq!((code, healthy), (Some(0), true), "{masked}: {words}");
+        let untested = format!("passed; transform feedback not tested: the device lacks {masked}");
+        assert!(words.starts_with(&untested), "{words}");
+    }
+}
+
 #[test]
 fn a_figure_whose_device_is_lost_ends_with_exit_code_4() {
     let reproduce = ["reproduce", "vt.address", "--partition", "1/3", "-o", "out"];

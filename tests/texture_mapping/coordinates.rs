@@ -241,6 +241,25 @@ fn every_form_draws_every_pixel_of_the_same_picture() {
     }
 }
 
+/// With a thread for each pixel, this picture has more groups than one dimension of a dispatch may have.
+#[test]
+fn a_picture_of_66048_groups_is_drawn_whole() {
+    let gpu = device();
+    let (width, height) = (2048, 2064);
+    let plane = TiltedPlane::tilted([width, height], 60.0, 20.0, 64.0);
+    let texels = |first_row, rows| {
+        let band = Band { size: [width, rows], first_row };
+        run(&gpu, Form::Walk(Walk::Restart(1)), Output::Texels, &plane, band).read(&gpu).unwrap()
+    };
+    let whole = texels(0, height);
+    let parts = [0, 1024, height - 16].map(|first| (first, texels(first, 16)));
+    for (first, part) in &parts {
+        let begin = (first * width) as usize;
+        assert!(whole[begin..begin + part.len()] == part[..], "rows from {first} on");
+    }
+    assert!(parts[0].1 != parts[1].1 && parts[1].1 != parts[2].1, "the parts differ");
+}
+
 /// The pixels of an ellipse filter with this form of the coordinates.
 fn filtered(gpu: &Gpu, form: Coordinates, plane: &TiltedPlane) -> Vec<Dumped> {
     let size = super::SIZE;

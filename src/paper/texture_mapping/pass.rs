@@ -7,6 +7,7 @@ use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
 use super::method::{Coordinates, Ellipse, Method, PixelCentre};
 use super::plane::TiltedPlane;
 use super::texels::Texels;
+use crate::vk::shader::common::screen_vert;
 use crate::vk::shader::texture_mapping as glsl;
 use crate::vk::shader::{PlanePush, Shader};
 use crate::vk::{
@@ -308,7 +309,7 @@ impl FilterPass {
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             specialization,
             colors: &[Format::Rgba32Float; 4][..if dumps { 4 } else { 1 }],
-            ..GraphicsInfo::triangles(&glsl::screen_vert::SHADER, shader)
+            ..GraphicsInfo::triangles(&screen_vert::SHADER, shader)
         })?;
         let words = match method {
             Method::Ellipse(ellipse @ Ellipse { map: Some(map), kernel, .. }) => {

@@ -16,7 +16,9 @@ use crate::vk::shader::virtual_texture::{
     compact_subgroup_comp, compact_workgroup_comp,
 };
 use crate::vk::shader::{MarkingFrame, Shader};
-use crate::vk::{Blend, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback};
+use crate::vk::{
+    Blend, Cmd, Gpu, GraphicsInfo, GraphicsPipeline, Resource, Result, TransformFeedback, group_line,
+};
 use std::sync::Arc;
 
 /// Stage 3 of one variant. [`CompactPass::list`] creates its lists.
@@ -40,12 +42,6 @@ fn compute(compact: Compaction) -> Option<(&'static [Shader; 3], u32)> {
         Compaction::Workgroup => (&compact_workgroup_comp::SHADERS, 4),
         Compaction::Ordered => (&compact_ordered_comp::SHADERS, 4),
     })
-}
-
-/// A line of workgroups in two dimensions, because one dimension holds at most 65,535.
-fn line(groups: u64) -> [u32; 3] {
-    let rows = groups.div_ceil(32_768).max(1);
-    [groups.div_ceil(rows) as u32, rows as u32, 1]
 }
 
 impl CompactPass {
@@ -82,7 +78,7 @@ impl CompactPass {
         let count = config.compact == Compaction::Ordered;
         let count = count.then(|| dispatch(&compact_count_comp::SHADERS)).transpose()?;
         let words_of_group = u64::from(shaders[0].group[0] << words_log2);
-        let groups = line(TileMask::words_of(pyramid, config).div_ceil(words_of_group));
+        let groups = group_line(TileMask::words_of(pyramid, config).div_ceil(words_of_group));
         let dispatches = Dispatches { count, write: dispatch(shaders)?, groups };
         Ok(CompactPass { step: CompactStep::Compute(Arc::new(dispatches)), entries })
     }

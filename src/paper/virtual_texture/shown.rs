@@ -6,7 +6,7 @@ use super::{
 };
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::Shown as Push;
-use crate::vk::shader::view::present_vert;
+use crate::vk::shader::common::screen_vert;
 use crate::vk::shader::virtual_texture::shown_frag;
 use crate::vk::{
     Clear, Cmd, ColorTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo, ReadAs, Resource,
@@ -43,7 +43,7 @@ impl ShownLevels {
             pipeline: gpu.graphics_pipeline(&GraphicsInfo {
                 specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
                 colors: &[Format::Rgba32Uint],
-                ..GraphicsInfo::triangles(&present_vert::SHADER, &shown_frag::SHADER)
+                ..GraphicsInfo::triangles(&screen_vert::SHADER, &shown_frag::SHADER)
             })?,
         })
     }

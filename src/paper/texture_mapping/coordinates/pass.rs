@@ -8,7 +8,7 @@ use crate::vk::shader::texture_mapping::{
 use crate::vk::shader::{PlaneBand, Shader};
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Feature, Format, Gpu, GraphicsInfo,
-    GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler,
+    GraphicsPipeline, Image, ImageInfo, Need, Resource, Result, Sampler, group_line,
 };
 
 /// The values written for a pixel.
@@ -154,9 +154,9 @@ impl CoordinatesPass {
             }
             Body::Dispatch(pipeline, pixels) => {
                 let pixels = (coordinates_comp::PIXELS, Resource::Buffer(pixels));
-                let groups =
-                    (self.push.size[1] * self.push.lanes).div_ceil(coordinates_comp::SHADER.group[0]);
-                cmd.dispatch(pipeline, &[source, rows, pixels], push, [groups, 1, 1])
+                let lanes = u64::from(self.push.size[1]) * u64::from(self.push.lanes);
+                let groups = group_line(lanes.div_ceil(coordinates_comp::SHADER.group[0].into()));
+                cmd.dispatch(pipeline, &[source, rows, pixels], push, groups)
             }
         }
     }

@@ -3,13 +3,13 @@
 use super::{MOST_FRAGMENTS, Polygons};
 use crate::paper::texture_mapping::pass::{Targets, Uploaded, read_words};
 use crate::vk::shader::ObjectSpace as Push;
+use crate::vk::shader::common::screen_vert;
 use crate::vk::shader::texture_mapping::{
     object_rasterise_comp, object_resolve_frag, object_rotate_comp, object_splat_comp, object_texture_comp,
-    screen_vert,
 };
 use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, ComputePipeline, Format, Gpu, GraphicsInfo, GraphicsPipeline,
-    PassTime, ReadAs, Resource, Result,
+    PassTime, ReadAs, Resource, Result, group_line,
 };
 
 /// The pipelines of all stages.
@@ -45,9 +45,6 @@ pub struct Counts {
 
 /// Bytes of a `Polygon` of the shaders.
 const POLYGON_BYTES: u64 = 4 * (4 + 1 + 2 + 2 + 9 + 3 + 3 + 1 + 3 + 2);
-
-/// Groups of 64 fragments along x of a dispatch; every device supports this many.
-const GROUPS: u32 = 32_768;
 
 impl Stages {
     /// With `counts`, the shaders count their atomics, which takes time.
@@ -88,8 +85,7 @@ impl Stages {
         assert_eq!(of.push.size, targets.size, "the polygons and the targets");
         let resources = of.resources(texture);
         let push = bytemuck::bytes_of(&of.push);
-        let groups = of.push.capacity.div_ceil(64).max(1);
-        let of_fragments = [groups.min(GROUPS), groups.div_ceil(GROUPS), 1];
+        let of_fragments = group_line(of.push.capacity.div_ceil(64).into());
         frame.pass("rotate", |cmd| {
             cmd.fill(&of.counts, of.counts.bytes(), 0);
             cmd.fill(&of.nearest, of.nearest.bytes(), 0);
