@@ -1,6 +1,7 @@
 //! The device: one queue, one allocator, and the deferred-destruction queue.
 
-use super::instance::{Instance, PhysicalDevice};
+use super::instance::Instance;
+use super::physical::PhysicalDevice;
 use super::{Check, Error, Feature, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};

@@ -1,7 +1,8 @@
 //! Loader, layers, debug messenger and the list of devices.
 
-use super::features::{Feature, Offered, offered};
+use super::features::{Feature, offered};
 use super::message::{Message, Messages, messenger_info};
+use super::physical::{PhysicalDevice, choose};
 use super::{Check, DisplayHandle, Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
@@ -31,35 +32,6 @@ const KINDS: [(vk::PhysicalDeviceType, &str); 4] = [
     (vk::PhysicalDeviceType::VIRTUAL_GPU, "virtual"),
     (vk::PhysicalDeviceType::CPU, "cpu"),
 ];
-
-/// One device, as enumerated.
-#[derive(Clone, Debug)]
-pub struct PhysicalDevice {
-    pub(crate) handle: vk::PhysicalDevice,
-    pub name: String,
-    /// "discrete", "integrated", "virtual", "cpu" or "other".
-    pub kind: &'static str,
-    /// Driver name and version, as the driver reports them.
-    pub driver: String,
-    /// (major, minor, patch)
-    pub api: (u32, u32, u32),
-    pub features: Vec<Feature>,
-    /// Lanes per subgroup.
-    pub subgroup_size: u32,
-    /// Shared memory of a workgroup, in bytes.
-    pub shared_bytes: u32,
-    pub(crate) offered: Offered,
-    pub(crate) limits: vk::PhysicalDeviceLimits,
-    pub(crate) most_feedback_bytes: u64,
-    pub(crate) most_buffer_bytes: u64,
-}
-
-impl PhysicalDevice {
-    /// True if the device has Vulkan 1.3 and scalar block layout. All our programs need both.
-    pub fn usable(&self) -> bool {
-        self.api >= (1, 3, 0) && self.offered.scalar_block_layout
-    }
-}
 
 /// State of the loader and its drivers, for `ortelius doctor`.
 #[derive(Clone, Debug)]
@@ -155,7 +127,16 @@ impl Instance {
     /// # Errors
     /// [`Error::NoDevice`]; [`Error::DeviceChoice`] with the list of available devices.
     pub fn choose(&self, wanted: Option<&str>, presents: bool) -> Result<PhysicalDevice> {
-        choose(&self.devices()?, wanted, presents)
+        let devices = self.devices()?;
+        // An empty ORTELIUS_DEVICE counts as unset.
+        let wanted = wanted.filter(|wanted| !wanted.is_empty());
+        choose(&devices, wanted, presents).cloned().ok_or_else(|| match wanted {
+            Some(wanted) => {
+                let found = devices.iter().map(|device| device.name.clone()).collect::<Vec<_>>().join(", ");
+                Error::DeviceChoice { wanted: wanted.to_string(), found }
+            }
+            None => Error::NoDevice { searched: searched_folders() },
+        })
     }
 
     fn describe(&self, handle: vk::PhysicalDevice) -> Result<PhysicalDevice> {
@@ -221,31 +202,6 @@ impl Instance {
             devices: instance.devices()?,
         })
     }
-}
-
-/// See [`Instance::choose`]. A number that is no index is a number in a name: 4090. A device may appear under two
-/// drivers; the usable one is preferred. If no device is usable, opening the first reports why.
-fn choose(devices: &[PhysicalDevice], wanted: Option<&str>, presents: bool) -> Result<PhysicalDevice> {
-    // An empty ORTELIUS_DEVICE counts as unset.
-    let wanted = wanted.filter(|wanted| !wanted.is_empty());
-    let indexed = wanted.and_then(|wanted| devices.get(wanted.parse::<usize>().ok()?));
-    let is_named = |device: &&PhysicalDevice| {
-        let Some(wanted) = wanted else { return true };
-        // "2" does not name "llvmpipe (LLVM 15.0.6, 256 bits)".
-        match wanted.bytes().all(|byte| byte.is_ascii_digit()) {
-            true => device.name.split(|c: char| !c.is_ascii_digit()).any(|number| number == wanted),
-            false => device.name.to_lowercase().contains(&wanted.to_lowercase()),
-        }
-    };
-    let faults = |device: &&PhysicalDevice| (!device.usable(), presents && !device.offered.swapchain);
-    let chosen = indexed.or_else(|| devices.iter().filter(is_named).min_by_key(faults));
-    chosen.cloned().ok_or_else(|| match wanted {
-        Some(wanted) => {
-            let found = devices.iter().map(|device| device.name.clone()).collect::<Vec<_>>().join(", ");
-            Error::DeviceChoice { wanted: wanted.to_string(), found }
-        }
-        None => Error::NoDevice { searched: searched_folders() },
-    })
 }
 
 /// Instance extensions for presenting to a window of `display`.
@@ -371,57 +327,5 @@ impl Drop for Instance {
             }
             self.handle.destroy_instance(None);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_device_that_cannot_be_used_is_chosen_last_and_named_when_it_is_opened() {
-        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
-        let usable = PhysicalDevice { name: "usable (256 bits)".into(), ..any };
-        let old = PhysicalDevice { name: "old".into(), api: (1, 2, 0), ..usable.clone() };
-        let chosen =
-            |devices: &[PhysicalDevice], wanted| choose(devices, wanted, false).map(|device| device.name);
-        let both = [old.clone(), usable.clone()];
-        assert_eq!(chosen(&both, None).unwrap(), usable.name);
-        assert_eq!(chosen(&both, Some("OLD")).unwrap(), "old");
-        assert_eq!(chosen(&both, Some("1")).unwrap(), usable.name);
-        assert_eq!(chosen(&both[..1], None).unwrap(), "old");
-        assert!(matches!(chosen(&both, Some("2")), Err(Error::DeviceChoice { .. })));
-        assert!(matches!(chosen(&[], None), Err(Error::NoDevice { .. })));
-    }
-
-    #[test]
-    fn a_number_is_an_index_or_else_part_of_a_name() {
-        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
-        let named = |name: &str| PhysicalDevice { name: name.into(), ..any.clone() };
-        let devices = [named("Radeon RX 7900"), named("GeForce RTX 4090"), named("Arc A770")];
-        let chosen = |wanted| choose(&devices, Some(wanted), false).map(|device| device.name);
-        assert_eq!(chosen("4090").unwrap(), "GeForce RTX 4090");
-        assert_eq!(chosen("7900").unwrap(), "Radeon RX 7900");
-        assert_eq!(chosen("770").unwrap(), "Arc A770");
-        assert_eq!(chosen("0").unwrap(), "Radeon RX 7900");
-        assert_eq!(chosen("1").unwrap(), "GeForce RTX 4090");
-        assert!(["3090", "90", "7"].iter().all(|wanted| chosen(wanted).is_err()), "not a whole number");
-    }
-
-    #[test]
-    fn a_window_prefers_a_device_that_can_present() {
-        let any = Instance::new(false).unwrap().choose(None, false).unwrap();
-        let with = |name: &str, swapchain| PhysicalDevice {
-            name: name.into(),
-            offered: Offered { swapchain, ..any.offered.clone() },
-            ..any.clone()
-        };
-        let devices = [with("accelerator", false), with("graphics card", true)];
-        let chosen = |wanted, presents| choose(&devices, wanted, presents).unwrap().name;
-        assert_eq!(chosen(None, false), "accelerator");
-        assert_eq!(chosen(None, true), "graphics card");
-        // A device that was named is opened, and the error says that it cannot present.
-        assert_eq!(chosen(Some("accel"), true), "accelerator");
-        assert_eq!(chosen(Some("0"), true), "accelerator");
     }
 }
