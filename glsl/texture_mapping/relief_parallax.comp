@@ -6,7 +6,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(constant_id = 0) const uint METHOD = 0;
-const uint POINT = 0, UNPERTURBED = 1, WHOLE = 2, VISIBLE = 3, PROJECTED = 4;
+const uint POINT = 0, OFFSET = 1, UNPERTURBED = 2, WHOLE = 3, VISIBLE = 4, PROJECTED = 5;
 
 layout(push_constant, scalar) uniform Parallax {
     uint side;         // texels
@@ -68,12 +68,22 @@ Sum box(Sum sum, float a, float b, float y, bool visible) {
     return sum;
 }
 
+// The x below the entry at `s`, where the surface is taken to be as high as at `s`.
+float below(float s, float y) {
+    int before = int(floor(s));
+    float height = mix(sample_row(before, y).height, sample_row(before + 1, y).height, s - floor(s));
+    return s + (view.depth - height) * view.cotangent;
+}
+
 void main() {
     uvec2 pixel = gl_GlobalInvocationID.xy;
     if (any(greaterThanEqual(pixel, uvec2(view.columns)))) return;
     vec2 corner = vec2(pixel) * view.pixel, middle = corner + 0.5 * view.pixel;
-    float a = corner.x, b = corner.x + view.pixel, centre = hit(middle.x, middle.y);
-    if (METHOD == UNPERTURBED) {
+    float a = corner.x, b = corner.x + view.pixel;
+    float centre = METHOD == OFFSET ? below(middle.x, middle.y) : hit(middle.x, middle.y);
+    bool moved = METHOD == UNPERTURBED;
+    if (METHOD == OFFSET) moved = true;
+    if (moved) {
         a = centre - 0.5 * view.pixel;
         b = centre + 0.5 * view.pixel;
     } else if (METHOD != PROJECTED) {
@@ -86,7 +96,7 @@ void main() {
     for (uint n = 0; n < rows; n++) {
         float y = corner.y + (float(n) + 0.5) * view.pixel / float(rows);
         if (METHOD == PROJECTED) sum = projected(sum, a, b, y);
-        if (METHOD == UNPERTURBED) sum = box(sum, a, b, y, false);
+        if (moved) sum = box(sum, a, b, y, false);
         if (METHOD == WHOLE) sum = box(sum, a, b, y, false);
         if (METHOD == VISIBLE) sum = box(sum, a, b, y, true);
     }

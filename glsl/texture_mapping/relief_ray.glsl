@@ -62,9 +62,8 @@ Hit traced(vec2 origin, vec3 direction) {
     while (steps < MOST_STEPS) {
         float step = TRACER == LINEAR ? fixed_step : allowed(point(origin, direction, t), direction);
         // Guaranteed steps cannot pass the surface; all others are tested.
-        bool may_pass = step < LEAST_STEP;
-        if (TRACER == LINEAR) may_pass = true;
-        if (TRACER == RELAXED_CONES) may_pass = true;
+        bool may_pass = true;
+        if (TRACER == DISTANCES) may_pass = step < LEAST_STEP;
         if (TRACER != LINEAR) step = max(step, LEAST_STEP);
         precise float next = t + step;
         steps++;

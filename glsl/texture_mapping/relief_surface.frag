@@ -73,6 +73,7 @@ vec3 lit(vec3 albedo, vec2 at) {
 // (lengths in texels).
 vec2 along, across;
 float step_texels;
+float colour_level;  // has a texel for each step and line
 float steps_down;  // steps along the plane per texel of descent
 
 #define COLOUR vec3
@@ -83,8 +84,7 @@ struct Texel {
 
 Texel sample_row(int x, float y) {
     vec2 at = float(x) * step_texels * along + y * across;
-    float level = log2(float(textureSize(plain, 0).x) / float(relief.side));
-    return Texel(height_at(at), lit(textureLod(plain, to_texture(at), level).rgb, at));
+    return Texel(height_at(at), lit(textureLod(plain, to_texture(at), colour_level).rgb, at));
 }
 
 float entry(float x, float height) { return x - (relief.depth - height) * steps_down; }
@@ -112,6 +112,8 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     Sum sum = Sum(vec3(0.0), 0.0, 0.0);
     // Two lines per texel, as in the figures.
     uint lines = max(uint(4.0 * reach.y), 1u);
+    float apart = max(step_texels, 2.0 * reach.y / float(lines));
+    colour_level = log2(apart * float(textureSize(plain, 0).x) / float(relief.side));
     for (uint n = 0; n < lines; n++) {
         float y = middle.y + ((2.0 * float(n) + 1.0) / float(lines) - 1.0) * reach.y;
         sum = projected(sum, (middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, y);

@@ -157,7 +157,7 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
     let progress = |done, all| bar.set(done, all);
     let trade = match owner(scene)? {
         Some(_) => sweep.run(&bench, progress)?,
-        None => plain::run(&sweep, &bench, progress)?,
+        None => plain::run(&sweep, None, &bench, progress)?,
     };
     drop(bar);
     if let Some(first) = bench.messages().first() {

@@ -186,6 +186,11 @@ pub fn srgb8_to_linear(byte: u8) -> f64 {
     srgb_to_linear(f64::from(byte) / 255.0)
 }
 
+/// Luminance of linear light (ITU-R BT.709).
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 /// Linear light of an encoded value, both 0.0 ..= 1.0.
 pub fn srgb_to_linear(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }

@@ -3,6 +3,7 @@
 
 mod candidates;
 pub mod cylinder;
+mod dense;
 pub mod distance;
 pub mod ellipsoid;
 pub mod filter;
@@ -12,4 +13,5 @@ pub mod raster;
 pub mod supersample;
 
 pub use candidates::Candidates;
+pub use dense::PixelTriangles;
 pub use raster::{Derivatives, ReferenceView, Sample, rasterise};

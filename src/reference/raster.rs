@@ -126,30 +126,19 @@ impl ReferenceView {
     pub fn sample(&self, x: u32, y: u32) -> Option<Sample> {
         assert!(x < self.size[0] && y < self.size[1], "pixel ({x}, {y}) of {:?}", self.size);
         let centre = self.centre(i64::from(x), i64::from(y));
-        self.nearest([x as i32, y as i32], centre).map(|setup| self.sample_of(setup, x, y))
+        nearest(self.near([x as i32, y as i32], 0.0), centre).map(|setup| self.sample_of(setup, x, y))
     }
 
     /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
     /// [`MARGIN_PX`] beyond the picture use triangles that reach into it.
     pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let place =
-            DVec3::new(2.0 * x / f64::from(self.size[0]) - 1.0, 2.0 * y / f64::from(self.size[1]) - 1.0, 1.0);
-        let setup = self.nearest([x.floor() as i32, y.floor() as i32], place)?;
-        Some((setup.coordinates[0] + setup.coordinate_from_first(place)).to_array())
+        let place = self.place([x, y]);
+        Some(nearest(self.near([x.floor() as i32, y.floor() as i32], 0.0), place)?.coordinate(place))
     }
 
-    /// The nearest of the triangles that cover a position in a pixel.
-    fn nearest(&self, pixel: [i32; 2], place: DVec3) -> Option<&Setup> {
-        let mut nearest: Option<(f64, &Setup)> = None;
-        for setup in self.near(pixel, 0.0) {
-            if !setup.misses(place)
-                && let Some(inverse_w) = setup.covers(place)
-                && nearest.is_none_or(|(nearest, _)| inverse_w > nearest)
-            {
-                nearest = Some((inverse_w, setup));
-            }
-        }
-        nearest.map(|(_, setup)| setup)
+    /// A position in normalised device coordinates.
+    pub(super) fn place(&self, [x, y]: [f64; 2]) -> DVec3 {
+        DVec3::new(2.0 * x / f64::from(self.size[0]) - 1.0, 2.0 * y / f64::from(self.size[1]) - 1.0, 1.0)
     }
 
     /// Every pixel, row by row from the top.
@@ -193,10 +182,24 @@ impl ReferenceView {
             fine: Derivatives { dsdx: by_x.x, dtdx: by_x.y, dsdy: by_y.x, dtdy: by_y.y },
             analytic: setup.derivatives(centre, self.size),
             weights: setup.edges.map(|edge| edge.dot(centre) / setup.inverse_w.dot(centre)),
-            w_m: setup.scale / setup.inverse_w.dot(centre),
+            w_m: setup.distance_m(centre),
             altitude_px: setup.altitude_px(self.size),
         }
     }
+}
+
+/// The nearest of the triangles that cover a position.
+pub(super) fn nearest<'a>(triangles: impl IntoIterator<Item = &'a Setup>, place: DVec3) -> Option<&'a Setup> {
+    let mut nearest: Option<(f64, &Setup)> = None;
+    for setup in triangles {
+        if !setup.misses(place)
+            && let Some(inverse_w) = setup.covers(place)
+            && nearest.is_none_or(|(nearest, _)| inverse_w > nearest)
+        {
+            nearest = Some((inverse_w, setup));
+        }
+    }
+    nearest.map(|(_, setup)| setup)
 }
 
 impl Setup {
@@ -229,6 +232,21 @@ impl Setup {
     /// True if a position is certainly outside, despite rounding; true for most triangles of a bin.
     fn misses(&self, place: DVec3) -> bool {
         self.edges.iter().any(|edge| edge.dot(place) < -self.doubt)
+    }
+
+    /// True if all of a convex polygon is certainly outside.
+    pub(super) fn misses_all(&self, polygon: &[DVec3]) -> bool {
+        self.edges.iter().any(|edge| polygon.iter().all(|corner| edge.dot(*corner) < -self.doubt))
+    }
+
+    /// Texture coordinate at a position that the triangle covers.
+    pub(super) fn coordinate(&self, place: DVec3) -> [f64; 2] {
+        (self.coordinates[0] + self.coordinate_from_first(place)).to_array()
+    }
+
+    /// Distance from the eye along its forward axis at such a position, in metres.
+    pub(super) fn distance_m(&self, place: DVec3) -> f64 {
+        self.scale / self.inverse_w.dot(place)
     }
 
     /// 1/w at a position that the triangle covers between the near plane and infinity. Coverage is exact: each position

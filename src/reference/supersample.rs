@@ -43,8 +43,8 @@ pub struct Truth {
     pub values: Vec<f64>,
     /// True if the kernel lies wholly on the surface.
     pub whole: Vec<bool>,
-    /// NMSE of `values`, estimated from the independent halves.
-    pub own_nmse: f64,
+    /// Squared error of each value, estimated from the independent halves.
+    pub squared_errors: Vec<f64>,
     /// Largest number of samples of a pixel, and the mean.
     pub most_samples: u64,
     pub mean_samples: f64,
@@ -81,6 +81,20 @@ impl Kernel {
             Kernel::Box => 0.5,
             Kernel::Gaussian { radius, .. } => radius,
         }
+    }
+}
+
+impl Truth {
+    /// The truth's own NMSE over the pixels that count.
+    pub fn own_nmse_where(&self, counts: &[bool]) -> f64 {
+        let sum = |of: &dyn Fn(usize) -> f64| (0..counts.len()).filter(|&n| counts[n]).map(of).sum::<f64>();
+        let error = sum(&|n| self.squared_errors[n]);
+        if error == 0.0 { 0.0 } else { error / sum(&|n| self.values[n].powi(2)) }
+    }
+
+    /// The truth's own NMSE over the pixels whose kernel lies wholly on the surface.
+    pub fn own_nmse(&self) -> f64 {
+        self.own_nmse_where(&self.whole)
     }
 }
 
@@ -135,16 +149,11 @@ pub fn supersample(
     };
     let halves: Vec<_> = (0..count).into_par_iter().map(pixel).collect();
     let samples = |[columns, rows]: [u32; 2]| 2 * u64::from(columns) * u64::from(rows);
-    let (mut error, mut square) = (0.0, 0.0);
-    for (a, b, _) in &halves {
-        error += ((a.value - b.value) / 2.0).powi(2);
-        square += ((a.value + b.value) / 2.0).powi(2);
-    }
     Truth {
         size,
         values: halves.iter().map(|(a, b, _)| (a.value + b.value) / 2.0).collect(),
         whole: halves.iter().map(|(a, b, _)| a.whole && b.whole).collect(),
-        own_nmse: if error == 0.0 { 0.0 } else { error / square },
+        squared_errors: halves.iter().map(|(a, b, _)| ((a.value - b.value) / 2.0).powi(2)).collect(),
         most_samples: halves.iter().map(|(.., strata)| samples(*strata)).max().unwrap_or(0),
         mean_samples: halves.iter().map(|(.., strata)| samples(*strata) as f64).sum::<f64>() / count as f64,
     }
@@ -287,11 +296,12 @@ mod tests {
             supersample([16, 16], steep, |at| texture.at(at), GAUSSIAN, density)
         };
         let (coarse, fine) = (of(12), of(96));
-        assert!(fine.own_nmse < coarse.own_nmse / 30.0, "{} and {}", fine.own_nmse, coarse.own_nmse);
+        let [own, of_fine] = [&coarse, &fine].map(Truth::own_nmse);
+        assert!(of_fine < own / 30.0, "{of_fine} and {own}");
         let squares = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         let true_nmse =
             squares(&coarse.values, &fine.values) / fine.values.iter().map(|v| v * v).sum::<f64>();
-        assert!((0.5..2.0).contains(&(true_nmse / coarse.own_nmse)), "{true_nmse} and {}", coarse.own_nmse);
+        assert!((0.5..2.0).contains(&(true_nmse / own)), "{true_nmse} and {own}");
     }
 
     #[test]
@@ -301,5 +311,17 @@ mod tests {
         let truth = supersample([4, 1], half, |at| texture.at(at), Kernel::Box, Density::FINE);
         assert_eq!(truth.whole, [true, true, false, false]);
         assert!((truth.values[1] - 0.2).abs() < 1e-10 && truth.values[3] == 0.0, "{:?}", truth.values);
+    }
+
+    #[test]
+    fn the_own_error_is_of_the_pixels_that_count() {
+        let texels: Vec<u8> = (0..64 * 64).map(|n| (SplitMix64::nth(9, n) >> 56) as u8).collect();
+        let texture = Tiled::new(64, &texels);
+        // The second pixel is half beyond the surface, and its footprint is a hundred times as long.
+        let edge = |x: f64, y: f64| (x < 1.5).then_some([if x < 1.0 { x } else { 100.0 * x }, y]);
+        let density = Density { per_texel: 0.0, least: 8, most: 8 };
+        let truth = supersample([2, 1], edge, |at| texture.at(at), Kernel::Box, density);
+        let all = truth.own_nmse_where(&[true; 2]);
+        assert!(truth.own_nmse() > 0.0 && all > 10.0 * truth.own_nmse(), "{all} {}", truth.own_nmse());
     }
 }

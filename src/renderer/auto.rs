@@ -1,11 +1,15 @@
-//! Chooses the filter of a surface with `filter = "auto"`: the surface's bound selects it from the Pareto front of time
-//! and error, measured on this device. The front is kept in the user's cache folder, one file for a scene, size and
-//! pose. It is measured again on another device, with another driver, or by another commit of the program.
+//! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief: the surface's bound selects it
+//! from the Pareto front of time and error, measured on this device. The front is kept in the user's cache folder, one
+//! file for a scene, size and pose. It is measured again on another device, with another driver, or by another commit of
+//! the program.
 
 use super::sections::LANGUAGES;
+use super::trade;
 use crate::figure::{Bench, Effort, Machine, Trade, Traded};
 use crate::file;
 use crate::math::camera::Pose;
+use crate::paper::texture_mapping::config::ReliefKeys;
+use crate::paper::virtual_texture::config::owner;
 use crate::paper::virtual_texture::trade::{Knob, Measure, Sweep, TradeKernel};
 use crate::picture::write::write_whole;
 use crate::scene::{FilterBound, Scene, SceneError};
@@ -26,7 +30,7 @@ pub struct Place<'a> {
 
 /// A scene whose filter was chosen.
 pub struct Chosen {
-    /// The scene, with the filter in place of `"auto"`.
+    /// The scene, with the filter or the relief's method in place of `"auto"`.
     pub scene: Scene,
     /// Which filter was chosen, and from which front.
     pub words: String,
@@ -51,8 +55,15 @@ pub fn choose(
     place: &Place<'_>,
     progress: impl Fn(usize, usize),
 ) -> anyhow::Result<Chosen> {
-    // The sweep starts from one sample, which suits every border.
-    let base = scene.with(&[format!("surface.{surface}.filter={{max_anisotropy=1}}")])?;
+    let relief = ["surface", surface, "relief"];
+    let base = scene.with(&[match scene.has(&relief) {
+        true => {
+            let keys: ReliefKeys = scene.read(&relief)?;
+            format!("surface.{surface}.relief.method={}", keys.method.name())
+        }
+        // The sweep starts from one sample, which suits every border.
+        false => format!("surface.{surface}.filter={{max_anisotropy=1}}"),
+    }])?;
     let bench = Bench::new(Effort::Quick, place.device.map(str::to_owned), PathBuf::new());
     let machine = Machine::here(bench.gpu(&[])?.physical());
     let kept = place.cache.as_ref().map(|folder| folder.join(file_name(&base, place)));
@@ -69,7 +80,10 @@ pub fn choose(
                 measure: Measure::Nmse,
                 kernel: TradeKernel::Gaussian,
             };
-            let front = sweep.run(&bench, progress)?;
+            let front = match owner(&base)? {
+                Some(_) => sweep.run(&bench, progress)?,
+                None => trade::run(&sweep, Some(surface), &bench, progress)?,
+            };
             kept.iter().for_each(|path| keep(path, &front));
             (front, "measured now")
         }

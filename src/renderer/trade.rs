@@ -24,14 +24,19 @@ const MOST_SETTINGS: usize = 64;
 /// Rays along each side of a pixel of the reference.
 const RAYS: u32 = 12;
 
-/// Measures all settings of a scene without a virtual texture; the sweep's knobs do not apply. `progress` receives the
-/// number of settings done and the number of all settings.
+/// Measures all settings of a scene without a virtual texture, or those of the surface `only`; the sweep's knobs do not
+/// apply. `progress` receives the number of settings done and the number of all settings.
 ///
 /// # Errors
 /// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
-pub fn run(sweep: &Sweep<'_>, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
+pub fn run(
+    sweep: &Sweep<'_>,
+    only: Option<&str>,
+    bench: &Bench,
+    progress: impl Fn(usize, usize),
+) -> anyhow::Result<Trade> {
     let Sweep { scene, pose, size, measure, .. } = *sweep;
-    let settings = settings(scene)?;
+    let settings = settings(scene, only)?;
     anyhow::ensure!(
         settings.len() > 1,
         "scene {}: nothing to vary: it has no virtual texture, no plain texture with a filter, and no relief",
@@ -92,9 +97,9 @@ fn settled(sweep: &Sweep<'_>, gpu: &Gpu, changes: &[String]) -> anyhow::Result<R
 }
 
 /// All combinations of the surfaces' settings, the scene's own first.
-fn settings(scene: &Scene) -> anyhow::Result<Vec<Setting>> {
+fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<Setting>> {
     let mut all = vec![Vec::new()];
-    for surface in scene.surfaces.values() {
+    for surface in scene.surfaces.values().filter(|surface| only.is_none_or(|only| only == surface.name)) {
         let others = others(scene, surface)?;
         all = all
             .into_iter()

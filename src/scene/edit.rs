@@ -56,7 +56,13 @@ fn put(document: &mut DocumentMut, change: &Override) {
             table.insert(last, Item::Value(value));
         }
     }
-    for stated in change.dropped() {
+    let (depth, dropped) = change.dropped();
+    let mut table: &mut dyn TableLike = document.as_table_mut();
+    for section in &change.key[..depth] {
+        let inner = table.get_mut(section).and_then(Item::as_table_like_mut);
+        table = inner.expect("the value has just been inserted there");
+    }
+    for stated in dropped {
         table.remove(stated);
     }
 }

@@ -85,35 +85,34 @@ impl Override {
             }
         }
         let (last, sections) = key.split_last().expect("an override has a key");
-        let mut table = scene;
+        let mut table = &mut *scene;
         for (depth, section) in sections.iter().enumerate() {
             let inner = table.entry(*section).or_insert_with(|| Value::Table(Table::new()));
             let wrong = format!("{} is {inner}, not a table", key[..=depth].join("."));
             table = inner.as_table_mut().ok_or_else(|| self.wrong(wrong))?;
         }
         table.insert((*last).to_owned(), self.value.clone());
-        for stated in self.dropped() {
+        let (depth, dropped) = self.dropped();
+        let table = key[..depth].iter().try_fold(scene, |table, name| table.get_mut(*name)?.as_table_mut());
+        let table = table.expect("the value has just been inserted there");
+        for stated in dropped {
             table.remove(*stated);
         }
         Ok(())
     }
 
-    /// Keys that this override invalidates. A file has its own sizes, which replace those of the generated texture. A
-    /// filter's table replaces `"auto"` and its bound.
-    pub fn dropped(&self) -> &'static [&'static str] {
-        match &self.key[..] {
-            [surface, _, filter]
-                if (&**surface, &**filter) == ("surface", "filter") && self.value.is_table() =>
-            {
-                &["max_error", "max_ms"]
+    /// Keys that this override invalidates, and how many parts of its own key name their table. A file has its own
+    /// sizes, which replace those of the generated texture. A filter's table replaces `"auto"` and its bound, and so
+    /// does the method of a relief, which has no other filter.
+    pub fn dropped(&self) -> (usize, &'static [&'static str]) {
+        let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
+        match key[..] {
+            ["surface", _, "filter"] if self.value.is_table() => (2, &["max_error", "max_ms"]),
+            ["surface", _, "relief", "method"] => (2, &["filter", "max_error", "max_ms"]),
+            ["surface", _, "texture", "source"] if self.value.as_str() == Some("file") => {
+                (3, &["width_log2", "height_log2", "tile_size", "border", "resident_levels", "format"])
             }
-            [surface, _, texture, source]
-                if (&**surface, &**texture, &**source) == ("surface", "texture", "source")
-                    && self.value.as_str() == Some("file") =>
-            {
-                &["width_log2", "height_log2", "tile_size", "border", "resident_levels", "format"]
-            }
-            _ => &[],
+            _ => (0, &[]),
         }
     }
 }

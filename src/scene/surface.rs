@@ -22,8 +22,9 @@ settings! {
         geometry: Table;
         /// The texture, or the name of another surface whose texture is shared.
         texture: Option<TextureKeys> = None;
-        /// How the texture is filtered. `"auto"` measures all filters on this device and takes the one that `max_error`
-        /// or `max_ms` selects; not available for plain textures and progressive meshes.
+        /// How the texture is filtered. `"auto"` measures all filters (or a relief's methods) on this device and takes
+        /// the one that `max_error` or `max_ms` selects. In a scene with a virtual texture, only the surface that has
+        /// it can be `"auto"`, and only if it is not a progressive mesh.
         filter: Option<FilterKeys> = None;
         /// With `filter = "auto"`: use the fastest filter whose NMSE is at most this.
         max_error: Option<f64> = None, in 0.0..=1.0;
@@ -257,7 +258,7 @@ fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Res
     if keys.texture.is_none() {
         return fault("a relief needs a plain texture; add one");
     }
-    if keys.filter.is_some() {
+    if matches!(keys.filter, Some(FilterKeys::Own(_))) {
         return fault("a relief has its own filter method; omit filter or relief");
     }
     Ok(())

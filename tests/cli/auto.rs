@@ -88,3 +88,28 @@ fn a_front_is_measured_once_for_a_device_and_the_report_names_the_choice() {
     let front: Value = serde_json::from_str(&read(&folder, &kept(&folder))).unwrap();
     assert_ne!(front["machine"]["device"], "another");
 }
+
+/// A plain texture's filter is measured, and a relief's method.
+#[test]
+fn a_scene_without_a_virtual_texture_has_a_front_too() {
+    let folder = folder();
+    // A small relief: the brick wall's distance map takes half a minute.
+    let heights = image::GrayImage::from_fn(16, 16, |x, y| image::Luma([(x / 4 + y / 4) as u8 % 2 * 255]));
+    heights.save(folder.path().join("heights.png")).unwrap();
+    let relief = ["relief.map=file", "relief.path=heights.png", "filter=auto", "max_error=1.0"]
+        .map(|change| format!("-Dsurface.floor.{change}"));
+    let board = ["filter=auto", "max_ms=1e6"].map(|change| format!("-Dsurface.board.{change}"));
+    for (scene, changes, surface, chosen) in
+        [("relief-brick", &relief[..], "floor", "method = "), ("plane-tilt", &board[..], "board", "kind = ")]
+    {
+        let mut run = vec![scene, "--size", "48x27", "-o", "a.png", "--report", "r.json"];
+        run.extend(changes.iter().map(|change| &**change));
+        let words = said(render(&folder, &run));
+        holds(&words, &["measuring filters on ", &format!("surface.{surface}.filter: "), "measured now"]);
+        let report: Value = serde_json::from_str(&read(&folder, "r.json")).unwrap();
+        let text = report["run"]["scene"].as_str().unwrap();
+        let left = ["auto", "max_error", "max_ms"].into_iter().find(|word| text.contains(word));
+        assert!(text.contains(chosen) && left.is_none(), "{left:?}: {text}");
+        holds(&said(render(&folder, &run)), &["measured before"]);
+    }
+}

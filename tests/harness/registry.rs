@@ -73,6 +73,35 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "a supersampled truth's two halves",
+        function: ("src/reference/supersample.rs", "own_nmse_where"),
+        rejects: &[("src/reference/supersample.rs", "the_own_error_is_of_the_pixels_that_count")],
+    },
+    Comparer {
+        judges: "a supersampled truth's two halves, on whole pixels",
+        function: ("src/reference/supersample.rs", "own_nmse"),
+        rejects: &[
+            ("src/reference/supersample.rs", "the_own_error_is_of_the_pixels_that_count"),
+            ("src/reference/supersample.rs", "more_samples_lower_the_own_error_which_matches_the_true_error"),
+        ],
+    },
+    Comparer {
+        judges: "rays through a relief against their twins, where rounding does not decide",
+        function: ("tests/texture_mapping/relief.rs", "differ"),
+        rejects: &[(
+            "tests/texture_mapping/relief.rs",
+            "linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_rounding_and_end_at_crossings",
+        )],
+    },
+    Comparer {
+        judges: "hits of rays against crossings of the surface",
+        function: ("tests/texture_mapping/relief.rs", "beside_crossings"),
+        rejects: &[(
+            "tests/texture_mapping/relief.rs",
+            "linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_rounding_and_end_at_crossings",
+        )],
+    },
+    Comparer {
         judges: "a relief of a scene against the mean of exact rays",
         function: ("tests/renderer/relief.rs", "nmse"),
         rejects: &[(

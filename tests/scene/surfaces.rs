@@ -171,6 +171,12 @@ fn the_filter_auto_has_one_bound_and_a_surface_that_can_be_measured() {
         assert_eq!(named.surfaces["land"].auto, None);
         assert!(!named.has(&["surface", "land", "max_error"]) && !named.has(&["surface", "land", "max_ms"]));
     }
+    // The method of a relief is its filter.
+    let auto = ["filter=auto", "max_error=0.1"].map(|change| format!("surface.floor.{change}"));
+    let relief = Scene::embedded("relief-brick").unwrap().with(&auto).unwrap();
+    assert!(relief.surfaces["floor"].auto.is_some());
+    let named = relief.with(&["surface.floor.relief.method=trace".into()]).unwrap();
+    assert!(named.surfaces["floor"].auto.is_none() && !named.has(&["surface", "floor", "filter"]));
     let plain = format!("{SHELL}texture = {{ kind = \"plain\", source = \"earth\" }}\n");
     for (text, expected) in [
         (land("filter = \"auto\""), "surface.land.filter: \"auto\" needs a bound: max_error or max_ms"),

@@ -68,7 +68,14 @@ fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
             // On flat tops, many ends lie exactly at a texel.
             if matches!(kind, ReliefKind::Rock | ReliefKind::Bricks) && elevation == 30.0 {
                 assert!(wide * 3 <= found.len(), "{of}: {wide} wide ranges");
-                let least = (0..others.len()).filter(|&other| other != n).map(|other| others[other]).min();
+                // The pixels' centres lie on flat tops of bricks, where the offset needs no tracing.
+                let on_tops = |n: usize| {
+                    kind == ReliefKind::Bricks
+                        && [ParallaxFilter::Offset, ParallaxFilter::Unperturbed]
+                            .contains(&ParallaxFilter::ALL[n])
+                };
+                let distinct = |other: &usize| *other != n && !(on_tops(n) && on_tops(*other));
+                let least = (0..others.len()).filter(distinct).map(|other| others[other]).min();
                 assert!(least >= Some(found.len() / 8), "{of}: {others:?} differ from other methods");
             }
         }
@@ -107,7 +114,7 @@ fn projected_widths_are_near_the_truth_and_other_methods_are_not() {
         let right = truth(&relief, &colours, &view, 24);
         let [point, visible, projected] =
             [ParallaxFilter::Point, ParallaxFilter::Visible, ParallaxFilter::Projected]
-                .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right));
+                .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right.values));
         // The remaining error comes from two lines per texel and one sample per segment.
         assert!(projected < 5e-3, "{}: {projected}", kind.name());
         assert!(visible > 2.0 * projected && point > 10.0 * projected, "{}: {visible} {point}", kind.name());
@@ -124,6 +131,6 @@ fn on_a_plane_nothing_is_hidden() {
     assert_eq!(whole, visible);
     // On a plane, projected widths are a box filter.
     let right = truth(&plane, &colours, &view, 64);
-    let projected = error(&filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected), &right);
+    let projected = error(&filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected), &right.values);
     assert!(projected < 1e-6, "{projected}");
 }

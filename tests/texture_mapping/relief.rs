@@ -35,8 +35,8 @@ fn rays() -> impl Iterator<Item = Ray> {
     })
 }
 
-/// For each tracer, the number of its guaranteed steps, over all rays, that start before the first hit and end behind
-/// it.
+/// For each tracer, the number of its guaranteed or longer steps, over all rays, that start before the first hit and end
+/// behind it.
 fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
     let mut past = vec![0; tracers.len()];
     for ray in rays() {
@@ -45,7 +45,8 @@ fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
             trace::traced(relief, tracer, &ray, |from, to, by_map| {
                 // Positions in f32 are within 2^-18 texels here; at 15 degrees the distance to a hit errs by 4 times
                 // as much.
-                *past += usize::from(by_map && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
+                let long = by_map || to - from > 1.01 * LEAST_STEP;
+                *past += usize::from(long && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
             });
         }
     }
@@ -62,6 +63,20 @@ fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
         let tracers: Vec<_> = formats.iter().map(|map| Tracer::Distances(map, 32)).collect();
         assert_eq!(steps_past(&relief, &tracers), [0; 6], "{}", kind.name());
     }
+}
+
+/// Dummer's cones contain no texel, but between texels the surface may reach into one. So the tracer tests the end of each
+/// step.
+#[test]
+fn few_steps_of_a_cone_map_pass_the_surface_and_many_of_a_relaxed_one() {
+    let past = ReliefKind::ALL.map(|kind| {
+        let relief = kind.relief(SIDE);
+        let [free, relaxed] = [false, true].map(|relaxed| maps::cone_map(&relief, relaxed));
+        steps_past(&relief, &[Tracer::Cones(&free), Tracer::Cones(&relaxed)])
+    });
+    println!("{past:?} steps of {} rays", rays().count());
+    let [few, many] = [0, 1].map(|n| past.iter().map(|past| past[n]).sum::<usize>());
+    assert!(few * 100 <= ReliefKind::ALL.len() * rays().count() && many > 10 * few, "{past:?}");
 }
 
 /// Shows that the test can fail: with distances three times as long, and with the paper's, which hold only at the
@@ -98,8 +113,8 @@ fn a_refined_distance_is_nowhere_shorter_and_refined_maps_take_no_more_steps() {
             };
             let (before, after) = (steps(&donnelly), steps(&refined));
             // After a longer step a ray visits other cells, so single rays may take more steps; all rays together take
-            // at most 1/200 more.
-            assert!(after * 200 <= before * 201, "{} {holds:?}: {after} instead of {before}", kind.name());
+            // at most 1/2000 more.
+            assert!(after * 2000 <= before * 2001, "{} {holds:?}: {after} instead of {before}", kind.name());
         }
         assert!(longer > 0, "{holds:?}: nothing is refined");
     }
@@ -162,6 +177,34 @@ fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Ve
     found.into_iter().enumerate().map(|(at, traced)| (ray(at), traced)).collect()
 }
 
+/// Height in f64 of a ray's point above the surface.
+fn above(relief: &Relief, ray: &Ray, t: f64) -> f64 {
+    let [x, y] = [0, 1].map(|n| f64::from(ray.origin[n]) + t * f64::from(ray.direction[n]));
+    let [a, b, c, d] = relief.corners(x.floor() as i64, y.floor() as i64).map(f64::from);
+    let (fx, fy) = (x - x.floor(), y - y.floor());
+    let height = (a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy;
+    f64::from(relief.depth) + t * f64::from(ray.direction[2]) - height
+}
+
+/// The number of rays that do not end at a crossing: below the surface, with a point above it at most a bisected step
+/// before, and not before the first hit.
+fn beside_crossings(relief: &Relief, found: &[(Ray, Traced)], tracer: &Tracer<'_>) -> usize {
+    // Positions in f32 are within 2^-18 texels here, heights within as much times the steepest slope, the depth.
+    let slack = 1e-4;
+    let beside = |(ray, traced): &&(Ray, Traced)| {
+        let mut step = LEAST_STEP;
+        trace::traced(relief, tracer, ray, |from, to, _| step = LEAST_STEP.max(to - from));
+        let halvings = match tracer {
+            Tracer::RelaxedCones(_) => trace::RELAXED_HALVINGS,
+            _ => trace::HALVINGS,
+        };
+        let (end, width) = (f64::from(traced.distance), f64::from(step) / f64::from(1 << halvings));
+        let is_crossing = above(relief, ray, end) <= slack && above(relief, ray, end - width) >= -slack;
+        !is_crossing || end < reference::first_hit(relief, ray) - slack
+    };
+    found.iter().filter(beside).count()
+}
+
 /// The share of rays whose hit is more than the least step from the exact hit.
 fn missed(relief: &Relief, found: &[(Ray, Traced)]) -> f64 {
     let far = |(ray, traced): &&(Ray, Traced)| {
@@ -203,30 +246,78 @@ fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
     }
 }
 
-#[test]
-fn linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_a_division() {
-    let gpu = Watched::open(&GpuOptions::default());
-    for kind in [ReliefKind::Rock, ReliefKind::Bricks] {
-        let relief = kind.relief(SIDE);
-        let [free, relaxed] = [false, true].map(|relaxed| maps::cone_map(&relief, relaxed));
-        let tracers = [Tracer::Linear, Tracer::Cones(&free), Tracer::RelaxedCones(&relaxed)];
-        let found = tracers.map(|tracer| traced(&gpu, &relief, &tracer, 45.0));
-        // Rays whose number of steps differs, or whose hit is more than 1e-3 texels away.
-        let differ = |found: &[(Ray, Traced)], tracer: &Tracer<'_>| {
-            let far = |(ray, traced): &&(Ray, Traced)| {
-                let twin = trace::traced(&relief, tracer, ray, |_, _, _| ());
-                let off = (traced.distance - twin.distance).abs();
-                traced.steps != twin.steps || off.is_nan() || off > 1e-3
+/// A tracer, and the same with longer and with shorter steps: by more than a division's 2.5 ulp and a square root's 3.
+/// For linear search, the ray descends slower or faster
+/// instead.
+struct Rounded<'a> {
+    tracers: [Tracer<'a>; 3],
+}
+
+const ROUNDED: [f32; 3] = [1.0, 1.0 - 16.0 * f32::EPSILON, 1.0 + 16.0 * f32::EPSILON];
+
+impl Rounded<'_> {
+    /// The twin's results for a ray.
+    fn twins(&self, relief: &Relief, ray: &Ray) -> [Traced; 3] {
+        [0, 1, 2].map(|n| {
+            let [x, y, z] = ray.direction;
+            let ray = match self.tracers[n] {
+                Tracer::Linear => Ray { direction: [x, y, ROUNDED[n] * z], ..*ray },
+                _ => *ray,
             };
-            found.iter().filter(far).count()
-        };
-        for (found, tracer) in found.iter().zip(&tracers) {
-            // A division has an error of 2.5 ulp, a square root 3 ulp: a ray that ends near an edge may go on.
-            let count = differ(found, tracer);
-            assert!(count * 200 <= found.len(), "{} {tracer:.20?}: {count} rays differ", kind.name());
+            trace::traced(relief, &self.tracers[n], &ray, |_, _, _| ())
+        })
+    }
+
+    /// The number of rays whose steps or hit (by more than 1e-3 texels) differ from the twin's although rounding does
+    /// not change the twin's, and of rays for which it does.
+    fn differ(&self, relief: &Relief, found: &[(Ray, Traced)]) -> [usize; 2] {
+        let same = |a: &Traced, b: &Traced| a.steps == b.steps && (a.distance - b.distance).abs() <= 1e-3;
+        let mut counts = [0; 2];
+        for (ray, traced) in found {
+            let [twin, others @ ..] = self.twins(relief, ray);
+            let decided = others.iter().all(|other| same(other, &twin));
+            counts[0] += usize::from(decided && !same(traced, &twin));
+            counts[1] += usize::from(!decided);
         }
-        // Another tracer's rays are not accepted.
-        let others = [differ(&found[0], &tracers[1]), differ(&found[1], &tracers[2])];
+        counts
+    }
+}
+
+#[test]
+fn linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_rounding_and_end_at_crossings() {
+    let gpu = Watched::open(&GpuOptions::default());
+    for (kind, elevation) in
+        ReliefKind::ALL.into_iter().flat_map(|kind| [75.0, 45.0, 20.0].map(|elevation| (kind, elevation)))
+    {
+        let relief = kind.relief(SIDE);
+        let cones = [false, true].map(|relaxed| {
+            let cones = maps::cone_map(&relief, relaxed);
+            ROUNDED.map(|factor| cones.iter().map(|cone| factor * cone).collect::<Vec<_>>())
+        });
+        let all = [
+            Rounded { tracers: [Tracer::Linear; 3] },
+            Rounded { tracers: cones[0].each_ref().map(|cones| Tracer::Cones(cones)) },
+            Rounded { tracers: cones[1].each_ref().map(|cones| Tracer::RelaxedCones(cones)) },
+        ];
+        let found = all.each_ref().map(|rounded| traced(&gpu, &relief, &rounded.tracers[0], elevation));
+        for (name, (rounded, found)) in
+            ["linear", "cones", "relaxed cones"].iter().zip(all.iter().zip(&found))
+        {
+            let [wrong, undecided] = rounded.differ(&relief, found);
+            let beside = beside_crossings(&relief, found, &rounded.tracers[0]);
+            let of = format!("{} at {elevation} by {name}", kind.name());
+            println!("{of}: {wrong} differ, {undecided} undecided, {beside} beside a crossing");
+            // The last step of linear search ends exactly on the floor.
+            let most = if matches!(rounded.tracers[0], Tracer::Linear) { 90 } else { 10 };
+            assert!(wrong == 0 && undecided * 100 <= found.len() * most && beside == 0, "{of}");
+        }
+        // Another tracer's rays are not accepted, nor hits half a texel further on.
+        let others = [all[1].differ(&relief, &found[0])[0], all[2].differ(&relief, &found[1])[0]];
         assert!(others.iter().all(|&count| count * 10 > found[0].len()), "{}: {others:?}", kind.name());
+        let further = |(ray, traced): &(Ray, Traced)| {
+            (*ray, Traced { distance: traced.distance + 0.5, ..traced.clone() })
+        };
+        let further: Vec<_> = found[0].iter().map(further).collect();
+        assert!(beside_crossings(&relief, &further, &Tracer::Linear) * 2 > further.len(), "{}", kind.name());
     }
 }

@@ -1,6 +1,7 @@
 //! Figures about combinations of papers. Only these modules may name two papers.
 
 mod filters;
+mod kernel_truth;
 
 use crate::figure::Family;
 use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};

@@ -80,7 +80,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let truths = filters.map(|(.., of_truth)| lab.truth(&plane, of_truth));
     let floors = filters.iter().zip(&truths);
     let mut rows: Vec<Row> =
-        floors.map(|((quantity, ..), truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse)).collect();
+        floors.map(|((quantity, ..), truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse())).collect();
     let mut methods = Vec::new();
     for edge in Edge::ALL {
         let method = Method::Ellipse(Ellipse::BEST.edge(edge));

@@ -158,7 +158,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
-    let mut rows = vec![Row::number(FLOOR, NMSE, "", truth.own_nmse)];
+    let mut rows = vec![Row::number(FLOOR, NMSE, "", truth.own_nmse())];
     for (name, method) in variants() {
         let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
         rows.extend(match method {

@@ -35,6 +35,7 @@ pub const PARETO: Figure = Figure {
         Plot::bars(NMSE).log_y().floor(FLOOR),
         Plot::bars(BOX).log_y().floor(FLOOR),
         Plot::bars(FLIP),
+        Plot::bars(WORST_PIXEL).log_y(),
         Plot::bars(TIME).log_y().floor("empty pass"),
     ],
     claims: &[
@@ -177,7 +178,7 @@ fn score_of(
 
 /// Each truth's own error, and the samples of the Gaussian one.
 fn floor_rows(truths: &[[Truth; 2]]) -> Vec<Row> {
-    let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse).collect::<Vec<_>>());
+    let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse()).collect::<Vec<_>>());
     let samples: Vec<f64> = truths.iter().map(|[truth, _]| truth.mean_samples).collect();
     let most = truths.iter().map(|[truth, _]| truth.most_samples).max().unwrap_or(0);
     let quantities = [(NMSE, own(0)), (BY_TEXELS, own(0)), (BY_TIME, own(0)), (BOX, own(1))];

@@ -147,7 +147,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let kernels = [FORMULA_4, supersample::Kernel::Box, gaussian(1e3, 1.0), gaussian(0.2, 0.5)];
     let [formula_4, of_box, disc, diameter_1] = kernels.map(|kernel| lab.truth(&plane, kernel));
     let floors = [(NMSE, &formula_4), (BOX, &of_box)];
-    let mut rows = floors.map(|(quantity, truth)| Row::number(FLOOR, quantity, "", truth.own_nmse)).to_vec();
+    let mut rows =
+        floors.map(|(quantity, truth)| Row::number(FLOOR, quantity, "", truth.own_nmse())).to_vec();
     let mut formulas: Vec<(Ellipse, Picture)> = Vec::new();
     for (name, ellipse) in variants() {
         let shown = lab.show(&lab.pass(&Method::Ellipse(ellipse))?, &plane, 0)?;

@@ -58,7 +58,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(SIZE[1]);
     let shifted = |frame: u32| plane.shifted([f64::from(frame) / f64::from(FRAMES); 2]);
     let truths: Vec<Truth> = (0..FRAMES).map(|n| lab.truth(&shifted(n), GAUSSIAN)).collect();
-    let own = truths.iter().map(|truth| truth.own_nmse).sum::<f64>() / f64::from(FRAMES);
+    let own = truths.iter().map(|truth| truth.own_nmse()).sum::<f64>() / f64::from(FRAMES);
     let truths: Vec<Vec<f64>> = truths.into_iter().map(|truth| truth.values).collect();
     let square = truths.iter().flatten().map(|value| value * value).sum::<f64>()
         / (truths.len() * truths[0].len()) as f64;

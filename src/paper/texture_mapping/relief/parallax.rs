@@ -13,12 +13,16 @@
 
 use super::reference::first_hit;
 use super::{Ray, Relief};
+use crate::reference::supersample::{Density, Kernel, Truth, supersample};
 
 /// How a pixel is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParallaxFilter {
     /// The texel at the hit of the centre's ray.
     Point,
+    /// A plain box filter, moved by the height below the pixel's centre: parallax mapping without tracing (T. Kaneko et
+    /// al., "Detailed Shape Representation with Parallax Mapping", ICAT 2001).
+    Offset,
     /// A plain box filter, moved to where the centre's ray meets the relief: Donnelly's unperturbed derivatives.
     Unperturbed,
     /// All texels between the hits of the pixel's two end rays.
@@ -30,8 +34,9 @@ pub enum ParallaxFilter {
 }
 
 impl ParallaxFilter {
-    pub const ALL: [ParallaxFilter; 5] = [
+    pub const ALL: [ParallaxFilter; 6] = [
         ParallaxFilter::Point,
+        ParallaxFilter::Offset,
         ParallaxFilter::Unperturbed,
         ParallaxFilter::Whole,
         ParallaxFilter::Visible,
@@ -41,6 +46,7 @@ impl ParallaxFilter {
     pub fn name(self) -> &'static str {
         match self {
             ParallaxFilter::Point => "one texel",
+            ParallaxFilter::Offset => "offset",
             ParallaxFilter::Unperturbed => "unperturbed derivatives",
             ParallaxFilter::Whole => "whole footprint",
             ParallaxFilter::Visible => "visible texels",
@@ -65,25 +71,16 @@ impl ParallaxView {
     }
 }
 
-/// The mean colour over `samples` x `samples` rays in each pixel, by exact intersections, row by row.
-pub fn truth(relief: &Relief, colours: &[f32], view: &ParallaxView, samples: u32) -> Vec<f64> {
-    use rayon::prelude::*;
-    let columns = view.columns as usize;
-    let step = view.pixel / f64::from(samples);
-    let pixel = |at: usize| {
-        let corner = [at % columns, at / columns].map(|c| c as f64 * view.pixel);
-        let sum: f64 = (0..samples * samples)
-            .map(|n| {
-                let [s, y] = [(n % samples, 0), (n / samples, 1)]
-                    .map(|(n, axis): (u32, usize)| corner[axis] + (f64::from(n) + 0.5) * step);
-                let ray = Ray::towards([s as f32, y as f32], view.elevation_degrees, 0.0);
-                let x = s + first_hit(relief, &ray) * f64::from(ray.direction[0]);
-                bilinear(relief.side, colours, x, y)
-            })
-            .sum();
-        sum / f64::from(samples * samples)
+/// The mean colour of rays with exact intersections: two in each of `strata` x `strata` parts of a pixel.
+pub fn truth(relief: &Relief, colours: &[f32], view: &ParallaxView, strata: u32) -> Truth {
+    let hit = |x: f64, y: f64| {
+        let [s, y] = [x, y].map(|at| at * view.pixel);
+        let ray = Ray::towards([s as f32, y as f32], view.elevation_degrees, 0.0);
+        Some([s + first_hit(relief, &ray) * f64::from(ray.direction[0]), y])
     };
-    (0..columns * columns).into_par_iter().map(pixel).collect()
+    let colour = |[x, y]: [f64; 2]| bilinear(relief.side, colours, x, y);
+    let density = Density { per_texel: 0.0, least: strata, most: strata };
+    supersample([view.columns; 2], hit, colour, Kernel::Box, density)
 }
 
 fn bilinear(side: usize, values: &[f32], x: f64, y: f64) -> f64 {

@@ -108,6 +108,14 @@ impl Lines<'_> {
         [self.hit(s - self.slack, y) - self.slack, self.hit(s + self.slack, y) + self.slack]
     }
 
+    /// Least and greatest x in f32 below the entry at s, where the surface is taken to be as high as at s.
+    fn offset(&self, s: f64, y: f64) -> [f64; 2] {
+        let (x, share) = (s.floor() as i64, s - s.floor());
+        let height = self.texel(x, y)[0] * (1.0 - share) + self.texel(x + 1, y)[0] * share;
+        let x = s + (f64::from(self.relief.depth) - height) * self.cotangent;
+        [x - self.slack, x + self.slack]
+    }
+
     /// Least and greatest colour between two positions.
     fn between([from, to]: [f64; 2], colour: impl Fn(i64) -> f64) -> [f64; 2] {
         let at = |x: f64| {
@@ -120,7 +128,10 @@ impl Lines<'_> {
 
     fn footprint(&self, [left, top]: [f64; 2], side: f64, method: ParallaxFilter) -> Possible {
         let middle = top + 0.5 * side;
-        let centre = self.hits(left + 0.5 * side, middle);
+        let centre = match method {
+            ParallaxFilter::Offset => self.offset(left + 0.5 * side, middle),
+            _ => self.hits(left + 0.5 * side, middle),
+        };
         // Two lines per texel.
         let rows = ((2.0 * side) as u32).max(1);
         let lines = (0..rows).map(|n| top + (f64::from(n) + 0.5) * side / f64::from(rows));
@@ -128,7 +139,9 @@ impl Lines<'_> {
         let ends = match method {
             ParallaxFilter::Projected => return self.projected([left, left + side], lines),
             ParallaxFilter::Point => None,
-            ParallaxFilter::Unperturbed => Some([-0.5, 0.5].map(|half| centre.map(|c| c + half * side))),
+            ParallaxFilter::Offset | ParallaxFilter::Unperturbed => {
+                Some([-0.5, 0.5].map(|half| centre.map(|c| c + half * side)))
+            }
             ParallaxFilter::Whole | ParallaxFilter::Visible => {
                 Some([left, left + side].map(|s| self.hits(s, middle)))
             }

@@ -1,6 +1,7 @@
 //! Colours and heights from pictures: the reliefs of the scenes `relief-brick` and `relief-rock`.
 
 use super::Relief;
+use crate::reference::filter::{luminance, srgb8_to_linear};
 use std::io::Cursor;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -42,6 +43,21 @@ impl Shipped {
         (texels.len().isqrt(), texels)
     }
 
+    /// The luminance of the picture in linear light, as the means over `side` x `side` squares; `side` divides the
+    /// picture's.
+    pub fn luminance(&self, side: usize) -> Vec<f32> {
+        let (texels, picture) = self.picture();
+        assert_eq!(texels % side, 0, "squares of {texels} texels in rows of {side}");
+        let across = texels / side;
+        let of = |at: usize| {
+            let [column, row] = [at % side, at / side].map(|c| c * across);
+            let inside = (0..across * across).map(|n| (row + n / across) * texels + column + n % across);
+            let sum: f64 = inside.map(|texel| luminance(picture[texel].map(srgb8_to_linear))).sum();
+            (sum / (across * across) as f64) as f32
+        };
+        (0..side * side).map(of).collect()
+    }
+
     /// The relief, with a depth of a quarter of its side.
     pub fn relief(&self) -> Relief {
         let (side, heights) = self.grey().expect("the shipped pictures are decoded by a test");
@@ -74,6 +90,14 @@ mod tests {
             let different = colours.into_iter().collect::<BTreeSet<_>>().len();
             assert!(different > 1000, "{different} colours");
         }
+    }
+
+    #[test]
+    fn luminances_of_squares_are_means_of_those_of_texels() {
+        let [fine, coarse] = [512, 128].map(|side| CLIFF.luminance(side));
+        let of_square = (0..16).map(|n| fine[(4 * 7 + n / 4) * 512 + 4 * 9 + n % 4]).sum::<f32>() / 16.0;
+        assert!((coarse[7 * 128 + 9] - of_square).abs() < 1e-6, "{of_square}");
+        assert!(coarse.iter().all(|value| (0.0..=1.0).contains(value)));
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub enum Tracer<'a> {
     Linear,
     /// By a distance map with this many bits per cell.
     Distances(&'a DistanceMap, u32),
-    /// By a cone map; a cell uses the smallest cone of its corners.
+    /// By a cone map; a cell uses the smallest cone of its corners. Between texels the surface may reach into a cone.
     Cones(&'a [f32]),
     /// As `Cones`; a step may end below the surface and is then bisected back.
     RelaxedCones(&'a [f32]),
@@ -82,7 +82,7 @@ pub fn traced(
     ray: &Ray,
     mut step: impl FnMut(f32, f32, bool),
 ) -> Traced {
-    let by_map = matches!(tracer, Tracer::Distances(..) | Tracer::Cones(_));
+    let by_map = matches!(tracer, Tracer::Distances(..));
     let halvings = if matches!(tracer, Tracer::RelaxedCones(_)) { RELAXED_HALVINGS } else { HALVINGS };
     let (mut t, mut steps) = (0.0, 0);
     while steps < MOST_STEPS {

@@ -31,8 +31,9 @@ pub const LANGUAGE: Language = Language {
 fn check(scene: &Scene) -> std::result::Result<(), SceneError> {
     let owner = owner(scene)?;
     for surface in scene.surfaces.values().filter(|surface| surface.auto.is_some()) {
-        if surface.grid().is_none() || owner.is_none_or(|owner| owner.name != surface.name) {
-            let what = "\"auto\" is measured for a virtual texture on an ellipsoid, a plane or a cylinder; name a filter: { kind = ... }";
+        if owner.is_some_and(|owner| surface.grid().is_none() || owner.name != surface.name) {
+            let what = "\"auto\" is measured for a virtual texture on an ellipsoid, a plane or a cylinder, and in \
+                        scenes without a virtual texture; name a filter: { kind = ... }";
             return Err(scene.fault(&["surface", &surface.name, "filter"], what));
         }
     }
