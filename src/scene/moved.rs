@@ -4,7 +4,7 @@
 use toml::{Table, Value};
 
 /// Old key and new key. `N` is the same name in both, `NAME` the name of a surface; `*` matches any key.
-const MOVED: [(&str, &str); 9] = [
+const MOVED: [(&str, &str); 10] = [
     ("texture.*", "surface.NAME.texture.*"),
     ("mesh.*", "surface.NAME.geometry.*"),
     ("progressive_mesh.N.*", "surface.N.geometry.*"),
@@ -14,6 +14,7 @@ const MOVED: [(&str, &str); 9] = [
     ("variant.interpolation", "surface.NAME.filter.interpolation"),
     ("variant.keying", "variant.address"),
     ("variant.u1", "variant.request_format"),
+    ("surface.N.geometry.octaves_per_frame", "surface.N.geometry.pixels_per_frame"),
 ];
 
 /// Old value of a setting, the new value, and the words between them in the message.
@@ -47,8 +48,8 @@ pub(super) fn now(key: &[&str]) -> Option<String> {
                 _ => return None,
             }
         }
-        // [variant] itself has not moved.
-        if key.len() < old.len() && old[0] == "variant" {
+        // A section of which only some keys have moved has not moved itself.
+        if key.len() < old.len() && old.last() != Some(&"*") {
             return None;
         }
         let part = |part: &str| match part {
@@ -76,19 +77,29 @@ pub(super) fn message(key: &[&str], now: &str, scene: &Table) -> String {
         "texture" => "; its kind is \"virtual\"",
         "mesh" => "; the kind \"earth\" is now \"ellipsoid\"",
         "progressive_mesh" => "; its kind is \"progressive-mesh\"",
+        "surface" => "; 1/16 octave is 0.043 pixels at an error of one pixel",
         _ => "",
     };
     format!("{} is now {now}{kind}", key.join("."))
 }
 
 /// The first old key of a scene: `(key, new key)`.
-pub(super) fn first_in(scene: &Table) -> Option<(Vec<&str>, String)> {
+pub(super) fn first_in<'a>(scene: &'a Table) -> Option<(Vec<&'a str>, String)> {
     let inner = |section| {
         let table = scene.get(section).and_then(Value::as_table);
         table.into_iter().flat_map(Table::keys).map(move |key| vec![section, key.as_str()])
     };
     let sections = scene.keys().map(|section| vec![section.as_str()]);
-    let mut all = inner("progressive_mesh").chain(sections).chain(inner("variant"));
+    let geometry = |(name, surface): (&'a String, &'a Value)| {
+        let table = surface.get("geometry").and_then(Value::as_table);
+        table
+            .into_iter()
+            .flat_map(Table::keys)
+            .map(move |key| vec!["surface", name.as_str(), "geometry", key.as_str()])
+    };
+    let surfaces = scene.get("surface").and_then(Value::as_table);
+    let geometries = surfaces.into_iter().flatten().flat_map(geometry);
+    let mut all = inner("progressive_mesh").chain(sections).chain(inner("variant")).chain(geometries);
     all.find_map(|key| now(&key).map(|now| (key, now)))
 }
 
@@ -113,11 +124,32 @@ mod tests {
             ("progressive_mesh.herd.order", "surface.herd.geometry.order"),
             ("variant.filter", "surface.NAME.filter.kind"),
             ("variant.keying", "variant.address"),
+            ("surface.herd.geometry.octaves_per_frame", "surface.herd.geometry.pixels_per_frame"),
         ] {
             assert_eq!(now(old).as_deref(), Some(new));
         }
-        for key in ["variant", "variant.dedup", "view.width", "surface.land.texture", "mash"] {
+        for key in [
+            "variant",
+            "variant.dedup",
+            "view.width",
+            "surface.land.texture",
+            "surface.land.geometry",
+            "mash",
+        ] {
             assert_eq!(now(key), None, "{key}");
         }
+    }
+
+    #[test]
+    fn an_old_key_of_a_surface_is_found_in_a_scene() {
+        let scene: Table = "[surface.herd.geometry]\ngeomorph = true\noctaves_per_frame = 1".parse().unwrap();
+        let (key, now) = first_in(&scene).unwrap();
+        assert_eq!(key.join("."), "surface.herd.geometry.octaves_per_frame");
+        assert!(
+            message(&key, &now, &scene)
+                .contains("is now surface.herd.geometry.pixels_per_frame; 1/16 octave")
+        );
+        let today: Table = "[surface.herd.geometry]\npixels_per_frame = 1".parse().unwrap();
+        assert!(first_in(&today).is_none());
     }
 }

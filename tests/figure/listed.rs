@@ -86,7 +86,7 @@ fn not_judged_on_the_paper(figure: &Figure) -> Option<String> {
     }
     let is_the_papers = |pick: &Pick| match pick.who {
         Who::One(name) => figure.paper.contains(&name),
-        Who::Best(names) | Who::Each(names) => names().iter().any(|name| figure.paper.contains(&&**name)),
+        Who::Best(names) | Who::Each(names) => names().iter().all(|name| figure.paper.contains(&&**name)),
         Who::Others(but) => figure.paper.iter().any(|name| *name != but),
     };
     let of_the_paper = figure.claims.iter().filter(|claim| claim.from != Origin::Ours);

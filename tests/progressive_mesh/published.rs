@@ -4,7 +4,7 @@ use ortelius::model::{Model, named};
 use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
 use ortelius::paper::progressive_mesh::choices::BuildEffort;
 use ortelius::paper::progressive_mesh::order::{OrderOptions, classical, order};
-use ortelius::paper::progressive_mesh::run::level_for_error;
+use ortelius::paper::progressive_mesh::run::{Program, level_for_error};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, simplify};
 use ortelius::reference::distance::{Triangles, compare_surfaces};
 
@@ -18,21 +18,33 @@ fn collapses(model: &Model, effort: BuildEffort) -> Collapses {
 fn our_orders_need_the_transforms_that_are_published() {
     let models = CLOSED.map(|name| named(name).unwrap());
     let simplified = models.each_ref().map(|model| collapses(model, BuildEffort::Best));
-    // The published means over all levels are 1.49, 1.80, 1.26 and 1.28. The bounds leave 0.01 and 0.02 for
-    // changes of the simplifier.
+    // The published means over all levels are 1.49, 1.80, 1.26 and 1.28, those of the batches 1.81, 2.05, 1.66 and 1.70.
+    // The bounds leave 0.01 to 0.03 for changes of the simplifier. 95 % of the levels may need 0.2 or 0.05 more than the
+    // mean, and 6 or 12 % of the drawn faces may be degenerate.
     for (options, most) in [
-        (OrderOptions::TAIL_23, 1.50),
-        (OrderOptions::TAIL_10, 1.82),
-        (OrderOptions::IN_PLACE_23, 1.27),
-        (OrderOptions::IN_PLACE_10, 1.29),
+        (OrderOptions::TAIL_23, [1.50, 0.20, 1.84, 1.0]),
+        (OrderOptions::TAIL_10, [1.82, 0.20, 2.09, 1.0]),
+        (OrderOptions::IN_PLACE_23, [1.27, 0.05, 1.70, 1.06]),
+        (OrderOptions::IN_PLACE_10, [1.29, 0.05, 1.70, 1.12]),
     ] {
         let cost = |(model, collapses): (&Model, &Collapses)| {
             let mesh = order(model, collapses, &options, &mut |_, _| ());
-            level_costs(&mesh, &[Cache::Fifo(16)], &sampled_levels(&mesh, 0, 512))[0].mean()
+            let fifo = &level_costs(&mesh, &[Cache::Fifo(16)], &sampled_levels(&mesh, 0, 512))[0];
+            let levels = sampled_levels(&mesh, 0, 64);
+            let batches = level_costs(&mesh, &[Cache::Batches], &levels)[0].mean();
+            let program = Program::new(&mesh).unwrap();
+            let drawn =
+                |&level: &u32| f64::from(program.drawn(level)) / f64::from(mesh.levels[level as usize].faces);
+            let drawn = levels.iter().map(drawn).sum::<f64>() / levels.len() as f64;
+            [fifo.mean(), fifo.exceeded_by(0.05) - fifo.mean(), batches, drawn]
         };
-        let costs: Vec<f64> = models.iter().zip(&simplified).map(cost).collect();
-        let mean = costs.iter().sum::<f64>() / costs.len() as f64;
-        assert!(mean <= most, "{mean} transforms, {most} at most: {costs:?}");
+        let costs: Vec<[f64; 4]> = models.iter().zip(&simplified).map(cost).collect();
+        let mean: [f64; 4] =
+            std::array::from_fn(|n| costs.iter().map(|cost| cost[n]).sum::<f64>() / costs.len() as f64);
+        assert!(
+            mean.iter().zip(&most).all(|(mean, most)| mean <= most),
+            "{mean:?}, {most:?} at most: {costs:?}"
+        );
     }
 }
 

@@ -30,7 +30,8 @@ choices! {
         /// A baseline: a compute pass copies the live faces, in meshoptimizer's order of the full mesh.
         Compacted = "compacted",
         /// A baseline: an index list for each of a series of levels. At the levels between, the finer list is
-        /// drawn, and its faces that are not live are degenerate (Forsyth 2001).
+        /// drawn, and its faces that are not live are degenerate (T. Forsyth,
+        /// "Comparison of VIPM Methods", 2001).
         SkipLists = "skip-lists",
         /// A baseline: discrete meshes made by meshoptimizer's simplifier. The coarsest mesh with at least
         /// the level's number of faces is drawn.

@@ -110,10 +110,11 @@ settings! {
         /// from twice its level's error to that error. So levels with half the wanted error are drawn, with about
         /// twice the faces.
         geomorph: bool = false;
-        /// The largest change of an instance's error per frame while the instance is in view. After a jump of
-        /// the wanted error, the drawn error reaches it over several frames. Changes of the governor's factor are not
-        /// limited. By default 1/16 with `geomorph`, and no limit without.
-        octaves_per_frame: Option<f64> = None, in 0.001..=1000.0, unit "octaves";
+        /// The largest change of an instance's error per frame while the instance is in view. Above an error of 4
+        /// pixels the limit is proportional to the error. After a jump of the wanted error, the drawn error reaches it
+        /// over several frames; an approaching camera raises it to at most twice the wanted one. Changes of the
+        /// governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
+        pixels_per_frame: Option<f64> = None, in 0.001..=1e6, unit "pixels";
         /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it was
         /// built; if the key is given, it must be that metric.
         metric: Option<ErrorMetric> = None;

@@ -129,8 +129,9 @@ fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     }
 }
 
-/// Pseudo-random numbers in 0 .. 1, the same on every machine: PCG (O'Neill 2014), 64-bit state, 32-bit
-/// output.
+/// Pseudo-random numbers in 0 .. 1, the same on every machine: PCG with 64-bit state and 32-bit output (M. O'Neill,
+/// "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number Generation", Harvey
+/// Mudd College HMC-CS-2014-0905, 2014).
 struct Random(u64);
 
 impl Random {

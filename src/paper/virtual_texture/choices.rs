@@ -96,7 +96,8 @@ choices! {
         Runs = "runs",
         /// Compute: a workgroup keeps one bit per tile of the pyramid in shared memory. Needs own-level tile addresses.
         Bitset = "bitset",
-        /// Compute: each pixel stores the frame's number in its tile's byte (Hollemeersch et al. 2010).
+        /// Compute: each pixel stores the frame's number in its tile's byte (C.-F. Hollemeersch,
+        /// B. Pieters, P. Lambert and R. Van de Walle, "Accelerating Virtual Texturing Using CUDA", GPU Pro, 2010).
         MarkBytes = "mark-bytes",
         /// No request image: the texturing fragment shader marks its own tile. Fragments that are overdrawn later also
         /// mark, so the list is a superset. One draw of the mesh.

@@ -1,5 +1,6 @@
 //! Compaction on the device: a pass over the full mesh's faces, in meshoptimizer's order, copies the live
-//! faces (Lin and Yu 2006, Bogomjakov and Gotsman 2002; the shaders are ours).
+//! faces (Lin and Yu 2006, Bogomjakov and Gotsman 2002: see [`OrderBaseline`](super::OrderBaseline); the shaders are
+//! ours).
 
 use super::Prepared;
 use crate::paper::progressive_mesh::cache::live_faces;

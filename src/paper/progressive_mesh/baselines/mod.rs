@@ -35,7 +35,7 @@ pub enum OrderBaseline {
     Compacted,
     /// Lists for a series of levels, ordered by meshoptimizer, each with `ratio` times the faces of the next
     /// finer one. Between the levels of two lists the finer list is drawn, including faces that have become
-    /// degenerate ("skip strips", Forsyth 2001).
+    /// degenerate ("skip strips"; T. Forsyth, "Comparison of VIPM Methods", Game Programming Gems 2, 2001).
     SkipLists { ratio: f64 },
     /// A discrete chain of meshes by meshoptimizer's simplifier, each with `ratio` times the faces of the
     /// next finer one. The coarsest mesh with at least the level's number of faces is drawn.

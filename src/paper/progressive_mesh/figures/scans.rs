@@ -9,6 +9,8 @@ pub const SMALL: &str = "dragon_res4";
 /// The scan of 871 414 faces, too large for quick runs.
 pub const LARGE: &str = "dragon";
 
+pub const ALL: [&str; 2] = [SMALL, LARGE];
+
 /// Checks that a model is present, if it is a scan.
 ///
 /// # Errors

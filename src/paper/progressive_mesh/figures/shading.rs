@@ -36,7 +36,9 @@ pub const SHADING: Figure = Figure {
             area-weighted means over the level's faces; wedges of a crease stay apart. `normal-aware` collapses (`mesh \
             build --metric appearance`) also count the region in which the interpolated normals differ visibly from \
             the model's: its radius is an error like a distance, so an error of e pixels allows a disc of radius e \
-            (Cohen, Olano and Manocha 1998 and Hoppe 1999 measure or preserve attributes in other ways). They need \
+            (J. Cohen, M. Olano and D. Manocha, \"Appearance-Preserving Simplification\", SIGGRAPH 1998, and H. Hoppe, \
+            \"New Quadric Metric for Simplifying Meshes with Appearance Attributes\", IEEE Visualization 1999, measure \
+            or preserve attributes in other ways). They need \
             more faces at the same wanted error. So both are also compared at equal numbers of faces: normal-aware \
             collapses with the number that the paper's take at this wanted error, and the paper's with the number of \
             normal-aware ones. Each pixel is the mean of 16 samples in linear light. A pixel differs visibly by more \
@@ -44,7 +46,8 @@ pub const SHADING: Figure = Figure {
             widest visible difference is the side of the largest square of pixels that all differ visibly; the excess \
             is this side less the wanted error. `solid/near`, `knot/near` and `dragon_res4/near` are the scene \
             `bunny/near` with another model; solid and knot have stored normals, and solid has creases. The scan is \
-            measured if it has been fetched. The texture coordinates of knot are left out of its error (pm.texture).",
+            measured if it has been fetched. The pictures have no texture, so the texture coordinates of knot are left out of \
+            its error; pm.texture measures what they add.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants,
     paper: &[PAPER],

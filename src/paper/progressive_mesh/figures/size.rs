@@ -35,19 +35,19 @@ pub const SIZE: Figure = Figure {
     claims: &[
         Claim::ours(
             "with-tswaps",
-            "With 23 moved faces, the bunny's file takes at most 70 bytes per split (target: 43), without \
-             positions and header.",
+            "With 23 moved faces, the bunny's file takes at most 18 bytes per split, without positions and \
+             header.",
             &[
-                Test::value(one(FILE, TAIL_23), AtMost(70.0)),
-                Test::value(one(FILE, IN_PLACE_23), AtMost(70.0)),
+                Test::value(one(FILE, TAIL_23), AtMost(18.0)),
+                Test::value(one(FILE, IN_PLACE_23), AtMost(18.0)),
             ],
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(
             "without",
-            "In classical order, the bunny's file takes at most 13 bytes per split, without positions and \
+            "In classical order, the bunny's file takes at most 6 bytes per split, without positions and \
              header.",
-            &[Test::value(one(FILE, CLASSICAL), AtMost(13.0))],
+            &[Test::value(one(FILE, CLASSICAL), AtMost(6.0))],
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(

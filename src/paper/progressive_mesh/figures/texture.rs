@@ -46,6 +46,11 @@ pub const TEXTURE: Figure = Figure {
             &[Test::value(one(PIXELS, AWARE), AtMost(1.1))],
         ),
         Claim::ours(
+            "appearance-bounds-everywhere",
+            "It bounds the largest shift to 1.1 wanted errors, too.",
+            &[Test::value(one(LARGEST, AWARE), AtMost(1.1))],
+        ),
+        Claim::ours(
             "equal-faces",
             "At equal numbers of faces, counting the shift does not raise it.",
             &[Test::ratio(one(SHIFT, AWARE), one(SHIFT, BY_DISTANCE), AtMost(1.0))],

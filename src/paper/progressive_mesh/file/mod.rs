@@ -4,7 +4,7 @@
 //! docs/pmesh.md describes the bytes. The [`ProgressiveMesh`] is stored losslessly, without data that can be
 //! derived. For a split, the faces around the split vertex take one cheap bit each, and the changed slots
 //! follow from these bits. New faces are predicted from the gap that the split leaves, and permutations from
-//! the faces near each other. An adaptive range coder (`coder`) packs the rest. Hoppe codes a split
+//! the faces near each other. An adaptive range coder (`coder`) packs the rest. H. Hoppe codes a split
 //! similarly, by its vertex and two neighbours ("Progressive Meshes", SIGGRAPH 1996); his format has no slots and no
 //! permutations.
 //!

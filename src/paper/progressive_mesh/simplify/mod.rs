@@ -14,6 +14,9 @@
 //! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
 //! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. Last, the
 //! smallest component is removed.
+//!
+//! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
+//! orders in place, which come later, use all cores.
 
 mod components;
 mod curve;

@@ -12,7 +12,7 @@
 mod baseline;
 mod levels;
 mod mapped;
-mod pace;
+pub mod pace;
 mod resident;
 pub mod vertices;
 
@@ -32,7 +32,7 @@ use crate::vk::{Buffer, Cmd, Error, Gpu, IndexRange};
 use glam::{DMat3, DVec3};
 use levels::{Levels, limit};
 use mapped::Mapped;
-use pace::ErrorPace;
+use pace::{ErrorPace, InstanceError};
 use std::sync::Arc;
 use thiserror::Error;
 use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
@@ -76,8 +76,8 @@ pub struct MeshOnDevice {
 /// One instance, without its level.
 struct Member {
     place: Placement,
-    /// The error without the governor's factor, in object units, if the instance is drawn in this frame.
-    seen: Option<f64>,
+    /// The error without the governor's factor, if the instance is drawn in this frame.
+    seen: Option<InstanceError>,
 }
 
 /// What one frame changed.
@@ -148,10 +148,11 @@ impl MeshOnDevice {
         for member in &mut self.members {
             let before = member.seen.take();
             if member.place.is_seen(pose, size) {
-                let wanted = member.place.wanted_error(pose, size[1], self.settings.error_pixels);
-                let shown = self.pace.next(before, wanted);
-                self.arriving |= shown.to_bits() != wanted.to_bits();
-                member.seen = Some(shown);
+                let [error, pixel] = [self.settings.error_pixels, 1.0]
+                    .map(|pixels| member.place.wanted_error(pose, size[1], pixels));
+                let shown = self.pace.next(before, InstanceError { error, pixel });
+                self.arriving |= shown.to_bits() != error.to_bits();
+                member.seen = Some(InstanceError { error: shown, pixel });
             }
         }
     }
@@ -160,7 +161,7 @@ impl MeshOnDevice {
     pub(super) fn live_faces(&self, factor: f64) -> u64 {
         let levels = self.program.levels();
         let live = |shown: f64| u64::from(levels[self.pace.level(levels, shown * factor) as usize].faces);
-        self.members.iter().filter_map(|member| member.seen).map(live).sum()
+        self.members.iter().filter_map(|member| member.seen).map(|seen| live(seen.error)).sum()
     }
 
     /// Brings every visible instance to its level: the coarsest whose error is at most the instance's, multiplied by
@@ -176,7 +177,7 @@ impl MeshOnDevice {
         self.factor = factor;
         let MeshOnDevice { program, members, levels, pace, .. } = self;
         for (n, member) in members.iter().enumerate() {
-            let Some(shown) = member.seen else { continue };
+            let Some(InstanceError { error: shown, .. }) = member.seen else { continue };
             let (from, to) = (levels.level(n), pace.level(program.levels(), shown * factor));
             levels.go_to(n, to).map_err(|error| limit(self.indices.name(), error))?;
             change.splits += u64::from(to.saturating_sub(from));
@@ -306,7 +307,7 @@ impl MeshOnDevice {
         sun: glam::DVec3,
     ) -> Vec<IndexRange<SurfaceView>> {
         let slice = |(n, member): (usize, &Member)| {
-            let chosen = self.pace.chosen(member.seen? * self.factor);
+            let chosen = self.pace.chosen(member.seen?.error * self.factor);
             let wanted_log2 = if chosen > 0.0 { chosen.log2() as f32 } else { EXACT_LOG2 };
             let push = SurfaceView {
                 object_to_clip: member.place.object_to_clip(pose, size).as_mat4().to_cols_array_2d(),

@@ -5,39 +5,60 @@ use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 
-/// Default of `octaves_per_frame` with geomorphing: the pace of an approach that halves the distance in 16 frames.
-const OCTAVES_PER_FRAME: f64 = 1.0 / 16.0;
+/// Default of `pixels_per_frame` with geomorphing. With it, no frame of pm.pop changes more than 1 % of the covered
+/// pixels visibly; with 0.045 one frame changes 1.03 %.
+pub const PIXELS_PER_FRAME: f64 = 0.043;
 
-/// How instances of one mesh follow the wanted error. Errors are in object units.
+/// Above this error in pixels the limit is proportional to the error, because so coarse a mesh hardly moves more pixels
+/// (pm.pop). Without it an error of 16 pixels would take 1.8 times as long to reach a quarter of a pixel.
+const PROPORTIONAL_FROM: f64 = 4.0;
+
+/// An approaching camera raises the drawn error to at most this multiple of the wanted one. Without it, a fast approach
+/// to a small error would end with an error of many pixels.
+const MOST_BEHIND: f64 = 2.0;
+
+/// The error of an instance in one frame, in object units, and the size of a pixel there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InstanceError {
+    pub error: f64,
+    pub pixel: f64,
+}
+
+/// How instances of one mesh follow the wanted error.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorPace {
-    /// log2 of the errors beyond which a picture does not change.
-    range: [f64; 2],
-    octaves_per_frame: Option<f64>,
+    /// All larger errors show level 0. In object units.
+    coarsest: f64,
+    pixels_per_frame: Option<f64>,
     /// New vertices move while the shown error falls by this many octaves, and arrive at the error at which they would
     /// appear without geomorphing. 0 without geomorphing.
     ahead: f64,
 }
 
+/// The error one frame after `from` on the way to `to`, if errors of up to 4 pixels change by at most `pixels` pixels.
+pub fn step(pixels: f64, from: f64, to: f64, pixel: f64) -> f64 {
+    let (most, change) = (pixels * pixel.max(from / PROPORTIONAL_FROM), to - from);
+    if change.abs() > most { from + most.copysign(change) } else { to }
+}
+
 impl ErrorPace {
     pub fn new(surface: &ProgressiveSurface, levels: &[Level]) -> ErrorPace {
         let ahead = if surface.geomorph { f64::from(MORPH_BAND_LOG2) } else { 0.0 };
-        let of_geomorph = surface.geomorph.then_some(OCTAVES_PER_FRAME);
-        let positive = levels.iter().rev().find(|level| level.error > 0.0);
-        let range = positive.map_or([0.0; 2], |finest| {
-            [f64::from(finest.error).log2() - 1.0, f64::from(levels[0].error).log2() + ahead + 1.0]
-        });
-        ErrorPace { range, octaves_per_frame: surface.octaves_per_frame.or(of_geomorph), ahead }
+        let of_geomorph = surface.geomorph.then_some(PIXELS_PER_FRAME);
+        let coarsest = f64::from(levels[0].error) * ahead.exp2();
+        ErrorPace { coarsest, pixels_per_frame: surface.pixels_per_frame.or(of_geomorph), ahead }
     }
 
     /// The error to show next: one step towards `wanted` from `before`, the error shown in the last frame. `None`: the
     /// last frame did not draw the instance, so `wanted` is shown at once.
-    pub fn next(&self, before: Option<f64>, wanted: f64) -> f64 {
-        let (Some(most), Some(before)) = (self.octaves_per_frame, before) else { return wanted };
-        let [least, largest] = self.range;
+    pub fn next(&self, before: Option<InstanceError>, wanted: InstanceError) -> f64 {
+        let (Some(most), Some(before)) = (self.pixels_per_frame, before) else { return wanted.error };
         // NaN wants the full mesh.
-        let [from, to] = [before, wanted].map(|error| error.log2().max(least).min(largest));
-        if (to - from).abs() <= most { wanted } else { (from + (to - from).clamp(-most, most)).exp2() }
+        let [was, to] = [before.error, wanted.error].map(|error| error.max(0.0).min(self.coarsest));
+        let as_many_pixels = was * wanted.pixel / before.pixel;
+        let from = was.min(as_many_pixels.max(MOST_BEHIND * to));
+        let shown = step(most, from, to, wanted.pixel);
+        if shown == to { wanted.error } else { shown }
     }
 
     /// The error that selects the level and moves the vertices: smaller than the shown error by `ahead` octaves.
@@ -67,38 +88,54 @@ mod tests {
         (ErrorPace::new(&surface, &levels), levels)
     }
 
+    /// An error of the instance where a pixel is half a unit.
+    fn at(error: f64) -> InstanceError {
+        InstanceError { error, pixel: 0.5 }
+    }
+
     #[test]
     fn without_a_limit_an_instance_is_drawn_as_wanted_at_once() {
         let (pace, levels) = pace(&[]);
-        assert_eq!((pace.next(Some(16.0), 0.3), pace.next(None, 3.0)), (0.3, 3.0));
+        assert_eq!((pace.next(Some(at(16.0)), at(0.3)), pace.next(None, at(3.0))), (0.3, 3.0));
         assert_eq!((pace.level(&levels, 3.0), pace.level(&levels, 0.0)), (3, 5));
     }
 
     #[test]
-    fn a_limited_error_arrives_after_its_octaves_and_a_newcomer_at_once() {
-        let (pace, _) = pace(&["octaves_per_frame=0.25"]);
-        assert_eq!(pace.next(None, 1.0), 1.0);
-        let mut shown = 8.0;
+    fn a_limited_error_changes_by_its_pixels_or_in_proportion_and_a_newcomer_arrives_at_once() {
+        let (pace, _) = pace(&["pixels_per_frame=0.25"]);
+        assert_eq!(pace.next(None, at(1.0)), 1.0);
+        // 8 units are 16 pixels, four times 4: the limit is one pixel.
+        assert_eq!((pace.next(Some(at(8.0)), at(1.0)), pace.next(Some(at(8.0)), at(16.0))), (7.5, 8.5));
+        let mut shown = 2.0;
         let frames = (1..).find(|_| {
-            let before = shown;
-            shown = pace.next(Some(shown), 1.0);
-            assert!(before / shown < 1.2, "{before}, {shown}");
-            shown == 1.0
-        });
-        assert_eq!(frames, Some(12));
-        // Beyond the levels' errors nothing changes: 0 is not infinitely far away.
-        let mut shown = 1.0;
-        assert!((0..8).any(|_| {
-            shown = pace.next(Some(shown), 0.0);
+            shown = pace.next(Some(at(shown)), at(0.0));
             shown == 0.0
-        }));
-        assert!(pace.next(Some(0.9), f64::NAN) < 0.9);
+        });
+        assert_eq!(frames, Some(16), "4 pixels in quarters");
+        // Errors above level 0's change nothing: they are not far away.
+        assert_eq!(pace.next(Some(at(1e6)), at(1.0)), 15.0);
+        assert_eq!(pace.next(Some(at(16.0)), at(1e6)), 1e6);
+        assert_eq!(pace.next(Some(at(0.9)), at(f64::NAN)), 0.775);
+        assert_eq!(pace.next(Some(at(f64::NAN)), at(1.0)), 0.125);
+    }
+
+    #[test]
+    fn an_approach_leaves_at_most_twice_the_wanted_error() {
+        let (pace, _) = pace(&["pixels_per_frame=0.25"]);
+        let near = |error: f64| InstanceError { error, pixel: 0.05 };
+        // The camera comes ten times as near: 8 units are 160 pixels now. 1 pixel was drawn before, 1 is wanted.
+        assert_eq!(pace.next(Some(at(0.5)), near(0.05)), 0.1 - 0.25 * 0.05);
+        // An error that was drawn before the approach is kept, in pixels: 16, although 1 is wanted.
+        let kept = pace.next(Some(at(8.0)), near(0.05));
+        assert!((kept / 0.05 - 15.0).abs() < 1e-9, "{kept}");
+        // A camera that goes away shows finer levels than wanted until they have changed.
+        assert_eq!(pace.next(Some(near(0.05)), at(0.5)), 0.05 + 0.125);
     }
 
     #[test]
     fn geomorphing_draws_a_level_that_has_arrived_when_its_error_is_wanted() {
         let (pace, levels) = pace(&["geomorph=true"]);
         assert_eq!(pace.level(&levels, 4.0), 3, "an octave finer");
-        assert_eq!(pace.next(Some(4.0), 2.0), 4.0 * (-1.0f64 / 16.0).exp2());
+        assert_eq!(pace.next(Some(at(1.0)), at(0.5)), 1.0 - 0.5 * PIXELS_PER_FRAME);
     }
 }

@@ -29,7 +29,7 @@ pub const COMPACT: Figure = Figure {
         let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);
         passes.chain([Compaction::FusedAppend.name().to_string()]).collect()
     },
-    paper: &["transform-feedback, blocks of 4 x 4"],
+    paper: &["transform-feedback, blocks of 2 x 2", "transform-feedback, blocks of 4 x 4"],
     ours: &["append"],
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],

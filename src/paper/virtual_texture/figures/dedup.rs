@@ -32,7 +32,16 @@ pub const DEDUP: Figure = Figure {
         let fused = Dedup::ALL.iter().filter(|dedup| dedup.fused()).map(|dedup| dedup.name().to_string());
         variants().into_iter().map(|(name, _)| name).chain(fused).collect()
     },
-    paper: &["geometry, p = 3, memo"],
+    paper: &[
+        "geometry, p = 1",
+        "geometry, p = 1, memo",
+        "geometry, p = 2",
+        "geometry, p = 2, memo",
+        "geometry, p = 3",
+        "geometry, p = 3, memo",
+        "geometry, p = 4",
+        "geometry, p = 4, memo",
+    ],
     ours: &["runs"],
     measure,
     plots: &[
