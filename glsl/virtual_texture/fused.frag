@@ -54,7 +54,7 @@ void main() {
         for (uint n = 1u; n < 4u && reach != 0u; n++)
             if (reaches(reach, n)) mark(neighbour(qij, reach, n));
     }
-    colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+    colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.noise));
 #if LIT
     colour.rgb *= light(normal, view.sun);
 #endif

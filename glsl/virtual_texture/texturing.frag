@@ -23,7 +23,7 @@ void main() {
     uvec3 qij = load_covered(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
-    colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.frame));
+    colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.noise));
 #if LIT
     colour.rgb *= light(normal, view.sun);
 #endif

@@ -8,11 +8,10 @@ use ortelius::renderer::Record;
 use ortelius::renderer::report::FrameReport;
 use serde::Serialize;
 use serde_json::json;
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The first line. The others are entries of the report's `frames`.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-records", 1);
@@ -21,7 +20,7 @@ const FORMAT: JsonFormat = JsonFormat::new("ortelius-records", 1);
 pub struct Lines {
     path: PathBuf,
     /// The first error stops the writing.
-    file: Rc<RefCell<io::Result<File>>>,
+    file: Arc<Mutex<io::Result<File>>>,
 }
 
 impl Lines {
@@ -31,14 +30,14 @@ impl Lines {
         let named = || path.display().to_string();
         let mut file = File::create(path).with_context(named)?;
         line(&FORMAT.head(json!({}))).and_then(|line| file.write_all(&line)).with_context(named)?;
-        Ok(Lines { path: path.to_owned(), file: Rc::new(RefCell::new(Ok(file))) })
+        Ok(Lines { path: path.to_owned(), file: Arc::new(Mutex::new(Ok(file))) })
     }
 
     /// `records`, with each one also written to the file.
     pub fn tap(&self, records: Records<Record>) -> Records<Record> {
         let file = self.file.clone();
         records.with_tap(move |record| {
-            let mut file = file.borrow_mut();
+            let mut file = lock(&file);
             let written = match &mut *file {
                 Ok(file) => line(&FrameReport::from(record)).and_then(|line| file.write_all(&line)),
                 Err(_) => return,
@@ -52,9 +51,14 @@ impl Lines {
     /// # Errors
     /// A write error, with the path.
     pub fn finish(self) -> anyhow::Result<()> {
-        let file = std::mem::replace(&mut *self.file.borrow_mut(), Err(io::ErrorKind::Other.into()));
+        let file = std::mem::replace(&mut *lock(&self.file), Err(io::ErrorKind::Other.into()));
         file.map(drop).with_context(|| self.path.display().to_string())
     }
+}
+
+/// A panic elsewhere leaves the file usable.
+fn lock(file: &Mutex<io::Result<File>>) -> MutexGuard<'_, io::Result<File>> {
+    file.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn line(content: &impl Serialize) -> io::Result<Vec<u8>> {

@@ -13,8 +13,8 @@ pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: the scene's own,
-    /// other filters of a virtual texture, and every other value of variant.dedup, of a mesh's geometry.apply, of
-    /// relief.method, or of filter.kind
+    /// other filters of a virtual texture, and every other value of variant.dedup, compact and list, of a mesh's
+    /// geometry.apply and order, of relief.method, or of filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display,
@@ -35,6 +35,9 @@ pub struct ViewArgs {
     /// With a name, also write them as JSON
     #[arg(long, value_name = "JSON", num_args = 0..=1, require_equals = true)]
     measure: Option<Option<PathBuf>>,
+    /// Frames of each of the four passes of --measure, rounded up to a multiple of 24 [default: 120]
+    #[arg(long, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=24_000), allow_negative_numbers = true)]
+    frames: Option<u32>,
     /// Folder of screenshots (F12) and recordings (R)
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     output: PathBuf,
@@ -71,7 +74,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         },
         panels: !args.no_panels,
         record: args.record,
-        measure: args.measure.is_some(),
+        measure: args.measure.as_ref().map(|_| args.frames.map_or(view::STEPS, |frames| frames as usize)),
         times: args.measure.clone().flatten(),
         trade: args.trade.as_deref().map(|path| trade::read("--trade", path)).transpose()?,
         device: args.device.device.clone(),

@@ -3,7 +3,7 @@
 /// The number of records that are kept by default: two seconds at 60 frames per second.
 pub const HISTORY: usize = 120;
 
-type Tap<R> = Box<dyn FnMut(&R)>;
+type Tap<R> = Box<dyn FnMut(&R) + Send>;
 
 /// The records of frames, in order: all of them, or the last ones. A tap can pass each record on (to a JSON
 /// Lines file, for example).
@@ -32,7 +32,7 @@ impl<R> Records<R> {
     }
 
     /// Also passes each record to `tap` when its frame has ended.
-    pub fn with_tap(self, tap: impl FnMut(&R) + 'static) -> Records<R> {
+    pub fn with_tap(self, tap: impl FnMut(&R) + Send + 'static) -> Records<R> {
         Records { tap: Some(Box::new(tap)), ..self }
     }
 

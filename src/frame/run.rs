@@ -18,6 +18,8 @@ pub struct Run<T: Technique> {
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
     next: u64,
+    /// [`View::noise`] of the next frame: the number of pictures so far. A settled picture counts as one.
+    noise: u64,
 }
 
 impl<T: Technique> Run<T> {
@@ -32,7 +34,7 @@ impl<T: Technique> Run<T> {
             );
         }
         let (records, in_flight) = (Records::default(), PerFrame::default());
-        Run { gpu, technique, records, stall: STALL, target, in_flight, next: 0 }
+        Run { gpu, technique, records, stall: STALL, target, in_flight, next: 0, noise: 0 }
     }
 
     /// Stores all further records in `records`.
@@ -61,7 +63,8 @@ impl<T: Technique> Run<T> {
         signals: &[&Semaphore],
         also: impl FnOnce(&mut Frame<'_>, &View, &T, &Target) -> vk::Result<()>,
     ) -> Result<(), T::Error> {
-        let view = View { pose: *pose, size: self.target.size(), frame: self.next };
+        let (size, frame, noise) = (self.target.size(), self.next, self.noise);
+        let view = View { pose: *pose, size, frame, noise };
         self.retire(view.slot())?;
         self.technique.prepare(&self.gpu, &view)?;
         let mut frame = self.gpu.frame()?;
@@ -69,6 +72,7 @@ impl<T: Technique> Run<T> {
         also(&mut frame, &view, &self.technique, &self.target)?;
         self.in_flight[view.slot()] = Some(frame.submit_between(waits, signals)?);
         self.next += 1;
+        self.noise += 1;
         Ok(())
     }
 
@@ -121,8 +125,13 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// As [`Run::settle`].
     pub fn settle_once(&mut self, pose: &Pose, last_arrival: &mut Instant) -> Result<bool, T::Error> {
+        let noise = self.noise;
         self.frame(pose)?;
-        match self.technique.progress() {
+        let progress = self.technique.progress();
+        if progress != Progress::Settled {
+            self.noise = noise;
+        }
+        match progress {
             Progress::Settled => return Ok(true),
             Progress::Waiting { pending } if last_arrival.elapsed() > self.stall => {
                 return Err(Stalled { pending, waited: self.stall }.into());

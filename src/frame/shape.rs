@@ -155,7 +155,7 @@ pub fn world_view(pose: &Pose, size: [u32; 2], level_bias: u32) -> ViewConstants
         eye_high: eye_high.to_array(),
         eye_low: (pose.eye - eye_high.as_dvec3()).as_vec3().to_array(),
         level_bias,
-        frame: 0,
+        noise: 0,
         sun: [0.0; 3],
         limb: 0.0,
     }
@@ -163,8 +163,8 @@ pub fn world_view(pose: &Pose, size: [u32; 2], level_bias: u32) -> ViewConstants
 
 impl Draw {
     fn slice(&self, view: &View, level_bias: u32, sun: DVec3, curvature: f64) -> IndexRange<ViewConstants> {
-        let View { pose, size, frame } = *view;
-        let world = ViewConstants { frame: frame as u32, ..world_view(&pose, size, level_bias) };
+        let View { pose, size, noise, .. } = *view;
+        let world = ViewConstants { noise: noise as u32, ..world_view(&pose, size, level_bias) };
         match *self {
             Draw::World { indices } => {
                 let limb = (pose.pixel_tangent(size[1]) * curvature) as f32;

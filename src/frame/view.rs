@@ -3,20 +3,23 @@
 use super::Slot;
 use crate::math::camera::Pose;
 
-/// Pose, picture size and frame number.
+/// Pose, picture size, frame number and seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub pose: Pose,
     /// Pixels.
     pub size: [u32; 2],
-    /// Frame number from 0; seeds the random numbers of stochastic filters.
+    /// Frame number from 0.
     pub frame: u64,
+    /// Seed of the random numbers of stochastic filters. All frames of a settling picture have the same seed, so that
+    /// the picture does not depend on their number.
+    pub noise: u64,
 }
 
 impl View {
     /// A single frame from `pose`.
     pub fn new(pose: &Pose, size: [u32; 2]) -> View {
-        View { pose: *pose, size, frame: 0 }
+        View { pose: *pose, size, frame: 0, noise: 0 }
     }
 
     /// The frame's slot among those in flight.

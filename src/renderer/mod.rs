@@ -14,7 +14,7 @@ pub mod relief_steps;
 mod relief_truth;
 mod technique;
 
-pub use open::{Kept, Options};
+pub use open::{Kept, LoadedSwitch, Options, Switch};
 pub use technique::{Carrier, Record, Surfaces};
 
 use crate::frame::{Run, Stalled};

@@ -2,7 +2,7 @@
 
 use super::plain::{ALBEDO, PlainFilter, PlainSurface, PlainSurfaces, upload};
 use super::{Carrier, RenderError, Renderer, Surfaces, sections};
-use crate::frame::{PerFrame, Run, Shape, Target};
+use crate::frame::{PerFrame, Run, Shape, Target, Technique};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes, Textured, config};
@@ -84,7 +84,7 @@ impl Renderer {
 /// What a renderer keeps when it switches to another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kept {
-    /// Nothing. [`Renderer::switch_scene`] has changed nothing: the other scene must be opened.
+    /// Nothing: the other scene was opened.
     Nothing,
     /// The tiles of the virtual texture. Meshes and plain textures were created again.
     Tiles,
@@ -92,25 +92,65 @@ pub enum Kept {
     Everything,
 }
 
-impl Renderer {
-    /// Switches from the shown scene `now` to `next` and keeps the renderer. This requires that both scenes have the
-    /// same virtual texture on the same disk, or that neither has one. `options` are those of [`Renderer::on`] with
-    /// the current size.
+/// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong to
+/// the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
+pub struct Switch {
+    kept: Kept,
+    next: Scene,
+    options: Options<'static>,
+    settings: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
+    gpu: Gpu,
+    target: Target,
+}
+
+/// A [`Switch`] whose meshes and plain textures are loaded.
+pub struct LoadedSwitch {
+    switch: Switch,
+    /// Everything except the virtual texture; `None` if it is kept.
+    others: Option<Surfaces>,
+}
+
+impl Switch {
+    /// Never [`Kept::Nothing`]. With [`Kept::Everything`], loading takes no time.
+    pub fn kept(&self) -> Kept {
+        self.kept
+    }
+
+    /// Loads the meshes and plain textures of the other scene, unless they are kept.
     ///
     /// # Errors
-    /// As [`Renderer::on`]; the renderer then still shows `now`.
-    pub fn switch_scene(
-        &mut self,
+    /// As [`Renderer::on`].
+    pub fn load(self) -> Result<LoadedSwitch, RenderError> {
+        if self.kept == Kept::Everything {
+            return Ok(LoadedSwitch { switch: self, others: None });
+        }
+        let mut loaded = Loaded::with(&self.next, &self.options, self.settings.clone())?;
+        self.gpu.require(&loaded.needs())?;
+        loaded.meshes = clocked(&self.gpu, loaded.meshes)?;
+        let others = Some(loaded.others(&self.gpu, &self.target)?);
+        Ok(LoadedSwitch { others, switch: self })
+    }
+}
+
+impl Renderer {
+    /// Plans a switch from the shown scene `now` to `next` that keeps the renderer. This requires that both scenes have
+    /// the same virtual texture on the same disk, or that neither has one. `None`: `next` must be opened. `options` are
+    /// those of [`Renderer::on`] with the current size.
+    ///
+    /// # Errors
+    /// As [`Renderer::on`].
+    pub fn plan_switch(
+        &self,
         now: &Scene,
         next: &Scene,
-        options: &Options<'_>,
-    ) -> Result<Kept, RenderError> {
+        options: &Options<'static>,
+    ) -> Result<Option<Switch>, RenderError> {
         sections::check(next)?;
         let owner = owner(next)?;
         let source = match (&self.technique.texture, owner) {
             (None, None) => None,
             (Some(texture), Some(owner)) if same_tiles(now, next, owner) => Some(texture.source.clone()),
-            _ => return Ok(Kept::Nothing),
+            _ => return Ok(None),
         };
         let mut settings = source.map(|source| texture(next, options, source)).transpose()?;
         if let Some((settings, _)) = &mut settings {
@@ -119,17 +159,32 @@ impl Renderer {
         let shown = self.technique.texture.as_ref().zip(settings.as_ref());
         let shown = shown.map(|(texture, (next, _))| (&texture.settings, next));
         if shown.is_some_and(|(now, next)| !now.streaming.same_loader(&next.streaming)) {
-            return Ok(Kept::Nothing);
+            return Ok(None);
         }
         let draws = |settings: &virtual_texture::VirtualTextureSettings| settings.config.draws_depth_alone();
         let same_shapes = shown.is_none_or(|(now, next)| draws(now) == draws(next));
-        if same_shapes && fixed(now, owner).is_some_and(|now| Some(now) == fixed(next, owner)) {
-            self.change_in_place(next, options, settings.map(|(settings, _)| settings))?;
-            return Ok(Kept::Everything);
+        let kept = match same_shapes && fixed(now, owner).is_some_and(|now| Some(now) == fixed(next, owner)) {
+            true => Kept::Everything,
+            false if settings.is_some() => Kept::Tiles,
+            false => return Ok(None),
+        };
+        let (gpu, target) = (self.gpu.clone(), self.target().clone());
+        Ok(Some(Switch { kept, next: next.clone(), options: *options, settings, gpu, target }))
+    }
+
+    /// Shows the other scene. The renderer may have been resized, and switched in place, since the plan.
+    ///
+    /// # Errors
+    /// As [`Renderer::on`]; the renderer then shows what it showed before.
+    pub fn switch(&mut self, LoadedSwitch { switch, others }: LoadedSwitch) -> Result<Kept, RenderError> {
+        let Switch { kept, next, options, settings, .. } = switch;
+        let mut settings = settings.map(|(settings, _)| settings);
+        settings.iter_mut().for_each(|settings| settings.size = self.size());
+        match others {
+            None => self.change_in_place(&next, &options, settings)?,
+            Some(others) => self.change_all_but_tiles(&next, others, settings)?,
         }
-        let Some(settings) = settings else { return Ok(Kept::Nothing) };
-        self.change_all_but_tiles(Loaded::with(next, options, Some(settings))?)?;
-        Ok(Kept::Tiles)
+        Ok(kept)
     }
 
     fn change_in_place(
@@ -158,13 +213,16 @@ impl Renderer {
         })
     }
 
-    fn change_all_but_tiles(&mut self, mut loaded: Loaded<'_>) -> Result<(), RenderError> {
-        self.gpu.require(&loaded.needs())?;
-        loaded.meshes = clocked(&self.gpu, loaded.meshes)?;
+    fn change_all_but_tiles(
+        &mut self,
+        next: &Scene,
+        mut others: Surfaces,
+        settings: Option<virtual_texture::VirtualTextureSettings>,
+    ) -> Result<(), RenderError> {
         self.reconfigure(|surfaces, gpu, target| {
-            let mut others = loaded.others(gpu, target)?;
-            let lit = others.light(loaded.scene);
-            if let (Some(texture), Some((settings, _))) = (&mut surfaces.texture, loaded.texture) {
+            let lit = others.light(next);
+            others.resize(gpu, target)?;
+            if let (Some(texture), Some(settings)) = (&mut surfaces.texture, settings) {
                 texture.reconfigure(gpu, settings, (target, lit))?;
                 texture.sun = others.sun;
             }

@@ -99,6 +99,13 @@ impl Surfaces {
         self.plain.iter().flat_map(|plain| &plain.surfaces).any(|surface| surface.relief.is_some())
     }
 
+    /// Ends what the loads of tiles wait for, except the tiles themselves; called before a renderer with unfinished loads
+    /// is dropped.
+    pub fn end_waits(&self) -> impl FnOnce() + Send + use<> {
+        let source = self.texture.as_ref().map(|texture| texture.source.clone());
+        move || source.iter().for_each(|source| source.stop_waiting())
+    }
+
     /// The light of the scene, if a surface with the virtual texture is lit.
     pub(super) fn light(&self, scene: &Scene) -> Option<LightColours> {
         self.carriers.iter().any(|carrier| carrier.lit).then(|| scene.light_colours())

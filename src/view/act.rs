@@ -7,10 +7,12 @@ use super::job::{Job, Stopped};
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
 use super::shot;
+use super::stage::Opened;
 use anyhow::{Context, anyhow, bail};
 use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::renderdoc;
+use ortelius::vk::shader::Replaced;
 use std::io::Write;
 use winit::window::Fullscreen;
 
@@ -21,11 +23,14 @@ impl Live {
         self.echo = ECHO;
     }
 
-    /// Reports a screenshot or a recording that has ended. Returns false if the window must close.
+    /// Reports the jobs that have ended. Returns false if the window must close.
     ///
     /// # Errors
     /// The error of a recording without interaction; stdout cannot be written.
     pub fn take_results(&mut self) -> anyhow::Result<bool> {
+        if let Err(error) = self.take_opened().and_then(|()| self.take_shaders()) {
+            self.report(&error);
+        }
         match Job::take_ended(&mut self.shot) {
             Some(Ok(picture)) => {
                 self.print(&picture.display().to_string())?;
@@ -46,11 +51,14 @@ impl Live {
         Ok(!self.records_alone || self.film.is_some())
     }
 
-    /// Stops the screenshot and the recording, and says what became of them. Waits for the step under way.
+    /// Stops the jobs, and says what became of them. Waits for the steps under way, but not for slow tiles.
     ///
     /// # Errors
     /// The recording failed, and the window was opened for it alone.
     pub fn end_jobs(&mut self) -> anyhow::Result<()> {
+        // The window disappears at once; a scene that is being opened must be complete before it can be dropped.
+        self.window.set_visible(false);
+        self.stage.end_waits();
         if let Some(shot) = self.shot.take() {
             match shot.stop() {
                 Ok(picture) => self.print(&picture.display().to_string())?,
@@ -112,10 +120,7 @@ impl Live {
             | Action::Compare
             | Action::Trade(_)
             | Action::Set(..)
-            | Action::Reset(_) => {
-                self.edition += 1;
-                self.change(action)?;
-            }
+            | Action::Reset(_) => self.change(action)?,
             Action::FlyTo(camera) => self.fly_to(camera),
             Action::Save(n) => {
                 self.bookmarks.save(n, self.eye.camera)?;
@@ -177,7 +182,7 @@ impl Live {
 
     /// Actions that open or reconfigure renderers.
     fn change(&mut self, action: Action) -> anyhow::Result<()> {
-        (self.levels, self.faces, self.steps) = (None, None, None);
+        self.change.skips = matches!(action, Action::NextVariant);
         let (kept, what) = match action {
             Action::Trade(at) => {
                 let trade =
@@ -189,63 +194,114 @@ impl Live {
             }
             Action::Set(key, value) => (self.stage.set(&key, &value)?, format!("{key} = {value}")),
             Action::Reset(key) => (self.stage.reset(&key)?, format!("{key}: the scene's own")),
-            Action::Compare => {
-                self.stage.toggle_second()?;
-                (Kept::Everything, self.variants())
-            }
-            Action::ShowBeside(variant) => {
-                self.stage.show_beside(variant)?;
-                (Kept::Everything, self.variants())
-            }
+            Action::Compare => (self.stage.toggle_second()?, self.variants()),
+            Action::ShowBeside(variant) => (self.stage.show_beside(variant)?, self.variants()),
             Action::Show(variant) => (self.stage.show(variant)?, self.variants()),
-            _ => (self.show_next()?, self.variants()),
+            _ => {
+                let (wanted, _) = self.stage.wanted();
+                (self.show_from(self.stage.next(wanted))?, self.variants())
+            }
         };
-        self.show_message(match kept {
-            Kept::Everything => what,
-            Kept::Tiles => format!("{what} (meshes were loaded again)"),
-            Kept::Nothing => format!("{what} (the scene was opened again; its caches are empty)"),
-        });
+        self.change.what = what;
+        self.tell_change(kept);
         Ok(())
     }
 
-    /// Installs recompiled shaders and rebuilds every pipeline. If that fails, the old shaders stay.
+    /// Says what became of the last change.
+    fn tell_change(&mut self, kept: Option<Kept>) {
+        let what = &self.change.what;
+        let text = match kept {
+            Some(Kept::Everything) => what.clone(),
+            Some(Kept::Tiles) => format!("{what} (meshes were loaded again)"),
+            Some(Kept::Nothing) => format!("{what} (the scene was opened again; its caches are empty)"),
+            None => format!("opening {what}"),
+        };
+        if kept.is_some() {
+            self.edition += 1;
+            (self.levels, self.faces, self.steps) = (None, None, None);
+        }
+        self.show_message(text);
+    }
+
+    /// Shows a change or new shaders that a thread has prepared. After an error, the old picture stays.
+    pub(super) fn take_opened(&mut self) -> anyhow::Result<()> {
+        let Some(Opened { is_reload, variant, kept }) = self.stage.take_opened() else { return Ok(()) };
+        self.echo = ECHO;
+        let replaced = self.change.replaced.take_if(|_| is_reload);
+        match (kept, replaced) {
+            (Ok(_), Some((_, count))) => {
+                self.edition += 1;
+                (self.levels, self.faces, self.steps) = (None, None, None);
+                self.show_message(format!("{count} shaders differ from the built ones"));
+            }
+            (Err(error), Some((before, _))) => {
+                self.restore_shaders(before)?;
+                return Err(error);
+            }
+            (Ok(Some(_)), None) if self.stage.is_opening() => self.tell_change(None),
+            (Ok(Some(kept)), None) => self.tell_change(Some(kept)),
+            (Ok(None), None) => {}
+            (Err(error), None) => {
+                let next = self.stage.next(variant);
+                if self.change.skips && next != self.stage.variant() {
+                    tracing::warn!("{error:#}");
+                    let kept = self.show_from(next)?;
+                    self.change.what = self.variants();
+                    self.tell_change(kept);
+                    return Ok(());
+                }
+                let front = self.stage.front();
+                self.trade.iter_mut().for_each(|trade| trade.select(front));
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// Installs recompiled shaders and opens the scene with them on a thread. If that fails, the old shaders stay.
     pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
+        // Shaders belong to the device: a scene is opened with the old ones or with the new ones.
+        if self.stage.is_opening() {
+            return Ok(());
+        }
         let Some(compiled) = self.reload.poll() else { return Ok(()) };
         self.echo = ECHO;
         let (words, gpu) = (compiled?, self.stage.renderer.gpu.clone());
         let count = words.len();
-        self.edition += 1;
         let before = gpu.replace_shaders(words);
-        let done = self.screen.rebuild(&gpu).map_err(Into::into).and_then(|()| self.stage.reopen());
-        if let Err(error) = done {
-            gpu.replace_shaders(before);
-            self.screen.rebuild(&gpu)?;
+        let begun = self.screen.rebuild(&gpu).map_err(Into::into).and_then(|()| self.stage.reopen());
+        if let Err(error) = begun {
+            self.restore_shaders(before)?;
             return Err(error);
         }
-        (self.levels, self.faces, self.steps) = (None, None, None);
-        self.show_message(format!("{count} shaders differ from the built ones"));
+        self.change.replaced = Some((before, count));
+        self.show_message("opening the scene with the new shaders".to_owned());
         Ok(())
     }
 
-    /// Shows the next variant that opens on this device. Variants that fail to open are skipped with a
-    /// warning.
-    fn show_next(&mut self) -> anyhow::Result<Kept> {
-        let mut next = self.stage.next(self.stage.variant);
+    fn restore_shaders(&mut self, before: Replaced) -> anyhow::Result<()> {
+        let gpu = self.stage.renderer.gpu.clone();
+        gpu.replace_shaders(before);
+        Ok(self.screen.rebuild(&gpu)?)
+    }
+
+    /// Requests the first variant from `next` on that fits the scene. Others are skipped with a warning.
+    fn show_from(&mut self, mut next: usize) -> anyhow::Result<Option<Kept>> {
         loop {
             match self.stage.show(next) {
-                Err(error) if next != self.stage.variant => tracing::warn!("{error:#}"),
+                Err(error) if next != self.stage.variant() => tracing::warn!("{error:#}"),
                 shown => return shown,
             }
             next = self.stage.next(next);
         }
     }
 
-    /// The shown variants.
+    /// The variants that were requested last.
     fn variants(&self) -> String {
         let name = |variant: usize| &self.stage.variants[variant].name;
-        match &self.stage.second {
-            Some(second) => format!("variant: {} | {}", name(self.stage.variant), name(second.variant)),
-            None => format!("variant: {}", name(self.stage.variant)),
+        match self.stage.wanted() {
+            (left, Some(right)) => format!("variant: {} | {}", name(left), name(right)),
+            (left, None) => format!("variant: {}", name(left)),
         }
     }
 
@@ -276,14 +332,15 @@ impl Live {
         let gpu = &self.stage.renderer.gpu;
         let (held, compiled) = (gpu.allocations()?, gpu.compiled_pipelines());
         let device: u64 = held.iter().map(|(_, bytes)| bytes).sum();
-        // Linux reports counts of 4096-byte pages; the second count is the resident set.
-        let pages = std::fs::read_to_string("/proc/self/statm").ok();
-        let resident = pages.and_then(|pages| pages.split(' ').nth(1)?.parse::<u64>().ok());
-        let resident = resident.map_or("unknown".to_owned(), |pages| (4096 * pages).to_string());
-        let count = held.len();
+        // Linux reports the resident set in kB of 1024 bytes.
+        let status = std::fs::read_to_string("/proc/self/status").ok();
+        let resident = status
+            .and_then(|status| status.split("VmRSS:").nth(1)?.split_whitespace().next()?.parse::<u64>().ok());
+        let resident = resident.map_or("unknown".to_owned(), |kb| (1024 * kb).to_string());
+        let (count, jobs) = (held.len(), self.jobs());
         Ok(format!(
             "memory: device {device} bytes in {count} allocations, resident {resident} bytes; {compiled} pipelines \
-             compiled"
+             compiled; {jobs} jobs under way"
         ))
     }
 

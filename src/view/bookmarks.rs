@@ -18,7 +18,7 @@ pub struct Bookmarks {
 const NAME: &str = "bookmark";
 
 impl Bookmarks {
-    /// Reads the saved bookmarks, up to the first unreadable one, which the result reports.
+    /// Reads the saved bookmarks. The result reports the first unreadable one; the others are read.
     pub fn open(scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
         Bookmarks::at(path(|name| std::env::var_os(name).map(PathBuf::from)), scene)
     }
@@ -41,13 +41,18 @@ impl Bookmarks {
         let Some(path) = self.path.clone().filter(|path| path.exists()) else { return Ok(()) };
         let file = table(&path)?;
         let Some(own) = file.get(&self.scene).and_then(toml::Value::as_table) else { return Ok(()) };
+        let mut read = Ok(());
         for (n, bookmark) in self.cameras.iter_mut().enumerate() {
             let Some(text) = own.get(&(n + 1).to_string()).and_then(toml::Value::as_str) else { continue };
-            let context = || format!("{}: [{}] {}", path.display(), self.scene, n + 1);
-            let with = scene.with(&[format!("cameras.{NAME}={text}")]).with_context(context)?;
-            *bookmark = Some(with.cameras[NAME]);
+            match scene.with(&[format!("cameras.{NAME}={text}")]) {
+                Ok(with) => *bookmark = Some(with.cameras[NAME]),
+                Err(error) => {
+                    let context = format!("{}: [{}] {}", path.display(), self.scene, n + 1);
+                    read = read.and(Err(anyhow::Error::new(error).context(context)));
+                }
+            }
         }
-        Ok(())
+        read
     }
 
     /// Saves a camera. It is kept for this run even if writing the file fails.
@@ -111,10 +116,15 @@ mod tests {
         assert_eq!(open(&globe).get(6).unwrap(), camera);
         assert_eq!(open(&herd).get(6).unwrap(), other);
         assert!(open(&herd).get(8).unwrap_err().to_string().contains("Ctrl+9"));
-        std::fs::write(&path, "[globe]\n7 = '{ latitude_deg = 900 }'\n").unwrap();
+        open(&globe).save(8, camera).unwrap();
+        let saved = std::fs::read_to_string(&path).unwrap();
+        let damaged: Vec<&str> = saved.lines().filter(|line| !line.starts_with("7 =")).collect();
+        let damaged = damaged.join("\n").replace("[globe]", "[globe]\n7 = '{ latitude_deg = 900 }'");
+        std::fs::write(&path, damaged).unwrap();
         let (bookmarks, read) = Bookmarks::at(Some(path.clone()), &globe);
         let words = format!("{:#}", read.unwrap_err());
         assert!(words.contains("bookmarks.toml: [globe] 7") && bookmarks.get(6).is_err(), "{words}");
+        assert_eq!(bookmarks.get(8).unwrap(), camera, "a bookmark after the unreadable one");
         std::fs::write(&path, "no table").unwrap();
         let (mut bookmarks, read) = Bookmarks::at(Some(path.clone()), &globe);
         assert!(read.is_err());

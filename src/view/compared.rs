@@ -14,7 +14,7 @@ pub fn variants(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) 
             if beside.on_hover_text("show this variant on the right").clicked() {
                 actions.push(Action::ShowBeside(n));
             }
-            let name = ui.selectable_label(n == stage.variant, &variant.name);
+            let name = ui.selectable_label(n == stage.variant(), &variant.name);
             if name.on_hover_text(variant.changes.join("\n")).clicked() {
                 actions.push(Action::Show(n));
             }

@@ -51,7 +51,7 @@ impl Live {
         self.textures.append(std::mem::take(&mut output.textures_delta));
         let platform = std::mem::take(&mut output.platform_output);
         self.input.handle_platform_output(&self.window, platform);
-        self.panels_cost.layout = begin.elapsed();
+        self.cost.layout = begin.elapsed();
         (output, actions)
     }
 
@@ -83,7 +83,10 @@ impl Live {
     /// available.
     pub(super) fn draw(&mut self, output: Option<FullOutput>) -> anyhow::Result<bool> {
         let window: [u32; 2] = self.window.inner_size().into();
-        let Some(number) = self.screen.acquire(window)? else {
+        let acquiring = Instant::now();
+        let acquired = self.screen.acquire(window)?;
+        self.cost.display = acquiring.elapsed();
+        let Some(number) = acquired else {
             (self.echo, self.laid_out) = (ECHO, None);
             return Ok(false);
         };
@@ -100,7 +103,7 @@ impl Live {
                 let begin = Instant::now();
                 let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
                 self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
-                self.panels_cost.triangles = begin.elapsed();
+                self.cost.triangles = begin.elapsed();
             }
             None if self.screen.painter.fits(size) => {
                 self.laid_out.iter_mut().for_each(|laid_out| laid_out.frames += 1);
@@ -110,7 +113,10 @@ impl Live {
         let arrangement = self.arrangement(size, points);
         self.render(number, &arrangement)?;
         self.screen.painter.drawn(&std::mem::take(&mut self.textures));
-        if !self.screen.swapchain.present(number, window)? {
+        let presenting = Instant::now();
+        let is_presented = self.screen.swapchain.present(number, window)?;
+        self.cost.display += presenting.elapsed();
+        if !is_presented {
             self.screen.swapchain.resize(window)?;
             self.echo = ECHO;
         }

@@ -24,7 +24,7 @@ struct Film {
 ///
 /// # Errors
 /// The folder cannot be created; the scene has no such path; no thread.
-pub fn start(stage: &Stage, path: &str, folder: &Path) -> anyhow::Result<Job> {
+pub fn start(stage: &Stage, path: &str, folder: &Path) -> anyhow::Result<Job<PathBuf>> {
     let way = stage.scene.path(path)?;
     let folder = folder.join(format!("ortelius-{}-{path}", stage.scene.name));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -48,6 +48,7 @@ impl Film {
         let Film { gpu, scene, run, poses, folder } = self;
         // Deterministic budgets count tiles instead of time, so the frames are the same on every machine.
         let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
+        progress.at_stop(renderer.technique.end_waits());
         renderer.keep(Records::last_ones(1));
         for (n, pose) in poses.iter().enumerate() {
             progress.check()?;

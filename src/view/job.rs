@@ -1,22 +1,22 @@
-//! Work on a thread beside the window: a screenshot, a recording. The window waits for neither its tiles nor its files,
-//! and the work goes on while the window is minimised.
+//! Work on a thread beside the window: a screenshot, a recording, the opening of a scene. The window waits for neither
+//! tiles nor files, and the work goes on while the window is minimised.
 
-use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Time between two looks at a job.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// Work that ends with the path of what it has written. Dropping it stops the work and waits for its thread.
-pub struct Job {
+/// Work that ends with a `T`: the path of what it has written, or what it has opened. Dropping it stops the work and
+/// waits for its thread.
+pub struct Job<T> {
     progress: Arc<JobProgress>,
     /// Steps of the work.
     steps: usize,
     /// `None` only while dropping.
-    thread: Option<JoinHandle<anyhow::Result<PathBuf>>>,
+    thread: Option<JoinHandle<anyhow::Result<T>>>,
 }
 
 /// Why stopped work has no result.
@@ -29,6 +29,7 @@ pub struct Stopped;
 pub struct JobProgress {
     done: AtomicUsize,
     is_stopped: AtomicBool,
+    at_stop: Mutex<Vec<Box<dyn FnOnce() + Send>>>,
 }
 
 impl JobProgress {
@@ -42,14 +43,37 @@ impl JobProgress {
     /// # Errors
     /// The work must stop.
     pub fn check(&self) -> Result<(), Stopped> {
-        match self.is_stopped.load(Ordering::Relaxed) {
+        match self.is_stopped.load(Ordering::SeqCst) {
             true => Err(Stopped),
             false => Ok(()),
         }
     }
+
+    /// Calls `end_waits` when the work must stop: it ends what the work may be waiting for.
+    pub fn at_stop(&self, end_waits: impl FnOnce() + Send + 'static) {
+        self.waits().push(Box::new(end_waits));
+        // The work may have been stopped before.
+        if self.check().is_err() {
+            self.end_waits();
+        }
+    }
+
+    fn stop(&self) {
+        self.is_stopped.store(true, Ordering::SeqCst);
+        self.end_waits();
+    }
+
+    fn end_waits(&self) {
+        let waits = std::mem::take(&mut *self.waits());
+        waits.into_iter().for_each(|end| end());
+    }
+
+    fn waits(&self) -> MutexGuard<'_, Vec<Box<dyn FnOnce() + Send>>> {
+        self.at_stop.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
-impl Job {
+impl<T: Send + 'static> Job<T> {
     /// Starts work of this number of steps.
     ///
     /// # Errors
@@ -57,14 +81,16 @@ impl Job {
     pub fn start(
         name: &str,
         steps: usize,
-        work: impl FnOnce(&JobProgress) -> anyhow::Result<PathBuf> + Send + 'static,
-    ) -> std::io::Result<Job> {
+        work: impl FnOnce(&JobProgress) -> anyhow::Result<T> + Send + 'static,
+    ) -> std::io::Result<Job<T>> {
         let progress = Arc::new(JobProgress::default());
         let theirs = progress.clone();
         let thread = std::thread::Builder::new().name(name.to_owned()).spawn(move || work(&theirs))?;
         Ok(Job { progress, steps, thread: Some(thread) })
     }
+}
 
+impl<T> Job<T> {
     /// Steps that are done, and all steps.
     pub fn progress(&self) -> (usize, usize) {
         (self.progress.done.load(Ordering::Relaxed), self.steps)
@@ -72,23 +98,30 @@ impl Job {
 
     /// Stops the work after the step under way. Work that is complete by then has a result; other work has the error
     /// [`Stopped`].
-    pub fn stop(mut self) -> anyhow::Result<PathBuf> {
-        self.progress.is_stopped.store(true, Ordering::Relaxed);
-        let thread = self.thread.take().expect("`None` only while dropping");
-        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    pub fn stop(self) -> anyhow::Result<T> {
+        self.progress.stop();
+        self.wait()
     }
 
     /// The result of `job` if it has ended; `job` is then `None`.
-    pub fn take_ended(job: &mut Option<Job>) -> Option<anyhow::Result<PathBuf>> {
-        let has_ended = |job: &mut Job| job.thread.as_ref().is_none_or(JoinHandle::is_finished);
-        let thread = job.take_if(has_ended)?.thread.take()?;
-        Some(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    pub fn take_ended(job: &mut Option<Job<T>>) -> Option<anyhow::Result<T>> {
+        job.take_if(|job| job.has_ended()).map(Job::wait)
+    }
+
+    pub fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the result.
+    pub fn wait(mut self) -> anyhow::Result<T> {
+        let thread = self.thread.take().expect("`None` only while dropping");
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
 
-impl Drop for Job {
+impl<T> Drop for Job<T> {
     fn drop(&mut self) {
-        self.progress.is_stopped.store(true, Ordering::Relaxed);
+        self.progress.stop();
         // Nobody waits for this work, so its error or panic is dropped.
         drop(self.thread.take().map(JoinHandle::join));
     }
@@ -97,6 +130,7 @@ impl Drop for Job {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::PathBuf;
     use std::sync::mpsc::channel;
 
     #[test]
@@ -133,5 +167,30 @@ mod tests {
         assert!(Job::start("test", 1, work).unwrap().stop().unwrap_err().is::<Stopped>());
         let complete = |_: &JobProgress| Ok(PathBuf::from("a.png"));
         assert_eq!(Job::start("test", 1, complete).unwrap().stop().unwrap(), PathBuf::from("a.png"));
+    }
+
+    #[test]
+    fn stopping_ends_what_the_work_waits_for() {
+        for late in [false, true] {
+            let (go, wait) = channel();
+            let (said, hear) = channel();
+            let work = move |progress: &JobProgress| -> anyhow::Result<()> {
+                if late {
+                    while progress.check().is_ok() {
+                        std::thread::yield_now();
+                    }
+                }
+                progress.at_stop(move || go.send(()).unwrap());
+                said.send(()).unwrap();
+                // Never returns unless the stop sends.
+                wait.recv()?;
+                Ok(progress.check()?)
+            };
+            let job = Job::start("test", 1, work).unwrap();
+            if !late {
+                hear.recv().unwrap();
+            }
+            assert!(job.stop().unwrap_err().is::<Stopped>(), "late: {late}");
+        }
     }
 }

@@ -9,12 +9,12 @@ use super::job::{self, Job};
 use super::judge::{self, Judge};
 use super::labels::Labels;
 use super::levels::Levels;
-use super::measure::{Measure, PanelsCost};
+use super::measure::{FrameCost, Measure};
 use super::overlay::Overlay;
 use super::panels::Panels;
 use super::path::Player;
 use super::probe::Probe;
-use super::reload::{self, Reload};
+use super::reload::Reload;
 use super::screen::Screen;
 use super::shown::Front;
 use super::stage::Stage;
@@ -25,6 +25,7 @@ use ortelius::paper::progressive_mesh::faces::Faces;
 use ortelius::renderer::relief_steps::ReliefSteps;
 use ortelius::scene::camera::Camera;
 use ortelius::vk::Gpu;
+use ortelius::vk::shader::Replaced;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -46,8 +47,9 @@ const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
     pub(super) stage: Stage,
-    pub(super) film: Option<Job>,
-    pub(super) shot: Option<Job>,
+    pub(super) change: LastChange,
+    pub(super) film: Option<Job<PathBuf>>,
+    pub(super) shot: Option<Job<PathBuf>>,
     pub(super) screen: Screen,
     pub(super) input: egui_winit::State,
     /// Changes to the panels' textures that no frame has uploaded yet.
@@ -68,7 +70,7 @@ pub struct Live {
     pub(super) terrain: Terrain,
     pub(super) measure: Option<Measure>,
     /// Of this frame.
-    pub(super) panels_cost: PanelsCost,
+    pub(super) cost: FrameCost,
     /// Close the window once the path is recorded.
     pub(super) records_alone: bool,
     pub(super) overlay: Option<Overlay>,
@@ -91,6 +93,17 @@ pub struct Live {
     pub(super) window: Arc<Window>,
 }
 
+/// The last change of what the stage shows.
+#[derive(Default)]
+pub(super) struct LastChange {
+    /// What the status line says once it is shown.
+    pub(super) what: String,
+    /// True if it was Space, which skips variants that cannot be opened.
+    pub(super) skips: bool,
+    /// The shaders before those that a thread opens the scene with, and how many differ from the built ones.
+    pub(super) replaced: Option<(Replaced, usize)>,
+}
+
 /// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
 pub(super) struct LaidOut {
     pub(super) at: Instant,
@@ -107,8 +120,8 @@ impl Live {
     /// The device cannot present to the window; or as [`Stage::new`].
     pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
-        let screen =
-            Screen::new(gpu, gpu.surface(&window)?, size, (opening.present.clone(), opening.measure))?;
+        let modes = (opening.present.clone(), opening.measure.is_some());
+        let screen = Screen::new(gpu, gpu.surface(&window)?, size, modes)?;
         let variants = opening.variants.clone();
         let picture = screen.swapchain.size().map(|side| side.max(1));
         let stage = Stage::new(gpu, opening.scene.clone(), variants, picture, opening.deterministic)?;
@@ -117,8 +130,8 @@ impl Live {
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
-        let measure = || Measure::new(&stage.scene, opening.times.clone());
-        let measure = opening.measure.then(measure).transpose()?;
+        let measure = |steps| Measure::new(&stage.scene, steps, opening.times.clone());
+        let measure = opening.measure.map(measure).transpose()?;
         let (bookmarks, read) = Bookmarks::open(&stage.scene);
         let mut panels = Panels::new(opening.panels);
         if let Err(error) = read {
@@ -128,10 +141,11 @@ impl Live {
         Ok(Live {
             terrain: Terrain::of(&stage.scene),
             measure,
-            panels_cost: PanelsCost::default(),
+            cost: FrameCost::default(),
             records_alone: false,
             player: Player::new(&stage.scene),
             stage,
+            change: LastChange::default(),
             film: None,
             shot: None,
             screen,
@@ -211,15 +225,21 @@ impl Live {
         {
             true => Duration::ZERO,
             false if self.judge.is_at_work() => judge::REFRESH,
-            false if self.reload.is_under_way() => reload::LOOK_AGAIN,
             false => self.laid_out.as_ref()?.repaint,
         };
         self.last_frame.checked_add(delay)
     }
 
-    /// When [`Live::take_results`] must be called again; `None` if no screenshot or recording is under way.
+    /// When [`Live::take_results`] must be called again; `None` if no job is under way.
     pub fn results_due(&self) -> Option<Instant> {
-        (self.film.is_some() || self.shot.is_some()).then(|| Instant::now() + job::LOOK_AGAIN)
+        (self.jobs() > 0).then(|| Instant::now() + job::LOOK_AGAIN)
+    }
+
+    /// Screenshots, recordings, openings and compilations under way.
+    pub(super) fn jobs(&self) -> usize {
+        let jobs =
+            [self.film.is_some(), self.shot.is_some(), self.stage.is_opening(), self.reload.is_under_way()];
+        jobs.into_iter().filter(|is_under_way| *is_under_way).count()
     }
 
     /// True if this frame must lay out the panels. Reasons are input, something that follows the picture, a request of
@@ -250,7 +270,9 @@ impl Live {
         if self.is_hidden() {
             return Ok(true);
         }
-        if let Some(open) = self.measure.as_mut().and_then(|measure| measure.begin(&mut self.player)) {
+        let waited = self.stage.renderer.gpu.waited();
+        let begin = |measure: &mut Measure| measure.begin(&mut self.player, waited);
+        if let Some(open) = self.measure.as_mut().and_then(begin) {
             if self.panels.open != open {
                 (self.panels.open, self.laid_out) = (open, None);
             }
@@ -259,7 +281,7 @@ impl Live {
         let seconds = self.last_frame.elapsed().as_secs_f64().min(LONGEST_FRAME_S);
         self.last_frame = Instant::now();
         self.echo = self.echo.saturating_sub(1);
-        let mut done = vec![self.take_shaders()];
+        let mut done = Vec::new();
         let mut output = None;
         let mut actions = Vec::new();
         if self.is_layout_due() {

@@ -18,11 +18,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Steps per pass. Of 240 times, the 99th percentile lies between the fourth- and the third-longest.
-const STEPS: usize = 240;
+/// Default steps per pass. Of 120 times, the 99th percentile lies between the third- and the second-longest.
+pub const STEPS: usize = 120;
 
-/// Steps with closed panels, then as many with open ones; every other time in the other order.
-const BLOCK: usize = 24;
+/// Steps with closed panels, then as many with open ones; every other time in the other order. So the steps of a pass are
+/// a multiple of twice this number.
+const BLOCK: usize = 12;
 
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
 
@@ -42,15 +43,16 @@ impl Pass {
         (Pass::Open, "panels open"),
     ];
 
-    /// The pass and the step of a frame; `None` after the last pass.
-    fn of_frame(n: usize) -> Option<(Pass, usize)> {
-        let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
-        match n / STEPS {
+    /// The pass and the step of a frame, with `steps` steps per pass; `None` after the last pass.
+    fn of_frame(n: usize, steps: usize) -> Option<(Pass, usize)> {
+        match n / steps {
             0 => Some((Pass::Cold, n)),
-            1 => Some((Pass::Warm, n - STEPS)),
+            1 => Some((Pass::Warm, n - steps)),
             2 | 3 => {
+                let n = n - 2 * steps;
+                let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
                 let is_open = (within >= BLOCK) == (block % 2 == 1);
-                let step = (block - STEPS / BLOCK) * BLOCK + within % BLOCK;
+                let step = block * BLOCK + within % BLOCK;
                 Some((if is_open { Pass::Open } else { Pass::Closed }, step))
             }
             _ => None,
@@ -58,13 +60,15 @@ impl Pass {
     }
 }
 
-/// Time that a frame's processor spent on the panels.
+/// Parts of a frame's time on the window's thread.
 #[derive(Clone, Copy, Default)]
-pub struct PanelsCost {
-    /// Zero in a frame that draws the last layout.
+pub struct FrameCost {
+    /// Of the panels; zero in a frame that draws the last layout.
     pub layout: Duration,
-    /// Triangles, and their upload.
+    /// Of the panels: triangles, and their upload.
     pub triangles: Duration,
+    /// Waits for an image of the window, and for its presentation.
+    pub display: Duration,
 }
 
 /// One measured frame.
@@ -74,14 +78,19 @@ struct Timed {
     ms: f64,
     /// Of all threads.
     processor_ms: Option<f64>,
-    panels: PanelsCost,
+    cost: FrameCost,
+    /// Without waits for the device and for the display: work, and waits for anything else.
+    host_ms: f64,
     /// The device's time of the pass that draws the panels.
     panels_pass_ms: Option<f64>,
 }
 
 /// A measurement in progress.
 pub struct Measure {
-    begun: (Instant, Option<f64>),
+    /// Start of the frame, processor time, and time that the program has waited for the device.
+    begun: (Instant, Option<f64>, Duration),
+    /// Steps per pass.
+    steps: usize,
     frames: Vec<Timed>,
     /// After the passes.
     pub response: Option<Response>,
@@ -115,6 +124,8 @@ struct PassTimes {
     frame: Summary,
     p99: f64,
     processor_mean: Option<f64>,
+    /// The longest frame without its waits for the device and for the display.
+    host_longest: f64,
     /// Frames that laid out the panels.
     layouts: usize,
     layout_mean: f64,
@@ -123,58 +134,62 @@ struct PassTimes {
 }
 
 impl Measure {
+    /// `steps` per pass are rounded up to a multiple of 24.
+    ///
     /// # Errors
     /// The scene has no path.
-    pub fn new(scene: &Scene, file: Option<PathBuf>) -> anyhow::Result<Measure> {
+    pub fn new(scene: &Scene, steps: usize, file: Option<PathBuf>) -> anyhow::Result<Measure> {
         if scene.paths.is_empty() {
             bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
-        let begun = (Instant::now(), processor_ms());
-        Ok(Measure { begun, frames: Vec::new(), response: None, ended: false, file })
+        let begun = (Instant::now(), processor_ms(), Duration::ZERO);
+        let steps = steps.max(1).next_multiple_of(2 * BLOCK);
+        Ok(Measure { begun, steps, frames: Vec::new(), response: None, ended: false, file })
     }
 
-    /// Called at the start of a frame: moves along the path to the next step. Returns true if the panels are
-    /// open in this frame; `None` after the passes.
-    pub fn begin(&mut self, player: &mut Player) -> Option<bool> {
-        let (pass, step) = Pass::of_frame(self.frames.len())?;
-        self.begun = (Instant::now(), processor_ms());
+    /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Measure::end`]. Returns true
+    /// if the panels are open in this frame; `None` after the passes.
+    pub fn begin(&mut self, player: &mut Player, waited: Duration) -> Option<bool> {
+        let (pass, step) = Pass::of_frame(self.frames.len(), self.steps)?;
+        self.begun = (Instant::now(), processor_ms(), waited);
         if let Some((_, frames)) = player.place() {
-            player.seek(frames * step as f64 / (STEPS - 1) as f64);
+            player.seek(frames * step as f64 / (self.steps - 1) as f64);
         }
         Some(pass == Pass::Open)
     }
 
-    /// Called at the end of a frame: records its times. `panels_pass_ns` is of the frame [`FRAMES_IN_FLIGHT`] before it.
-    /// Returns a part of the report that is complete.
-    pub fn end(&mut self, panels: PanelsCost, panels_pass_ns: Option<u64>) -> Option<String> {
+    /// Called at the end of a frame: records its times. `waited` is the time that the program has waited for the device so
+    /// far, and `panels_pass_ns` is of the frame [`FRAMES_IN_FLIGHT`] before this one. Returns a part of the report that is
+    /// complete.
+    pub fn end(&mut self, cost: FrameCost, waited: Duration, panels_pass_ns: Option<u64>) -> Option<String> {
         if let Some(response) = &self.response {
             let report = response.report();
             self.ended = report.is_some();
             return report;
         }
-        let (pass, step) = Pass::of_frame(self.frames.len()).expect("the passes have not ended");
-        let processor = processor_ms().zip(self.begun.1);
+        let (pass, step) = Pass::of_frame(self.frames.len(), self.steps).expect("the passes have not ended");
+        let (begun, processor_before, waited_before) = self.begun;
+        let (took, processor) = (begun.elapsed(), processor_ms().zip(processor_before));
+        let waits = waited.saturating_sub(waited_before) + cost.display;
         self.frames.push(Timed {
             pass,
             step,
-            ms: self.begun.0.elapsed().as_secs_f64() * 1e3,
+            ms: took.as_secs_f64() * 1e3,
             processor_ms: processor.map(|(end, begin)| end - begin),
-            panels,
+            cost,
+            host_ms: took.saturating_sub(waits).as_secs_f64() * 1e3,
             panels_pass_ms: None,
         });
         if let Some(earlier) = self.frames.iter_mut().rev().nth(FRAMES_IN_FLIGHT) {
             earlier.panels_pass_ms = panels_pass_ns.map(|ns| ns as f64 / 1e6);
         }
+        let steps = self.steps;
         match self.frames.len() {
-            STEPS => Some(self.times(Pass::Cold).line()),
-            n if n == 2 * STEPS => {
-                let ratio = self.cold_over_warm();
-                Some(format!(
-                    "{}\n99th percentile, cold over warm: {ratio:.2}",
-                    self.times(Pass::Warm).line()
-                ))
+            n if n == steps => Some(self.times(Pass::Cold).line()),
+            n if n == 2 * steps => {
+                Some(format!("{}\n{}", self.times(Pass::Warm).line(), self.caches_report()))
             }
-            n if n == 4 * STEPS => {
+            n if n == 4 * steps => {
                 self.response = Some(Response::default());
                 Some(self.panels_report())
             }
@@ -210,11 +225,24 @@ impl Measure {
             frame: Summary::of(&ms).expect("a pass has frames"),
             p99: percentile(&ms, 0.99).expect("a pass has frames"),
             processor_mean: processor.map(|ms| ms.iter().sum::<f64>() / frames.len() as f64),
-            layouts: frames.iter().filter(|frame| !frame.panels.layout.is_zero()).count(),
-            layout_mean: mean(&|frame| frame.panels.layout.as_secs_f64() * 1e3),
-            triangles_mean: mean(&|frame| frame.panels.triangles.as_secs_f64() * 1e3),
+            host_longest: frames.iter().map(|frame| frame.host_ms).fold(0.0, f64::max),
+            layouts: frames.iter().filter(|frame| !frame.cost.layout.is_zero()).count(),
+            layout_mean: mean(&|frame| frame.cost.layout.as_secs_f64() * 1e3),
+            triangles_mean: mean(&|frame| frame.cost.triangles.as_secs_f64() * 1e3),
             panels_pass_median: median(&drawn),
         }
+    }
+
+    /// The passes differ by more than their loads: a missing tile is shown by a coarser one, and a footprint holds fewer of
+    /// its texels. So the report also has the time that no wait for the device explains.
+    fn caches_report(&self) -> String {
+        let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
+        format!(
+            "99th percentile, cold over warm: {:.2} (cold frames show coarser tiles, whose footprints hold fewer \
+             texels)\nlongest frame without its waits for the device and the display: cold {cold:.2} ms, warm \
+             {warm:.2} ms",
+            self.cold_over_warm()
+        )
     }
 
     fn cold_over_warm(&self) -> f64 {
@@ -287,8 +315,9 @@ impl PassTimes {
     fn line(&self) -> String {
         let processor = self.processor_mean.map(|ms| format!(", processor time {ms:.2} ms a frame"));
         format!(
-            "{}: {STEPS} frames, median {:.2} ms, 99th percentile {:.2} ms{}",
+            "{}: {} frames, median {:.2} ms, 99th percentile {:.2} ms{}",
             self.name,
+            self.frame.count,
             self.frame.median,
             self.p99,
             processor.unwrap_or_default()
@@ -312,31 +341,59 @@ mod tests {
 
     #[test]
     fn every_pass_takes_every_step_once() {
-        let mut steps = [[0; STEPS]; 4];
-        let frames = (0..).map_while(Pass::of_frame).collect::<Vec<_>>();
-        for (pass, step) in &frames {
-            steps[Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()][*step] += 1;
+        for steps in [2 * BLOCK, STEPS] {
+            let mut counts = vec![[0; 4]; steps];
+            let frames = (0..).map_while(|n| Pass::of_frame(n, steps)).collect::<Vec<_>>();
+            for (pass, step) in &frames {
+                counts[*step][Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()] += 1;
+            }
+            assert!(frames.len() == 4 * steps && counts.as_flattened().iter().all(|count| *count == 1));
+            // In turn: each of the two is the first as often as the other.
+            let first_open =
+                frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
+            assert_eq!(first_open, steps / BLOCK / 2);
         }
-        assert!(frames.len() == 4 * STEPS && steps.as_flattened().iter().all(|count| *count == 1));
-        // In turn: each of the two is the first as often as the other.
-        let first_open =
-            frames[2 * STEPS..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
-        assert_eq!(first_open, STEPS / BLOCK / 2);
     }
 
     #[test]
     fn the_panels_cost_is_the_difference_at_the_same_step() {
         let scene = Scene::embedded("globe").unwrap();
-        let mut measure = Measure::new(&scene, None).unwrap();
-        for n in 0..4 * STEPS {
-            let (pass, step) = Pass::of_frame(n).unwrap();
+        // Rounded up to a whole number of blocks.
+        let mut measure = Measure::new(&scene, 2 * BLOCK - 1, None).unwrap();
+        assert_eq!(measure.steps, 2 * BLOCK);
+        for n in 0..4 * measure.steps {
+            let (pass, step) = Pass::of_frame(n, measure.steps).unwrap();
             // The path's own cost changes much more than the panels'.
             let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
-            let panels = PanelsCost::default();
-            measure.frames.push(Timed { pass, step, ms, processor_ms: None, panels, panels_pass_ms: None });
+            let (cost, host_ms) = (FrameCost::default(), if pass == Pass::Cold { ms } else { 0.5 });
+            let (processor_ms, panels_pass_ms) = (None, None);
+            measure.frames.push(Timed { pass, step, ms, processor_ms, cost, host_ms, panels_pass_ms });
         }
         assert!(measure.panels_ms().iter().all(|ms| (ms - 1.5).abs() < 1e-9));
         assert_eq!(measure.cold_over_warm(), 1.0);
         assert!(measure.panels_report().contains("panels: median +1.50 ms"), "{}", measure.panels_report());
+        let caches = measure.caches_report();
+        assert!(
+            caches.contains("cold over warm: 1.00") && caches.contains("cold 33.00 ms, warm 0.50 ms"),
+            "{caches}"
+        );
+    }
+
+    #[test]
+    fn waits_for_the_device_and_the_display_are_not_host_time() {
+        let scene = Scene::embedded("globe").unwrap();
+        let mut measure = Measure::new(&scene, STEPS, None).unwrap();
+        let mut player = Player::new(&scene);
+        measure.begin(&mut player, Duration::ZERO);
+        std::thread::sleep(Duration::from_millis(2));
+        measure.end(FrameCost::default(), Duration::ZERO, None);
+        assert!(measure.frames[0].host_ms >= 2.0, "a wait for something else");
+        measure.begin(&mut player, Duration::from_secs(1));
+        measure.end(
+            FrameCost { display: Duration::from_secs(60), ..FrameCost::default() },
+            Duration::from_secs(61),
+            None,
+        );
+        assert_eq!(measure.frames[1].host_ms, 0.0);
     }
 }

@@ -7,12 +7,13 @@ use egui::RawInput;
 impl Live {
     /// Records the times of the frame, and prints a part of the report that is complete.
     pub(super) fn end_measured_frame(&mut self, drawn: bool) -> anyhow::Result<()> {
-        let cost = std::mem::take(&mut self.panels_cost);
+        let cost = std::mem::take(&mut self.cost);
         let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };
         let renderer = &self.stage.renderer;
         let passes = renderer.records.last().map(|record| &record.passes);
         let pass = passes.and_then(|passes| passes.iter().find(|pass| pass.label == PANELS_PASS));
-        let Some(part) = measure.end(cost, pass.and_then(|pass| pass.ns)) else { return Ok(()) };
+        let pass_ns = pass.and_then(|pass| pass.ns);
+        let Some(part) = measure.end(cost, renderer.gpu.waited(), pass_ns) else { return Ok(()) };
         if measure.has_ended() {
             measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
         }
@@ -33,12 +34,13 @@ impl Live {
 
     /// Compares the presented picture with the one before, during the last part of a measurement.
     pub(super) fn count_response(&mut self) -> anyhow::Result<()> {
+        let has_jobs = self.jobs() > 0;
         let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) else {
             return Ok(());
         };
         if let Some(buffer) = self.screen.take_read() {
             self.stage.renderer.drain()?;
-            response.see(&buffer.mapped(), self.stage.settled());
+            response.see(&buffer.mapped(), self.stage.settled() && !has_jobs);
         }
         Ok(())
     }

@@ -40,6 +40,7 @@ mod streamed;
 mod terrain;
 mod variants;
 
+pub use measure::STEPS;
 pub use variants::Variant;
 
 use ortelius::figure::Trade;
@@ -65,8 +66,8 @@ pub struct Opening {
     pub trade: Option<Trade>,
     /// Record the path, then close the window.
     pub record: bool,
-    /// Print frame times along the path, then close the window.
-    pub measure: bool,
+    /// Print the times of this many frames per pass along the path, then close the window.
+    pub measure: Option<usize>,
     /// The file that these times are also written to.
     pub times: Option<PathBuf>,
     /// Part of the device's name, or its index.

@@ -5,13 +5,9 @@ use ortelius::vk::shader::{ALL, Replaced, Shader};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::Duration;
 
 /// Path of this build's shader compiler, which is its build script.
 const COMPILER: &str = env!("ORTELIUS_SHADER_COMPILER");
-
-/// Longest sleep of the window during a compilation.
-pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// The running compilation, if any.
 #[derive(Default)]

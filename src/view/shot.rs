@@ -38,7 +38,7 @@ fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
 ///
 /// # Errors
 /// The camera is outside the range that scenes allow; no thread.
-pub fn start(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Job> {
+pub fn start(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Job<PathBuf>> {
     let scene = with_camera(&stage.scene, camera)?;
     let run = RunSection {
         camera: Some(NAME.to_owned()),
@@ -57,6 +57,7 @@ impl Shot {
     fn take(self, progress: &JobProgress) -> anyhow::Result<PathBuf> {
         let Shot { gpu, scene, run, pose, folder } = self;
         let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
+        progress.at_stop(renderer.technique.end_waits());
         renderer.keep(Records::all());
         renderer.technique.lift_budgets(true);
         let mut last_arrival = Instant::now();

@@ -42,4 +42,9 @@ impl Front {
         let front = trade.front().into_iter().cloned().collect();
         Front { front, measure: trade.measure.clone(), at: None }
     }
+
+    /// Selects the setting with these changes, if one was selected before.
+    pub fn select(&mut self, changes: &[String]) {
+        self.at = self.at.and(self.front.iter().position(|setting| setting.changes == changes));
+    }
 }

@@ -1,11 +1,13 @@
-//! The scene in the window: its variants, manual changes to its settings, and one or two renderers.
+//! The scene in the window: its variants, manual changes to its settings, and one or two renderers. A change that a
+//! renderer cannot make in place is prepared on a thread; until it is ready, the window shows the old picture.
 
+use super::job::{Job, JobProgress};
 use super::variants::{Variant, own_variants};
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
 use ortelius::frame::Technique;
 use ortelius::picture::PixelFormat;
-use ortelius::renderer::{Kept, Options, RenderError, Renderer};
+use ortelius::renderer::{Kept, LoadedSwitch, Options, RenderError, Renderer, Switch};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
 
@@ -16,16 +18,17 @@ pub struct Stage {
     base: Scene,
     deterministic: bool,
     pub variants: Vec<Variant>,
-    /// Index of the shown variant.
-    pub variant: usize,
-    /// The changes of the selected Pareto point. They override those of the variant.
-    front: Vec<String>,
-    /// Manual changes as (key, value). They override those of the variant and of the Pareto point.
-    changes: Vec<(String, String)>,
+    shown: Choice,
+    /// The last request. It differs from `shown` while a scene is opened.
+    wanted: Choice,
+    opening: Option<Opening>,
     /// The scene of the shown variant.
     pub scene: Scene,
     pub renderer: Renderer,
     pub second: Option<Second>,
+    /// The next opening waits for a message or the sender's end.
+    #[cfg(test)]
+    gate: Option<std::sync::mpsc::Receiver<()>>,
 }
 
 /// The variant on the right.
@@ -33,6 +36,51 @@ pub struct Second {
     pub variant: usize,
     scene: Scene,
     pub renderer: Renderer,
+}
+
+/// Which variants are shown, with which settings.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Choice {
+    left: usize,
+    right: Option<usize>,
+    /// The changes of the selected Pareto point. They override those of the variants.
+    front: Vec<String>,
+    /// Manual changes as (key, value). They override those of the variants and of the Pareto point.
+    changes: Vec<(String, String)>,
+}
+
+/// How one side of the window gets another scene.
+enum Plan {
+    Stays,
+    Switches(Box<Switch>),
+    Opens,
+}
+
+/// What one side needs for its scene.
+enum Ready {
+    Nothing,
+    Switch(Box<LoadedSwitch>),
+    Renderer(Box<Renderer>),
+}
+
+/// The scene of a side, and what it needs.
+type Side<T> = (Scene, T);
+
+/// A change that a thread prepares.
+struct Opening {
+    choice: Choice,
+    /// Both sides are opened again, whatever they show.
+    is_reload: bool,
+    job: Job<Vec<Side<Ready>>>,
+}
+
+/// A change whose preparation has ended.
+pub struct Opened {
+    pub is_reload: bool,
+    /// Its variant on the left.
+    pub variant: usize,
+    /// `None` if a later request has taken the change back.
+    pub kept: anyhow::Result<Option<Kept>>,
 }
 
 impl Stage {
@@ -48,45 +96,45 @@ impl Stage {
         let variants = if variants.is_empty() { own_variants(&base) } else { variants };
         let scene = base.with(&variants[0].changes)?;
         let renderer = open(gpu, &scene, size, deterministic)?;
-        let (front, changes) = (Vec::new(), Vec::new());
-        let gpu = gpu.clone();
         Ok(Stage {
-            gpu,
+            gpu: gpu.clone(),
             base,
             deterministic,
             variants,
-            variant: 0,
-            front,
-            changes,
+            shown: Choice::default(),
+            wanted: Choice::default(),
+            opening: None,
             scene,
             renderer,
             second: None,
+            #[cfg(test)]
+            gate: None,
         })
     }
 
-    /// The scene of a variant with the selected Pareto point and the manual changes.
-    fn scene_of(&self, variant: usize) -> anyhow::Result<Scene> {
-        let by_hand = self.changes.iter().map(|(key, value)| format!("{key}={value}"));
-        let changes: Vec<String> =
-            self.variants[variant].changes.iter().chain(&self.front).cloned().chain(by_hand).collect();
-        Ok(self.base.with(&changes)?)
+    /// Index of the shown variant.
+    pub fn variant(&self) -> usize {
+        self.shown.left
     }
 
-    fn open(&self, scene: &Scene) -> anyhow::Result<Renderer> {
-        Ok(open(&self.gpu, scene, self.renderer.size(), self.deterministic)?)
+    /// Indices of the variants that were requested last.
+    pub fn wanted(&self) -> (usize, Option<usize>) {
+        (self.wanted.left, self.wanted.right)
     }
 
-    /// Shows a variant. On an error, the current one stays.
+    /// The changes of the selected Pareto point.
+    pub fn front(&self) -> &[String] {
+        &self.shown.front
+    }
+
+    /// Requests a variant. On an error, the current one stays.
+    ///
+    /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. So do the other requests.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn show(&mut self, variant: usize) -> anyhow::Result<Kept> {
-        let name = || format!("variant {}", self.variants[variant].name);
-        let scene = self.scene_of(variant).with_context(name)?;
-        let kept =
-            switch(&mut self.renderer, [&self.scene, &scene], self.deterministic).with_context(name)?;
-        (self.scene, self.variant) = (scene, variant);
-        Ok(kept)
+    pub fn show(&mut self, variant: usize) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.left = variant)
     }
 
     /// The index of the variant after `variant`.
@@ -94,51 +142,39 @@ impl Stage {
         (variant + 1) % self.variants.len()
     }
 
-    /// Opens the next variant on the right, or closes the one on the right.
+    /// Requests the next variant on the right, or closes the one on the right.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn toggle_second(&mut self) -> anyhow::Result<()> {
-        match self.second.take() {
-            Some(_) => Ok(()),
-            None => self.show_beside(self.next(self.variant)).map(drop),
-        }
+    pub fn toggle_second(&mut self) -> anyhow::Result<Option<Kept>> {
+        let next = self.next(self.wanted.left);
+        self.request(|wanted| wanted.right = if wanted.right.is_none() { Some(next) } else { None })
     }
 
-    /// Shows a variant on the right. On an error, nothing changes.
+    /// Requests a variant on the right. On an error, nothing changes.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<Kept> {
-        let name = || format!("variant {}", self.variants[variant].name);
-        let scene = self.scene_of(variant).with_context(name)?;
-        if let Some(second) = &mut self.second {
-            let kept = switch(&mut second.renderer, [&second.scene, &scene], self.deterministic);
-            let kept = kept.with_context(name)?;
-            (second.scene, second.variant) = (scene, variant);
-            return Ok(kept);
-        }
-        let renderer = self.open(&scene).with_context(name)?;
-        self.second = Some(Second { variant, scene, renderer });
-        Ok(Kept::Nothing)
+    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.right = Some(variant))
     }
 
     /// Replaces the selected Pareto point. On an error, the current one stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].
-    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<Kept> {
-        self.attempt(|stage| stage.front = changes.to_vec())
+    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.front = changes.to_vec())
     }
 
     /// Sets a key of the scene to a TOML value, in every variant. On an error, the old value stays.
     ///
     /// # Errors
     /// The scene does not allow this value; or as [`Renderer::open`].
-    pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<Kept> {
-        self.attempt(|stage| {
-            stage.changes.retain(|(changed, _)| changed != key);
-            stage.changes.push((key.to_owned(), value.to_owned()));
+    pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| {
+            wanted.changes.retain(|(changed, _)| changed != key);
+            wanted.changes.push((key.to_owned(), value.to_owned()));
         })
     }
 
@@ -146,39 +182,191 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Stage::set`].
-    pub fn reset(&mut self, key: &str) -> anyhow::Result<Kept> {
-        self.attempt(|stage| stage.changes.retain(|(changed, _)| changed != key))
+    pub fn reset(&mut self, key: &str) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.changes.retain(|(changed, _)| changed != key))
     }
 
-    /// Changes the settings of both sides. On an error, both are as before. Returns what both have kept.
-    fn attempt(&mut self, change: impl FnOnce(&mut Stage)) -> anyhow::Result<Kept> {
-        let before = (self.front.clone(), self.changes.clone());
-        change(self);
-        let right = self.second.as_ref().map(|second| second.variant);
-        let done = self.show(self.variant).and_then(|kept| {
-            Ok(kept.min(right.map_or(Ok(Kept::Everything), |right| self.show_beside(right))?))
-        });
+    fn request(&mut self, change: impl FnOnce(&mut Choice)) -> anyhow::Result<Option<Kept>> {
+        let before = self.wanted.clone();
+        change(&mut self.wanted);
+        let done = self.pursue();
         if done.is_err() {
-            (self.front, self.changes) = before;
+            self.wanted = before;
             // The left side may have changed before the right side failed.
-            self.show(self.variant)?;
+            self.pursue()?;
         }
         done
     }
 
-    /// Reopens both renderers, for example for new shaders. On an error, both stay.
+    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
+    /// while the thread works begins when it has ended.
+    fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
+        let plans = self.plan(&self.wanted)?;
+        let in_place = |plan: &Plan| match plan {
+            Plan::Stays => true,
+            Plan::Switches(switch) => switch.kept() == Kept::Everything,
+            Plan::Opens => false,
+        };
+        if plans.iter().all(|(_, plan)| in_place(plan)) {
+            let load = |(scene, plan): Side<Plan>| Ok((scene, self.load(plan)?));
+            let sides = plans.into_iter().map(load).collect::<anyhow::Result<_>>()?;
+            return self.install(self.wanted.clone(), sides).map(Some);
+        }
+        if self.opening.is_none() {
+            self.open(plans, false)?;
+        }
+        Ok(None)
+    }
+
+    /// What loads at once.
+    fn load(&self, plan: Plan) -> anyhow::Result<Ready> {
+        match plan {
+            Plan::Stays => Ok(Ready::Nothing),
+            Plan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load()?))),
+            Plan::Opens => unreachable!("a scene is opened on a thread"),
+        }
+    }
+
+    /// The left side of a choice, and the right side if it has one.
+    fn plan(&self, choice: &Choice) -> anyhow::Result<Vec<Side<Plan>>> {
+        let second = self.second.as_ref().map(|second| (&second.scene, &second.renderer));
+        let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
+        let sides = sides.into_iter().filter_map(|(variant, shown)| Some((variant?, shown)));
+        let plan = |(variant, shown): (usize, Option<(&Scene, &Renderer)>)| {
+            let name = || format!("variant {}", self.variants[variant].name);
+            let scene = self.scene_of(choice, variant).with_context(name)?;
+            let options = options(self.renderer.size(), self.deterministic);
+            let plan = match shown {
+                None => Plan::Opens,
+                Some((now, _)) if *now == scene => Plan::Stays,
+                Some((now, renderer)) => {
+                    let switch = renderer.plan_switch(now, &scene, &options).with_context(name)?;
+                    switch.map_or(Plan::Opens, |switch| Plan::Switches(Box::new(switch)))
+                }
+            };
+            Ok((scene, plan))
+        };
+        sides.map(plan).collect()
+    }
+
+    /// The scene of a variant with the selected Pareto point and the manual changes.
+    fn scene_of(&self, choice: &Choice, variant: usize) -> anyhow::Result<Scene> {
+        let by_hand = choice.changes.iter().map(|(key, value)| format!("{key}={value}"));
+        let changes: Vec<String> =
+            self.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
+        Ok(self.base.with(&changes)?)
+    }
+
+    /// Starts the thread that prepares the wanted change.
+    fn open(&mut self, plans: Vec<Side<Plan>>, is_reload: bool) -> anyhow::Result<()> {
+        let (gpu, size, deterministic) = (self.gpu.clone(), self.renderer.size(), self.deterministic);
+        let choice = self.wanted.clone();
+        let variants = [Some(choice.left), choice.right].into_iter().flatten();
+        let names: Vec<String> = variants.map(|variant| self.variants[variant].name.clone()).collect();
+        #[cfg(test)]
+        let gate = self.gate.take();
+        let prepare = move |progress: &JobProgress| {
+            #[cfg(test)]
+            gate.iter().for_each(|gate| gate.recv().unwrap_or_default());
+            let side = |((scene, plan), name): (Side<Plan>, &String)| -> anyhow::Result<_> {
+                progress.check()?;
+                let ready = match plan {
+                    Plan::Stays => Ok(Ready::Nothing),
+                    Plan::Switches(switch) => switch.load().map(Box::new).map(Ready::Switch),
+                    Plan::Opens => open(&gpu, &scene, size, deterministic).map(Box::new).map(Ready::Renderer),
+                };
+                Ok((scene, ready.with_context(|| format!("variant {name}"))?))
+            };
+            plans.into_iter().zip(&names).map(side).collect()
+        };
+        let job = Job::start("opening", 1, prepare)?;
+        self.opening = Some(Opening { choice, is_reload, job });
+        Ok(())
+    }
+
+    /// Shows a choice, whose sides are ready.
+    fn install(&mut self, choice: Choice, sides: Vec<Side<Ready>>) -> anyhow::Result<Kept> {
+        let mut sides = sides.into_iter();
+        let (scene, ready) = sides.next().expect("there is a left side");
+        let mut kept = Kept::Everything;
+        if let Some(now) = bring(&mut self.renderer, ready)? {
+            (self.scene, kept) = (scene, now);
+        }
+        match (sides.next(), &mut self.second) {
+            (None, second) => *second = None,
+            (Some((scene, Ready::Renderer(mut renderer))), second) => {
+                fit(&mut renderer, self.renderer.size())?;
+                let variant = choice.right.expect("there is a right side");
+                *second = Some(Second { variant, scene, renderer: *renderer });
+            }
+            (Some((scene, ready)), Some(second)) => {
+                second.variant = choice.right.expect("there is a right side");
+                if let Some(now) = bring(&mut second.renderer, ready)? {
+                    (second.scene, kept) = (scene, kept.min(now));
+                }
+            }
+            // The right side was closed while the thread prepared it.
+            (Some(_), None) => {}
+        }
+        let right = self.second.as_ref().map(|second| second.variant);
+        self.shown = Choice { right, ..choice };
+        Ok(kept)
+    }
+
+    /// Shows what a thread has prepared, once; then begins with a request that arrived meanwhile. After an error, the
+    /// old picture stays, and what is wanted is what is shown.
+    pub fn take_opened(&mut self) -> Option<Opened> {
+        let has_ended = |opening: &mut Opening| opening.job.has_ended();
+        let Opening { choice, is_reload, job } = self.opening.take_if(has_ended)?;
+        let kept = job.wait().and_then(|sides| match is_reload || !self.is_shown(&self.wanted) {
+            true => self.install(choice.clone(), sides).map(Some),
+            false => Ok(None),
+        });
+        let opened = |kept| Some(Opened { is_reload, variant: choice.left, kept });
+        if kept.is_err() && self.wanted == choice {
+            self.wanted = self.shown.clone();
+        }
+        // What is shown cannot be opened again: trying once more would not end.
+        if kept.is_err() && choice == self.shown && self.wanted == self.shown {
+            return opened(kept);
+        }
+        match self.pursue() {
+            Err(error) if kept.is_ok() => {
+                self.wanted = self.shown.clone();
+                opened(Err(error))
+            }
+            _ => opened(kept),
+        }
+    }
+
+    /// True if the window shows a choice, down to its settings.
+    fn is_shown(&self, choice: &Choice) -> bool {
+        let stays = |sides: Vec<Side<Plan>>| sides.iter().all(|(_, plan)| matches!(plan, Plan::Stays));
+        choice.right.is_some() == self.second.is_some() && self.plan(choice).is_ok_and(stays)
+    }
+
+    /// Opens both sides again, for example for new shaders. Requires that nothing is being opened. On an error, both
+    /// stay.
     ///
     /// # Errors
-    /// As [`Renderer::open`].
+    /// No thread.
     pub fn reopen(&mut self) -> anyhow::Result<()> {
-        let renderer = self.open(&self.scene)?;
-        let second = self.second.as_ref().map(|second| self.open(&second.scene)).transpose()?;
-        self.renderer.drain()?;
-        self.renderer = renderer;
-        if let Some((second, renderer)) = self.second.as_mut().zip(second) {
-            second.renderer = renderer;
-        }
-        Ok(())
+        assert!(self.opening.is_none(), "one scene is opened at a time");
+        let second = self.second.as_ref().map(|second| second.scene.clone());
+        let scenes = std::iter::once(self.scene.clone()).chain(second);
+        self.open(scenes.map(|scene| (scene, Plan::Opens)).collect(), true)
+    }
+
+    /// True while a thread prepares a change.
+    pub fn is_opening(&self) -> bool {
+        self.opening.is_some()
+    }
+
+    /// Ends what is under way, so that the stage can be dropped soon.
+    pub fn end_waits(&mut self) {
+        let second = self.second.as_ref().map(|second| &second.renderer);
+        std::iter::once(&self.renderer).chain(second).for_each(|renderer| renderer.technique.end_waits()());
+        self.opening = None;
     }
 
     pub fn deterministic(&self) -> bool {
@@ -220,24 +408,23 @@ fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
     Options { target: PixelFormat::Srgb8, size: Some(size), deterministic, ..Options::default() }
 }
 
-/// Switches a renderer from the scene that it shows to another. Opens a new renderer only if the present one cannot
-/// show the other scene. On an error, nothing changes.
-fn switch(
-    renderer: &mut Renderer,
-    [now, next]: [&Scene; 2],
-    deterministic: bool,
-) -> Result<Kept, RenderError> {
-    if now == next {
-        return Ok(Kept::Everything);
+/// Resizes a renderer that was opened for another size of the window.
+fn fit(renderer: &mut Renderer, size: [u32; 2]) -> Result<(), RenderError> {
+    if renderer.size() == size { Ok(()) } else { renderer.resize(size) }
+}
+
+/// Gives a renderer what it needs for another scene; `None` if it needs nothing. On an error, it stays as it was.
+fn bring(renderer: &mut Renderer, ready: Ready) -> Result<Option<Kept>, RenderError> {
+    match ready {
+        Ready::Nothing => Ok(None),
+        Ready::Switch(switch) => renderer.switch(*switch).map(Some),
+        Ready::Renderer(mut other) => {
+            fit(&mut other, renderer.size())?;
+            renderer.drain()?;
+            *renderer = *other;
+            Ok(Some(Kept::Nothing))
+        }
     }
-    let (gpu, size) = (renderer.gpu.clone(), renderer.size());
-    let kept = renderer.switch_scene(now, next, &options(size, deterministic))?;
-    if kept == Kept::Nothing {
-        let other = open(&gpu, next, size, deterministic)?;
-        renderer.drain()?;
-        *renderer = other;
-    }
-    Ok(kept)
 }
 
 #[cfg(test)]
@@ -252,6 +439,91 @@ mod tests {
         own_variants(scene).into_iter().filter(is_method).collect()
     }
 
+    /// Waits for the thread that prepares a change.
+    fn opened(stage: &mut Stage) -> anyhow::Result<Option<Kept>> {
+        loop {
+            match stage.take_opened() {
+                Some(opened) => return opened.kept,
+                None => std::thread::yield_now(),
+            }
+        }
+    }
+
+    const BORDER: &str = "surface.land.texture.border";
+
+    #[test]
+    fn the_old_picture_stays_until_the_new_scene_is_open_and_later_requests_wait_or_take_it_back() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let base = Scene::embedded("globe").unwrap();
+        let (pose, variants) = (base.pose(0).unwrap(), methods(&base));
+        let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
+        let has = |stage: &Stage, table: [&str; 2], key: &str, value: i64| {
+            let at = match table {
+                ["variant", _] => stage.scene.value(&["variant", key]),
+                _ => stage.scene.value(&["surface", "land", "texture", key]),
+            };
+            at.and_then(|at| at.as_integer()) == Some(value)
+        };
+        let (texture, variant) = (["texture", ""], ["variant", ""]);
+        let gated = |stage: &mut Stage| {
+            let (go, gate) = std::sync::mpsc::channel();
+            stage.gate = Some(gate);
+            go
+        };
+        // Frames continue, and a request that needs the new scene waits.
+        let go = gated(&mut stage);
+        let before = stage.scene.clone();
+        assert_eq!(stage.set(BORDER, "8").unwrap(), None);
+        stage.renderer.settle(&pose).unwrap();
+        stage.resize([48, 27]).unwrap();
+        assert_eq!(stage.set("variant.level_bias", "1").unwrap(), None);
+        assert!(stage.take_opened().is_none() && stage.is_opening() && stage.scene == before);
+        go.send(()).unwrap();
+        assert_eq!(opened(&mut stage).unwrap(), Some(Kept::Nothing));
+        assert!(has(&stage, texture, "border", 8) && has(&stage, variant, "level_bias", 1));
+        assert!(!stage.is_opening() && stage.renderer.size() == [48, 27]);
+        stage.renderer.settle(&pose).unwrap();
+        let picture = stage.renderer.picture_bytes().unwrap();
+
+        // A request that is taken back shows nothing.
+        let go = gated(&mut stage);
+        assert_eq!(stage.set(BORDER, "4").unwrap(), None);
+        assert_eq!(stage.set(BORDER, "8").unwrap(), Some(Kept::Everything));
+        go.send(()).unwrap();
+        assert_eq!(opened(&mut stage).unwrap(), None);
+        let go = gated(&mut stage);
+        assert_eq!(stage.toggle_second().unwrap(), None);
+        assert_eq!(stage.toggle_second().unwrap(), Some(Kept::Everything));
+        drop(go);
+        assert_eq!(opened(&mut stage).unwrap(), None);
+        assert!(stage.second.is_none() && has(&stage, texture, "border", 8));
+
+        // A scene that cannot be opened leaves the picture; the next change does not ask for it again.
+        let nowhere = "{kind='virtual', source='file', path='/nowhere.tiles'}";
+        assert_eq!(stage.set("surface.land.texture", nowhere).unwrap(), None);
+        let words = format!("{:#}", opened(&mut stage).unwrap_err());
+        assert!(words.contains("/nowhere.tiles"), "{words}");
+        assert_eq!(stage.set("variant.level_bias", "1").unwrap(), Some(Kept::Everything));
+        stage.renderer.settle(&pose).unwrap();
+        assert!(picture == stage.renderer.picture_bytes().unwrap());
+    }
+
+    #[test]
+    fn a_change_in_place_is_made_while_shaders_are_reloaded_and_stays_afterwards() {
+        let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+        let base = Scene::embedded("globe").unwrap();
+        let variants = methods(&base);
+        let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
+        let (go, gate) = std::sync::mpsc::channel();
+        stage.gate = Some(gate);
+        stage.reopen().unwrap();
+        assert_eq!(stage.show(1).unwrap(), Some(Kept::Everything));
+        let shown = stage.scene.clone();
+        go.send(()).unwrap();
+        assert_eq!(opened(&mut stage).unwrap(), Some(Kept::Nothing));
+        assert_eq!((&stage.scene, stage.variant(), stage.is_opening()), (&shown, 1, false));
+    }
+
     #[test]
     fn a_setting_holds_for_every_variant_and_a_wrong_one_changes_nothing() {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
@@ -262,16 +534,17 @@ mod tests {
             let texture = stage.renderer.technique.texture.as_ref().unwrap();
             texture.settings.streaming.level_bias
         };
-        stage.toggle_second().unwrap();
-        stage.set("variant.level_bias", "2").unwrap();
-        assert_eq!((bias(&stage), stage.variant), (2, 0));
+        assert_eq!(stage.toggle_second().unwrap(), None);
+        assert_eq!(opened(&mut stage).unwrap(), Some(Kept::Everything), "the left side stays");
+        assert_eq!(stage.set("variant.level_bias", "2").unwrap(), Some(Kept::Everything));
+        assert_eq!((bias(&stage), stage.variant()), (2, 0));
         stage.show(1).unwrap();
-        assert_eq!((bias(&stage), stage.variant), (2, 1));
+        assert_eq!((bias(&stage), stage.variant()), (2, 1));
         let before = stage.scene.clone();
         for (key, value) in [("variant.level_bias", "-1"), ("variant.dedup", "none"), ("cache.tiles", "3")] {
             let refused = stage.set(key, value).unwrap_err().to_string();
             assert!(!refused.is_empty());
-            assert_eq!((&stage.scene, stage.variant), (&before, 1), "{key} = {value}");
+            assert_eq!((&stage.scene, stage.variant()), (&before, 1), "{key} = {value}");
         }
         stage.set("variant.level_bias", "0").unwrap();
         assert_eq!(bias(&stage), 0);
@@ -336,6 +609,7 @@ mod tests {
         };
         assert!(loads(&mut stage.renderer) > 0);
         stage.show_beside(1).unwrap();
+        opened(&mut stage).unwrap();
         assert!(loads(&mut stage.second.as_mut().unwrap().renderer) > 0, "it has caches of its own");
         let changes = [
             ("variant.level_bias", "1", Kept::Everything),
@@ -354,7 +628,10 @@ mod tests {
             ("governor.frame_faces", "100", Kept::Everything),
         ];
         for (key, value, kept) in changes {
-            assert_eq!(stage.set(key, value).unwrap(), kept, "{key} = {value}");
+            let at_once = stage.set(key, value).unwrap();
+            let made = at_once.or_else(|| opened(&mut stage).unwrap());
+            assert_eq!(made, Some(kept), "{key} = {value}");
+            assert_eq!(at_once.is_some(), kept == Kept::Everything, "{key} = {value}");
             let mut fresh = open(&gpu, &stage.scene, [64, 36], false).unwrap();
             fresh.settle(&pose).unwrap();
             let expected = fresh.picture_bytes().unwrap();

@@ -1,9 +1,9 @@
 //! The variants that Space reaches: those of `--variant`, or the scene's own and the others of its paper.
 
 use super::filters::other_filters;
-use ortelius::paper::virtual_texture::MaskLayout;
 use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
-use ortelius::renderer::sections::LANGUAGES;
+use ortelius::paper::virtual_texture::{MaskLayout, PAPER};
+use ortelius::renderer::sections::{self, LANGUAGES};
 use ortelius::scene::{self, Scene, ValueKind};
 
 /// A named set of overrides.
@@ -15,59 +15,86 @@ pub struct Variant {
 }
 
 /// The scene's own variant, then other filters of a virtual texture, which change the picture. Then one variant for
-/// each other value of the setting that the scene's paper compares. This is the method that lists visible tiles, the
-/// processor that applies changes of the level of detail, the filter of a relief, or the filter of a plain texture.
+/// each other value of the settings that the scene's paper compares: how visible tiles are listed, the processor that
+/// applies changes of the level of detail and the order of faces, the filter of a relief, or that of a plain texture.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
-    let keys = scene::keys(LANGUAGES);
+    let filters =
+        other_filters(scene).map(|(name, change)| Variant { name: name.to_owned(), changes: vec![change] });
+    let others = compared(scene).into_iter().enumerate();
+    let others = others.flat_map(|(n, keys)| other_values(scene, &keys, n == 0));
+    std::iter::once(own).chain(filters).chain(others).collect()
+}
+
+/// The settings that the scene's paper compares, each as declared and in this scene.
+fn compared(scene: &Scene) -> Vec<[String; 2]> {
     let is_virtual = |surface: &scene::Surface| scene.texture_kind(surface) == Some("virtual");
+    if scene.surfaces.values().any(is_virtual) {
+        return ["dedup", "compact", "list"].map(|key| [(); 2].map(|()| format!("variant.{key}"))).into();
+    }
     let is_mesh =
         |name: &&String| scene.word(&["surface", name, "geometry", "kind"]) == Some("progressive-mesh");
     let has_relief = |name: &&String| scene.word(&["surface", name, "relief", "map"]).is_some();
     let names = || scene.surfaces.keys();
     let of_surface = [
-        (names().find(is_mesh), "geometry.apply"),
-        (names().find(has_relief), "relief.method"),
-        (names().next(), "filter.kind"),
+        (names().find(is_mesh), &["geometry.apply", "geometry.order"][..]),
+        (names().find(has_relief), &["relief.method"]),
+        (names().next(), &["filter.kind"]),
     ];
-    let (declared, key) = if scene.surfaces.values().any(is_virtual) {
-        ("variant.dedup".to_owned(), "variant.dedup".to_owned())
-    } else {
-        let found = of_surface.into_iter().find_map(|(name, key)| Some((name?, key)));
-        let Some((name, key)) = found else { return vec![own] };
-        (format!("surface.NAME.{key}"), format!("surface.{name}.{key}"))
-    };
-    let declared = keys.iter().find(|at| at.dotted == declared).expect("the setting is declared");
-    let ValueKind::Choice(values) = &declared.key.kind else { return vec![own] };
+    let found = of_surface.into_iter().find_map(|(name, keys)| Some((name?, keys)));
+    let keys = found.into_iter().flat_map(|(name, keys)| keys.iter().map(move |key| (name, key)));
+    keys.map(|(name, key)| ["NAME", name].map(|name| format!("surface.{name}.{key}"))).collect()
+}
+
+/// A variant for each other value of a setting that the scene allows. The first setting's values need no further name.
+fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) -> Vec<Variant> {
+    let keys = scene::keys(LANGUAGES);
+    let declared = keys.iter().find(|at| at.dotted == *declared).expect("the setting is declared");
+    let ValueKind::Choice(values) = &declared.key.kind else { return Vec::new() };
     let path: Vec<&str> = key.split('.').collect();
     let default = declared.key.default.as_ref().and_then(|default| default.as_str());
     let now = scene.word(&path).or(default);
+    let short = path.last().expect("a key has a name");
     let variant = |value: &str| {
         let mut changes = vec![format!("{key}={value}")];
-        changes.extend(companions(scene, value).map(str::to_owned));
-        Variant { name: value.to_owned(), changes }
+        changes.extend(companions(scene, short, value)?.into_iter().map(str::to_owned));
+        let name = if is_first { value.to_owned() } else { format!("{short}: {value}") };
+        Some(Variant { name, changes })
     };
-    let others = values.iter().filter(|(value, _)| Some(*value) != now).map(|(value, _)| variant(value));
-    let filters =
-        other_filters(scene).map(|(name, change)| Variant { name: name.to_owned(), changes: vec![change] });
-    std::iter::once(own).chain(filters).chain(others).collect()
+    let is_valid =
+        |variant: &Variant| scene.with(&variant.changes).is_ok_and(|scene| sections::check(&scene).is_ok());
+    let others = values.iter().filter(|(value, _)| Some(*value) != now);
+    others.filter_map(|(value, _)| variant(value)).filter(is_valid).collect()
 }
 
-/// The changes without which a value of `variant.dedup` does not fit the scene's other settings.
-fn companions(scene: &Scene, dedup: &str) -> impl Iterator<Item = &'static str> {
-    let dedup = Dedup::ALL.iter().find(|value| value.name() == dedup);
-    let compact = scene.word(&["variant", "compact"]).unwrap_or(Compaction::TransformFeedback.name());
+/// The changes without which a value does not fit the scene's other settings; `None` if it does not fit at all.
+fn companions(scene: &Scene, key: &str, value: &str) -> Option<Vec<&'static str>> {
+    let of_scene = |key, default| scene.word(&["variant", key]).unwrap_or(default);
+    let dedup = |name: &str| Dedup::ALL.iter().find(|dedup| dedup.name() == name);
     // The geometry shader of stage 3 reads texels alone.
-    let computes = dedup.is_some_and(|dedup| dedup.layout() != MaskLayout::Texels)
-        && compact == Compaction::TransformFeedback.name();
-    let own_level = dedup == Some(&Dedup::Bitset);
-    let changes = [(computes, "variant.compact=append"), (own_level, "variant.address=own-level")];
-    changes.into_iter().filter_map(|(needed, change)| needed.then_some(change))
+    let feeds_back = |compact: &str| compact == Compaction::TransformFeedback.name();
+    let marks_texels = |dedup: &Dedup| dedup.layout() == MaskLayout::Texels;
+    let now = dedup(of_scene("dedup", PAPER.dedup.name()))?;
+    match key {
+        "dedup" => {
+            let dedup = dedup(value)?;
+            let computes = !marks_texels(dedup) && feeds_back(of_scene("compact", PAPER.compact.name()));
+            let own_level = *dedup == Dedup::Bitset;
+            let changes = [(computes, "variant.compact=append"), (own_level, "variant.address=own-level")];
+            Some(changes.into_iter().filter_map(|(needed, change)| needed.then_some(change)).collect())
+        }
+        "compact" if feeds_back(value) => marks_texels(now).then(Vec::new),
+        "compact" if value == Compaction::FusedAppend.name() && !now.fused() => {
+            Some(vec!["variant.dedup=fused-exact"])
+        }
+        _ => Some(Vec::new()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::paper::virtual_texture::choices::Listing;
 
     #[test]
     fn shipped_scenes_have_the_variants_of_their_paper() {
@@ -76,9 +103,37 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        assert_eq!(globe.len(), Dedup::ALL.len() + 2, "{globe:?}");
+        // Beside the scene's own: two filters, and the other values of three settings.
+        let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
+        assert_eq!(globe.len(), 1 + 2 + methods, "{globe:?}");
         assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");
+        assert!(
+            ["bitset", "compact: ordered", "list: feedback"]
+                .iter()
+                .all(|name| globe.contains(&name.to_string()))
+        );
         let herd = names("herd");
-        assert!(herd.len() >= 2, "{herd:?}");
+        assert!(herd.iter().any(|name| name.starts_with("order: ")) && herd.len() > 4, "{herd:?}");
+        assert_eq!(names("relief-brick").len(), 2);
+    }
+
+    #[test]
+    fn a_variant_brings_the_changes_without_which_it_does_not_fit() {
+        let globe = Scene::embedded("globe").unwrap();
+        let changes = |scene: &Scene, name: &str| -> Option<String> {
+            let variants = own_variants(scene);
+            variants.into_iter().find(|variant| variant.name == name).map(|variant| variant.changes.join(" "))
+        };
+        let bitset = "variant.dedup=bitset variant.compact=append variant.address=own-level";
+        assert_eq!(changes(&globe, "bitset").unwrap(), bitset);
+        let fused = "variant.compact=fused-append variant.dedup=fused-exact";
+        assert_eq!(changes(&globe, "compact: fused-append").unwrap(), fused);
+        let texels = |dedup: &&Dedup| dedup.layout() == MaskLayout::Texels;
+        let other =
+            Dedup::ALL.iter().find(|dedup| !texels(dedup) && **dedup != Dedup::Bitset).unwrap().name();
+        let other = [format!("variant.dedup={other}"), "variant.compact=append".to_owned()];
+        let other = globe.with(&other).unwrap();
+        assert_eq!(changes(&other, "compact: transform-feedback"), None, "{other:?} writes no texels");
+        assert_eq!(changes(&other, "bitset").unwrap(), "variant.dedup=bitset variant.address=own-level");
     }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Device {
     objects: Mutex<Objects>,
     /// The highest value of the timeline that the host has waited for.
     pub(crate) waited: AtomicU64,
+    /// The time of these waits.
+    pub(crate) waited_ns: AtomicU64,
     /// Shaders that were recompiled at run time.
     pub(crate) replaced: Mutex<super::shader::Replaced>,
     pub(crate) instance: Arc<Instance>,
@@ -123,6 +125,7 @@ impl Device {
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             objects: Mutex::default(),
             waited: AtomicU64::new(0),
+            waited_ns: AtomicU64::new(0),
             replaced: Mutex::default(),
             instance,
         };

@@ -14,6 +14,7 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, MutexGuard, OnceLock};
+use std::time::{Duration, Instant};
 
 /// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
 /// later.
@@ -105,8 +106,11 @@ impl Device {
     fn wait(&self, value: u64) -> Result<()> {
         let (semaphores, values) = ([self.timeline], [value]);
         let info = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        let begun = Instant::now();
         // SAFETY: the timeline lives; every value waited for was submitted.
-        unsafe { self.handle.wait_semaphores(&info, u64::MAX) }.check("vkWaitSemaphores", "frame")?;
+        let waited = unsafe { self.handle.wait_semaphores(&info, u64::MAX) };
+        self.waited_ns.fetch_add(begun.elapsed().as_nanos() as u64, Ordering::Relaxed);
+        waited.check("vkWaitSemaphores", "frame")?;
         self.waited.fetch_max(value, Ordering::SeqCst);
         Ok(())
     }
@@ -296,6 +300,11 @@ impl Gpu {
         let mut frame = self.frame()?;
         frame.pass(label, record)?;
         frame.submit()?.wait()
+    }
+
+    /// The time that all threads together have waited for this device so far.
+    pub fn waited(&self) -> Duration {
+        Duration::from_nanos(self.device.waited_ns.load(Ordering::Relaxed))
     }
 
     pub(super) fn lock_ring(&self) -> MutexGuard<'_, Ring> {

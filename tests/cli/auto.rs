@@ -39,8 +39,7 @@ fn a_front_is_measured_once_for_a_device_and_the_report_names_the_choice() {
     let folder = folder();
     let scene = small_scene(SYNTHETIC).replacen('\n', "\nfilter = \"auto\"\nmax_error = 1.0\n", 1);
     write(&folder, "s.toml", &scene);
-    // The noise of a stochastic filter takes the frame's number, which otherwise depends on the speed of loading.
-    let run = ["s.toml", "--size", "48x27", "--deterministic"];
+    let run = ["s.toml", "--size", "48x27"];
     let words = said(render(&folder, &[&run[..], &["-o", "a.png"]].concat()));
     holds(&words, &["measuring filters on ", "surface.land.filter: ", "measured now"]);
 

@@ -146,6 +146,29 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
     assert!(left.nmse() < noise[0] / 1024.0 * 2.0, "{:.2e}", left.nmse());
 }
 
+#[test]
+fn the_noise_of_a_settled_picture_does_not_depend_on_its_frames() {
+    let gpu = device();
+    let scene = scene("earth");
+    let pose = pose(&scene, "oblique");
+    let settled = |tiles| {
+        let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+            settings.config.filter.kind = Filtering::Stochastic;
+            settings.streaming.deterministic = true;
+            settings.streaming.load_tiles_per_frame = tiles;
+            settings.streaming.upload_tiles_per_frame = tiles;
+        });
+        let frames = renderer.settle(&pose).unwrap();
+        let first = renderer.picture_bytes().unwrap();
+        renderer.settle(&pose).unwrap();
+        (frames, first, renderer.picture_bytes().unwrap())
+    };
+    let ((few, first, second), (many, again, _)) = (settled(64), settled(4));
+    assert!(few < many, "{few} and {many} frames");
+    assert!(first == again);
+    assert!(first != second, "the next picture has noise of its own");
+}
+
 /// Number of pixels of the settled picture from earth's `camera` that lie inside one triangle and differ by more than
 /// `bound` from every colour that `possible` allows.
 fn beyond(

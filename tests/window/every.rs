@@ -3,7 +3,7 @@
 use crate::display::{Display, key};
 use crate::program::{Program, Seen};
 use crate::{FAST, open};
-use ortelius::paper::virtual_texture::choices::Dedup;
+use ortelius::paper::virtual_texture::choices::{Compaction, Dedup, Listing};
 use std::collections::BTreeSet;
 
 const SIZE: [u32; 2] = [240, 135];
@@ -22,7 +22,8 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     let mut names = Vec::new();
     while names.last().is_none_or(|name| name != "the scene's own") {
         window.press(key::SPACE);
-        let said = window.said("variant: ");
+        // Not "opening variant: ", which may come before.
+        let said = window.said("INFO variant: ");
         // The text in brackets, which names what was loaded again, is dropped.
         names.push(said.split(" (").next().unwrap_or_default().to_owned());
         let shown = window.settled_picture();
@@ -31,7 +32,8 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     }
     assert_eq!(names[..2], FILTERS, "filters come first");
     let distinct: BTreeSet<&String> = names.iter().collect();
-    assert_eq!([distinct.len(), names.len()], [Dedup::ALL.len() + 2; 2], "{names:?}");
+    let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
+    assert_eq!([distinct.len(), names.len()], [1 + FILTERS.len() + methods; 2], "{names:?}");
 }
 
 /// G until no overlay is left. Each must change the picture, and the last leaves it as it was.

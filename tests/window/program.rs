@@ -213,6 +213,7 @@ impl<'a> Program<'a> {
         self.set_hidden(window, &[self.atom("_NET_WM_STATE_HIDDEN")]);
         self.display.connection.unmap_window(window).unwrap();
         self.display.connection.flush().unwrap();
+        wait_for("no window", || self.display.window().is_none().then_some(()));
         self.minimised = Some(window);
     }
 

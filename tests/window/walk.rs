@@ -7,17 +7,20 @@ use ortelius::math::splitmix::SplitMix64;
 
 const SEED: u64 = 20_261_122;
 
-/// Bytes of device memory, and of the resident set.
+/// Bytes of device memory, and of the resident set, once no screenshot and no opened scene holds some.
 fn memory(window: &mut Program<'_>) -> [u64; 2] {
-    window.handled();
-    let words = window.stdout();
-    let line = words.lines().rfind(|line| line.starts_with("memory: ")).unwrap();
+    let mut line = String::new();
+    window.until("the end of all jobs", |window| {
+        window.handled();
+        line = window.stdout().lines().rfind(|line| line.starts_with("memory: ")).unwrap().to_owned();
+        line.ends_with("; 0 jobs under way")
+    });
     let number = |name: &str| line.split(name).nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     [number("device "), number("resident ")]
 }
 
 /// Sends one random input.
-fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
+fn step(window: &mut Program<'_>, random: &mut SplitMix64, is_long: bool) {
     let numbers: [u64; 8] = std::array::from_fn(|_| random.draw());
     let below = |n: usize, most: u64| numbers[n] % most;
     let keys = [
@@ -36,17 +39,21 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
         key::F9,
         key::DIGIT_1,
         key::DIGIT_1 + 1,
+        key::F12,
+        // Compiling the shaders takes some seconds, so only a long walk does it.
+        if is_long { key::F5 } else { key::F1 },
     ];
     let flights = [key::W, key::A, key::S, key::D, key::Q, key::E];
     let place = |n: usize| [below(n, 300) as i16, below(n + 1, 200) as i16];
     let (from, to) = (place(0), place(2));
-    match below(4, 12) {
+    match below(4, 13) {
         0..4 => window.press(keys[below(5, keys.len() as u64) as usize]),
         4..6 => window.hold(flights[below(5, 6) as usize], 20 + below(6, 150)),
         6..8 => window.drag(from, to, 1 + 2 * below(5, 2) as u8),
         8 => window.wheel(from, below(5, 9) as i32 - 4),
         9 => window.resize([64 + below(5, 300) as u32, 64 + below(6, 200) as u32]),
         10 => window.hide_and_show(),
+        11 => window.press_with_control(key::DIGIT_1 + below(5, 9) as u8),
         _ => window.press(key::F11),
     }
 }
@@ -55,7 +62,8 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64) {
 fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let display = Display::start();
     // Steps and not seconds: the same walk on every machine.
-    let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(96, |text| text.parse().unwrap());
+    const STEPS: u32 = 96;
+    let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(STEPS, |text| text.parse().unwrap());
     // With one arena, memory that was freed by another thread is used again.
     // Small caches are full after a few steps, so that they do not grow later.
     let caches = ["-D", "cache.gpu_tiles=32", "-D", "cache.host_tiles=32"];
@@ -64,8 +72,8 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     window.settled_picture();
     let mut random = SplitMix64(SEED);
     // The first half of the steps opens variants, overlays and sizes for the first time.
-    let mut walk = |window: &mut Program<'_>, steps: u32| {
-        (0..steps).for_each(|_| step(window, &mut random));
+    let mut walk = |window: &mut Program<'_>, count: u32| {
+        (0..count).for_each(|_| step(window, &mut random, steps > STEPS));
         memory(window)
     };
     let most = (0..4).map(|_| walk(&mut window, steps / 8));

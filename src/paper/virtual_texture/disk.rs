@@ -6,7 +6,7 @@ use crate::scene::settings;
 use crate::texture::source::ruler::ruler_hash;
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 settings! {
@@ -33,12 +33,24 @@ pub struct FaultyDisk {
     begun: OnceLock<Instant>,
     /// Reads of each tile so far: each attempt is an independent draw.
     attempts: Mutex<HashMap<TileId, u32>>,
+    /// True if reads no longer take their extra time.
+    hurries: Mutex<bool>,
+    hurried: Condvar,
 }
 
 impl FaultyDisk {
     /// The clock of the faults starts with the first read of a tile.
     pub fn new(whole: Arc<dyn TileSource>, faults: Disk) -> FaultyDisk {
-        FaultyDisk { whole, faults, begun: OnceLock::new(), attempts: Mutex::default() }
+        let (begun, attempts) = (OnceLock::new(), Mutex::default());
+        FaultyDisk { whole, faults, begun, attempts, hurries: Mutex::default(), hurried: Condvar::new() }
+    }
+
+    /// Waits for the extra time of a read.
+    fn delay(&self) {
+        let hurries = self.hurries.lock().unwrap_or_else(PoisonError::into_inner);
+        let delay = Duration::from_secs_f64(self.faults.delay_ms / 1e3);
+        let waited = self.hurried.wait_timeout_while(hurries, delay, |hurries| !*hurries);
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
     }
 
     /// True during the outage.
@@ -85,7 +97,7 @@ impl TileSource for FaultyDisk {
 
     fn read_tile(&self, tile: TileId, bytes: &mut [u8]) -> Result<(), TileError> {
         self.begun.get_or_init(Instant::now);
-        std::thread::sleep(Duration::from_secs_f64(self.faults.delay_ms / 1e3));
+        self.delay();
         if self.is_down() {
             return Err(TileError::Refused { tile, reason: "the disk is down (disk.fails_for_s)".into() });
         }
@@ -97,6 +109,12 @@ impl TileSource for FaultyDisk {
 
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError> {
         self.whole.read_resident_level(level)
+    }
+
+    fn stop_waiting(&self) {
+        *self.hurries.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.hurried.notify_all();
+        self.whole.stop_waiting();
     }
 }
 
@@ -137,6 +155,16 @@ mod tests {
         // The delay of 1 ms is longer than the outage.
         let over = disk(Disk { delay_ms: 1.0, fails_for_s: 1e-9, ..Disk::default() });
         assert!(outcomes(&over).iter().all(|ok| *ok));
+    }
+
+    #[test]
+    fn a_read_that_waits_ends_when_the_texture_is_closed() {
+        // Otherwise the 512 reads take 8 hours.
+        let slow = Arc::new(disk(Disk { delay_ms: 60e3, ..Disk::default() }));
+        let reader = slow.clone();
+        let read = std::thread::spawn(move || outcomes(&reader));
+        slow.stop_waiting();
+        assert!(read.join().unwrap().into_iter().all(|ok| ok), "tiles are read without the extra time");
     }
 
     #[test]

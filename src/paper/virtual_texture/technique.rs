@@ -227,7 +227,7 @@ impl VirtualTexture {
     /// The last frame's view, for a picture of `size` pixels.
     pub(super) fn last_view(&self, size: [u32; 2]) -> View {
         let (pose, _) = self.pose.expect("asked for after a frame");
-        View { pose, size, frame: self.last_frame }
+        View { frame: self.last_frame, ..View::new(&pose, size) }
     }
 
     /// Number of frames until the list of a camera at rest is complete.

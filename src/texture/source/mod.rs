@@ -71,4 +71,7 @@ pub trait TileSource: Send + Sync {
     /// # Errors
     /// [`TileError`] names the file and the level.
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError>;
+
+    /// Ends waits that are not part of reading, now and in later reads. Called before the texture is closed.
+    fn stop_waiting(&self) {}
 }

@@ -19,7 +19,7 @@ pub enum Levels {
 }
 
 /// Instances whose levels the host executes, with indices of either width.
-pub trait Host {
+pub trait Host: Send {
     fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany>;
     fn level(&self, instance: usize) -> u32;
     /// First face of an instance in the index buffer.

@@ -112,7 +112,7 @@ impl Shown {
     fn record(&self, frame: &mut Frame<'_>, texturing: &Texturing, seed: u32) -> crate::vk::Result<()> {
         let Run { technique: VirtualTexture { resident, shapes, .. }, .. } = &self.opened.session;
         let target = self.opened.session.target();
-        let view = View { frame: seed.into(), ..View::new(&self.opened.pose, target.size()) };
+        let view = View { noise: seed.into(), ..View::new(&self.opened.pose, target.size()) };
         let seen = Seen::new(shapes, view, 0);
         frame.pass("texturing", |cmd| texturing.draw(cmd, self.stage1(), resident, &seen, &target.color))
     }
