@@ -331,11 +331,11 @@ impl Stage {
             return opened(kept);
         }
         match self.pursue() {
-            Err(error) if kept.is_ok() => {
+            Err(error) => {
                 self.wanted = self.shown.clone();
-                opened(Err(error))
+                opened(kept.and(Err(error)))
             }
-            _ => opened(kept),
+            Ok(_) => opened(kept),
         }
     }
 
