@@ -28,8 +28,9 @@ layout(push_constant, scalar) uniform Applying {
     uint kind;
     // 1: the inverse step (collapses, or the inverse permutation).
     uint down;
-    // First word of the step in `program`, for a construction in `tables`; its number of corners or faces.
+    // First word of the step in `program`; for a construction, in `tables`.
     uint first;
+    // Number of corners or faces.
     uint count;
     // First index of the instance's slice.
     uint slice;

@@ -1,6 +1,6 @@
 #include "progressive_mesh/indices.glsl"
 
-// Only one invocation may write an index. Another invocation may write the other half of the same word at the same
+// Requires that no other invocation writes the same index. Another one may write the other half of the word at the same
 // time.
 void set_index(uint n, uint vertex) {
     if (INDICES_PER_WORD == 1) {

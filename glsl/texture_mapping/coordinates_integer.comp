@@ -12,8 +12,8 @@ struct IntegerRow {
 
 layout(binding = 1, scalar) readonly buffer Rows { IntegerRow rows[]; } set_up;
 
-// Increments by formulas (7) and (8), with integers. The sums are exact. Only the rounding error of the step, which is
-// rounded when the row is set up, grows along the row.
+// Increments by formulas (7) and (8), with integers. The sums are exact. The step is rounded when the row is set up;
+// only this error grows along the row.
 void main() {
     Walk own = walk();
     if (own.count == 0u) return;

@@ -2,7 +2,7 @@
 // `float weight(vec2)` and the texture's `vec3 texel(ivec2 at, uint level)`.
 layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `Axes`
 
-// Limit of every loop's iterations, whatever its bounds.
+// Limit on the iterations of each loop, whatever its bounds.
 const int MOST_TURNS = 4096;
 
 struct Mean {

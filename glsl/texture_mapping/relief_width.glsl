@@ -1,8 +1,8 @@
 // Weights texels along the view direction by their visible width: relief/parallax.rs has the method. The including file
 // declares a struct Texel with `height` and with `colour` of type COLOUR, and the functions
-// `Texel sample_row(int x, float y)`, `float entry(float x, float height)` and `float descent()`. The last returns the
-// x that a ray covers from the top plane to height 0. Here x counts steps along the view direction: texels, or shares
-// of a texel.
+// `Texel sample_row(int x, float y)`, `float entry(float x, float height)` and `float descent()`. x counts steps along
+// the view direction; a step is a texel or a fraction of one. `descent` returns the number of steps from a ray's entry
+// through the top plane to height 0.
 
 struct Sum {
     COLOUR colour;  // times weights
@@ -13,7 +13,7 @@ struct Sum {
 // Limits loops; the strides below need fewer.
 const uint MOST_TEXELS = 4096;
 // A deep relief in an oblique, near view has descents of thousands of steps, nearly all of them hidden. A descent takes
-// at most this many of the longest strides. Up to this descent, a stride is one step.
+// at most this many of the longest strides. If it has at most this many steps, every stride is one step.
 const float MOST_STRIDES = 1024.0;
 // A stride of several steps shows at most this share of the footprint.
 const float MOST_SHARE = 1.0 / 64.0;

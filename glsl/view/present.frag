@@ -5,7 +5,7 @@
 // Draws the window's picture: one picture, two beside a divider, or their difference; and the magnifier.
 layout(binding = 0) uniform texture2D left;   // sRGB codes, not decoded
 layout(binding = 1) uniform texture2D right;
-layout(binding = 2) uniform utexture2D words;  // for overlays: shown.frag, faces.frag or relief_surface.frag
+layout(binding = 2) uniform utexture2D words;  // for overlays, from shown.frag, faces.frag or relief_surface.frag
 layout(push_constant, scalar) uniform Present {
     uint split;      // first column of the right picture
     float gain;      // factor of the difference; 0 shows the pictures

@@ -8,8 +8,8 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
-// Hash table with open addressing and a slot per invocation. A workgroup needs at most one slot per invocation, and
-// usually fewer than ten.
+// Hash table with open addressing and 256 slots. A workgroup needs at most one slot for each of its 256 invocations,
+// and usually fewer than ten in total.
 #define SLOTS 256u
 #define PROBES 8
 #define EMPTY 0xffffffffu  // not a cell: the tile mask is an image and has fewer texels

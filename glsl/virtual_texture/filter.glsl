@@ -17,9 +17,9 @@ struct Lookup {
     Footprint footprint;
 };
 
-// log2 of a positive finite number, with an error of at most 2^-13; a sampler's step between levels is usually 2^-8. The
-// exponent is exact, so that the integer part of half the result is stage 1's q. On software drivers the built-in log2
-// needs a division and ten operations more than this function.
+// log2 of a positive finite number, with an error of at most 2^-13; a sampler's step between levels is usually 2^-8.
+// The exponent is exact, so that the integer part of half the result is stage 1's q. On software drivers the built-in
+// log2 needs a division and ten operations more than this function.
 float log2_13(float x) {
     uint bits = floatBitsToUint(x);
     float t = uintBitsToFloat(bits & 0x7fffffu | 0x3f800000u) - 1.0;

@@ -116,7 +116,8 @@ vec2 major_side(Footprint f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 :
 // reads the next texel.
 int sample_margin() { return max(int(BORDER), 1) - 1; }
 
-// The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all of them.
+// The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all these
+// texels.
 uint filter_reach(Coordinate at, uvec2 ij, Footprint f, uint q) {
     if (REACHES == 0 || q >= FIRST_RESIDENT_LEVEL) return 0u;
     Spot spot = spot_in_tile(at, ij, q);

@@ -10,8 +10,8 @@
 #include "virtual_texture/filter.glsl"
 #include "virtual_texture/reach.glsl"
 
-// Stage 1, stage 2 and section 4 in one fragment: it computes the triple, marks the tile and shows it, but never stores
-// the triple. Without early tests, a fragment that fails the depth test would still mark its tile.
+// Stage 1, stage 2 and section 4 in one fragment shader: it computes the triple, marks the tile and samples it. The
+// triple is never stored. Without early tests, a fragment that fails the depth test would still mark its tile.
 layout(early_fragment_tests) in;
 
 layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list

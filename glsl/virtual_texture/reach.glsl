@@ -1,6 +1,6 @@
-// The reach: the neighbours of a pixel's tile from which its filter reads texels (ours). No filter reaches further than
-// half a tile, so each axis has at most one neighbour. A reach has two bits for columns, then two for rows: 0 for none,
-// 1 for the next tile, 2 for the previous one. Needs pyramid.glsl.
+// The reach: the neighbours of a pixel's tile from which its filter reads texels (not in the paper). No filter reaches
+// further than half a tile, so each axis has at most one neighbour. A reach has two bits for columns, then two for
+// rows: 0 for none, 1 for the next tile, 2 for the previous one. Needs pyramid.glsl.
 
 // n is 1 for the neighbour in the same row, 2 in the same column, 3 across the corner.
 bool reaches(uint reach, uint n) {

@@ -1,5 +1,6 @@
-// Linear index of a tile in the tile mask: level by level, row by row, as in Pyramid::tile_index. With level-0 tile
-// addresses each level has level 0's grid (M0). Needs pyramid.glsl.
+// Linear index of a tile in the tile mask: level by level, row by row. With own-level tile addresses it equals
+// Pyramid::tile_index. With level-0 addresses each level has as many cells as level 0. Needs pyramid.glsl.
+
 // The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
 layout(constant_id = 7) const uint OWN_LEVEL = 0;
 
