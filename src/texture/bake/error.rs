@@ -41,7 +41,7 @@ impl SourceError {
 pub enum BakeError {
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// Settings that fit no file, or not this source.
+    /// Settings that no file can have, or that do not fit this source.
     #[error("{0}")]
     Settings(String),
     #[error(transparent)]

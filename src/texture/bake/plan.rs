@@ -13,7 +13,8 @@ use std::fmt;
 const BAND_BYTES: u64 = 32 << 20;
 /// The program, its threads' stacks and the allocator's overhead: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;
-/// Memory for the Earth's base picture: decoding (44 MB), storing (34 MB) and computing its strength; 105 MiB measured.
+/// Memory for the Earth's base picture: decoding it (44 MB), its levels (34 MB) and computing the noise strength. 105
+/// MiB measured.
 const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.
@@ -77,9 +78,9 @@ impl Plan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // 144 bytes per index entry: journal entries, completion flags, and the index in both forms. A journal entry
-        // has 24 bytes. There are two copies while sorting, one copy of the checked entries, and a third more for the
-        // scratch file's jobs.
+        // 144 bytes per index entry: the journal's entries, completion flags, and the index in both forms. A journal
+        // entry has 24 bytes. The entries exist twice while they are partitioned, and once more when checked. The
+        // scratch file's jobs add a third to their number.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {

@@ -123,7 +123,7 @@ impl Scratch {
         self.write(payload, self.offset(tile))
     }
 
-    /// Computes a tile of level 1 or coarser from the stored texels of the level below.
+    /// Computes a tile of level 1 or coarser from the stored texels of the next finer level.
     pub fn mean_payload(&self, tile: TileId, finer: &mut [u8], payload: &mut [u8]) -> Result<(), BakeError> {
         let side = self.pyramid.tile_size() as usize;
         for quarter in 0..4u32 {

@@ -55,7 +55,7 @@ pub fn western_column(
     let centre = if key(RASTER_TYPE) == Some(PIXEL_IS_POINT) { 0.5 } else { 0.0 };
     let (west, north) = (longitude - (column + centre) * across, latitude + (row + centre) * down);
     let (wide, high) = (across * f64::from(size[0]), down * f64::from(size[1]));
-    // After a shift of up to half a texel, every texel is still nearest to its own place.
+    // After a shift of up to half a texel, every texel is still the nearest one to its own position.
     let near = |found: f64, wanted: f64, texel: f64| (found - wanted).abs() <= texel.abs() / 2.0;
     let whole = near(north, 90.0, down) && near(wide, 360.0, across) && near(high, 180.0, down);
     match whole {

@@ -36,7 +36,7 @@ pub const STRENGTH_ONE: i64 = 1 << 20;
 /// strength would show as black and white squares.
 const MOST_STRENGTH: u64 = 94_372;
 
-/// For a normal distribution of deviation 1, the mean of sqrt |x|, squared, is 2^(1/2) Gamma(3/4)^2 / pi =
+/// For a normal distribution of standard deviation 1, the square of the mean of sqrt |x| is 2^(1/2) Gamma(3/4)^2 / pi =
 /// 0.6760. This constant is 1024/0.6760.
 const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
 
@@ -140,8 +140,8 @@ fn downsample(picture: &[u8]) -> Vec<[u8; 3]> {
     texels
 }
 
-/// Computes [`EarthBase::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed twice
-/// with the weights 1-2-1 on both axes. The strength is the square of their mean.
+/// Computes [`EarthBase::strength`]. The square roots of relative Haar coefficients are summed in cells and smoothed
+/// twice with the weights 1-2-1 on both axes. The strength is the square of their mean.
 fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     let cells = level_size(CELLS_LOG2).map(|side| side as usize);
     let roots: Vec<u64> = (0..cells[0] * cells[1])
@@ -163,8 +163,8 @@ fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
     smooth(&smooth(&roots, cells), cells).iter().map(squared).collect()
 }
 
-/// Rec. 709 luminance, weights in 1/65536, of the four base texels (north-west, north-east, south-west,
-/// south-east) of a block, in linear light.
+/// Rec. 709 luminance of the four base texels of a block (north-west, north-east, south-west, south-east), in linear
+/// light, in units of 2^-24.
 fn luminances(finest: &[[u8; 3]], block: usize) -> [i64; 4] {
     let width = 1usize << BASE_WIDTH_LOG2;
     let at = block / (width / 2) * 2 * width + block % (width / 2) * 2;
@@ -172,7 +172,7 @@ fn luminances(finest: &[[u8; 3]], block: usize) -> [i64; 4] {
         .map(|child| luminance(finest[child].map(|byte| srgb::table().linear(byte))))
 }
 
-/// Rec. 709 luminance of linear light, in units of 2^-24.
+/// Rec. 709 luminance of linear light, in units of 2^-24. The weights are in units of 1/65536.
 fn luminance(light: Linear) -> i64 {
     let [r, g, b] = light.map(i64::from);
     (13_933 * r + 46_871 * g + 4_732 * b) >> 16

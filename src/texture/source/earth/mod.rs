@@ -7,9 +7,9 @@
 //!
 //! # Strength
 //! The strength is the relative texel-to-texel variation of luminance at 4096 x 2048, by a robust measure
-//! (`base::Base::strength`). It is 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia and 4.0 % in the Andes. By
-//! the same measure the next two coarser levels vary 1.2-1.5 and 1.5-2.0 times as much. All synthetic octaves use the
-//! strength at 4096 x 2048, but at most 9 %. All three channels share one noise, so that it adds no colour. The
+//! (`base::EarthBase::strength`). It is 1.3 % in the Sahara, 1.9 % in India, 3.1 % in Australia and 4.0 % in the Andes.
+//! By the same measure the next two coarser levels vary 1.2-1.5 and 1.5-2.0 times as much. All synthetic octaves use
+//! the strength at 4096 x 2048, but at most 9 %. All three channels share one noise, so that it adds no colour. The
 //! synthetic levels vary 1.0-1.15 times as much as 4096 x 2048, because the interpolation adds its part.
 //!
 //! # Means

@@ -9,7 +9,7 @@
 /// Texels that a prediction reads on each side.
 pub const REACH: usize = 2;
 
-/// Splits the middle one of five texels: half the difference of the means of its two halves. Before rounding it is
+/// Splits the middle one of five texels into halves: returns half the difference of their means. Before rounding it is
 /// exact up to degree 4. Rounds towards zero, so that mirrored input gives mirrored output. The numerator is at most 25
 /// times the texels' range of 2^24, which fits i32.
 #[inline(always)]

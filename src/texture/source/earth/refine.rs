@@ -68,7 +68,8 @@ fn with_neighbours((left, top, width, height): Rectangle) -> Rectangle {
 }
 
 /// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
-/// it was refined (`None` in the imagery). Both may be one texel larger than requested on each side.
+/// it was refined (`None` in the imagery). The rectangle may be one texel larger than requested on each side. The
+/// coarser region also contains the texels that the prediction reads.
 pub fn region(base: &EarthBase, width_log2: u32, rectangle: Rectangle) -> (EarthRegion, Option<EarthRegion>) {
     if width_log2 <= BASE_WIDTH_LOG2 {
         return (imagery(base, width_log2, rectangle), None);
@@ -173,8 +174,8 @@ impl NoiseBlocks {
     }
 }
 
-/// The children of a parent, from noise coefficients in units of [`NOISE_RMS`] and a relative strength in
-/// units of 1/[`STRENGTH_ONE`].
+/// The children of a parent, from noise coefficients in units of 1/[`NOISE_RMS`] and a relative strength in units of
+/// 1/[`STRENGTH_ONE`].
 #[inline(always)]
 fn split(parent: i32, predicted: [i32; 3], noise: [i32; 3], strength: i64) -> [i32; 4] {
     let room = parent.min(LINEAR_ONE - parent);

@@ -126,7 +126,8 @@ fn ground() -> Vec<Fields> {
     (0..SIDE * SIDE).into_par_iter().map(place).collect()
 }
 
-/// The octaves that the base can represent, each interpolated from the coarser ones.
+/// The sum of the octaves that the base can represent. Each octave is added to the interpolated sum of the coarser
+/// ones.
 fn noise() -> Vec<[f32; 2]> {
     let mut sum = vec![[0.0; 2]];
     for width_log2 in 1..=BASE_LOG2 {

@@ -6,8 +6,8 @@
 
 use crate::picture::srgb;
 
-/// The inputs of a point's colour, in this order. All are smooth, so that finer levels can interpolate them.
-/// An array, because interpolation treats all fields alike.
+/// The inputs of a point's colour, at the indices below. All are smooth, so that finer levels can interpolate them. An
+/// array, because interpolation treats all fields alike.
 pub type Fields = [f32; FIELDS];
 pub const FIELDS: usize = 8;
 

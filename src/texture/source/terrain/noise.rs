@@ -67,8 +67,8 @@ mod tests {
             product += value[0] * value[1] / 65_536.0;
         }
         println!("mean {sums:.4?}, mean square {squares:.4?}, product {product:.4}");
-        // 25 600 lattice points with mean square 1/3: the mean's deviation is 0.004; blending lowers the
-        // square.
+        // 25 600 lattice points with a mean square of 1/3: the mean has a standard deviation of 0.004. Blending lowers
+        // the mean square.
         assert!(sums.iter().all(|sum| sum.abs() < 0.02) && product.abs() < 0.01);
         assert!(squares.iter().all(|square| (0.1..0.3).contains(square)));
     }

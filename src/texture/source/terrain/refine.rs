@@ -39,7 +39,8 @@ fn with_neighbours(span: &Range<usize>, width_log2: u32) -> Range<usize> {
 }
 
 /// A rectangle of the level whose width is `2^width_log2` texels, and the region of the next coarser level from which
-/// it was refined (`None` in the base). Both may be one texel larger than requested on each side.
+/// it was refined (`None` in the base). The rectangle may be one texel larger than requested on each side. The coarser
+/// region also contains the neighbours that the interpolation reads.
 pub fn region(
     base: &TerrainBase,
     width_log2: u32,
