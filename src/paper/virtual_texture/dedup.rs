@@ -118,8 +118,8 @@ impl DedupPass {
         }
     }
 
-    /// Workgroups, and texels that their shaders fetch from a request image of `size` pixels. Invocations beyond its edges
-    /// fetch too.
+    /// Workgroups, and texels that their shaders fetch from a request image of `size` pixels. Invocations beyond its
+    /// edges fetch too.
     pub fn groups_and_texels(&self, size: [u32; 2]) -> [u64; 2] {
         let area = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
         match &self.step {

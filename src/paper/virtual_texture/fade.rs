@@ -1,9 +1,10 @@
-//! Fade-in of new tiles (ours, an option). The paper shows new tiles immediately, so they pop.
+//! Fade-in of new tiles: optional, not in the paper. The paper shows new tiles immediately, so they pop.
 //!
 //! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of
 //! the page table also holds the weight of the next coarser resident tile, which was shown before. The shader also
 //! samples that tile, and a third one if the second is fading. So the picture never jumps, however many levels lie
 //! between the tiles. A tile that is not fading takes one sample.
+//!
 //! The fade counts frames instead of milliseconds, so the same frames show the same pictures on any machine.
 
 use crate::math::pyramid::TileId;

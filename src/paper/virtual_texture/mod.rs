@@ -2,7 +2,7 @@
 //!
 //! One file per step:
 //! - [`footprint`], section 2.1: writes a triple (q, i, j) for each pixel into the request image; [`reach`]: the
-//!   neighbouring tiles that a pixel's filter also needs (ours);
+//!   neighbouring tiles that a pixel's filter also needs (not in the paper);
 //! - [`dedup`], section 2.2: a point for each distinct triple of a block, ORed into the tile mask;
 //! - [`compact`], section 2.3: the set bits of the tile mask become the visible-tile list, by transform feedback;
 //! - [`tile_mask`], [`visible_list`]: the outputs of stages 2 and 3; [`variants`]: which variants fit together;
@@ -11,11 +11,11 @@
 //! - [`list_passes`]: the passes of the chosen method;
 //! - [`streaming`], section 3: two caches, the update, the upload step and the loader;
 //! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: the tile that is shown for each tile;
-//! - [`fade`]: blends new tiles in over some frames (ours, an option);
+//! - [`fade`]: blends new tiles in over some frames (optional, not in the paper);
 //! - [`texturing`], section 4: the picture from the resident tiles; [`fused`]: stages 1, 2 and 4 in one draw;
 //!   [`prepass`]: culling for the depth-only draw before [`fused`];
 //! - [`shown`]: each pixel's shown and requested levels;
-//! - [`prefetch`]: the tiles that the camera will see soon (ours, an option);
+//! - [`prefetch`]: the tiles that the camera will see soon (optional, not in the paper);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
 //! - [`trade`]: time and error of every combination of settings, for `ortelius trade` and `auto`;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.

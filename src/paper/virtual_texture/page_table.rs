@@ -41,7 +41,7 @@ impl PageTable {
             row_bits,
             changed: Vec::new(),
         };
-        // Coarsest first: each level falls back on the one before.
+        // Coarsest first: each level falls back on the levels already filled.
         for &(tile, slot) in resident.iter().rev() {
             table.fill(tile, word(tile.level, slot, 0));
         }

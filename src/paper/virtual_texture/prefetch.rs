@@ -1,4 +1,4 @@
-//! Prefetch (ours, an option): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
+//! Prefetch (optional, not in the paper): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
 //!
 //! The list comes from a draw, so it works for any mesh. The picture has a quarter of the width and height, a sixteenth
 //! of the pixels. A tile between two of these pixels is found when it comes nearer. The camera is extrapolated by

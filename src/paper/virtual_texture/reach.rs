@@ -1,4 +1,4 @@
-//! The reach: the neighbours of a pixel's tile from which its filter also reads texels (an addition of ours). Beyond a
+//! The reach: the neighbours of a pixel's tile from which its filter also reads texels (not in the paper). Beyond a
 //! tile's border the filter looks up single texels or samples through the page table. So these tiles must be listed.
 //! Stage 1 stores the reach in the highest four bits of the request image's first word, and every method adds the tiles
 //! to its list.

@@ -119,7 +119,8 @@ impl HostList {
         }
     }
 
-    /// For each triple of the streamed levels, in the grid of its tile addresses: the pixels whose own tile it is.
+    /// For each triple of the streamed levels, in the grid of its tile addresses: the number of pixels whose own tile
+    /// it names.
     pub fn coverage(&self, requests: &[u32]) -> BTreeMap<[u32; 3], u64> {
         let mut pixels = BTreeMap::new();
         for run in requests.chunks_exact(self.words_per_texel).collect::<Vec<_>>().chunk_by(|a, b| a == b) {

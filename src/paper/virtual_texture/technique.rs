@@ -164,8 +164,9 @@ impl VirtualTexture {
         Ok(run)
     }
 
-    /// Switches to other settings from the next frame on; no frame is in flight. Tiles stay in the host cache, and in
-    /// the tile pool unless `gpu_tiles` changes: then they are uploaded again. `lit`: as in [`VirtualTexture::new`].
+    /// Switches to other settings from the next frame on. No frame may be in flight. Tiles stay in the host cache. They
+    /// also stay in the tile pool, unless `gpu_tiles` changes: then they are uploaded again. `lit`: as in
+    /// [`VirtualTexture::new`].
     ///
     /// # Errors
     /// A missing device feature; settings that do not fit the texture. The old settings then stay.

@@ -286,8 +286,8 @@ fn with_filter(scene: &Scene, filter: &str) -> std::result::Result<Scene, SceneE
     }
 }
 
-/// A shipped scene with paper 1's filter: trilinear samples along the footprint, at most 16. As shipped, it uses paper
-/// 3's.
+/// A shipped scene with paper 1's filter instead of its own, which is paper 3's: trilinear samples along the footprint,
+/// at most 16.
 ///
 /// # Errors
 /// No shipped scene has this name.

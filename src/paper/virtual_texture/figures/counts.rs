@@ -1,6 +1,7 @@
-//! Counts of stages 2 and 3 that any device repeats exactly, from the request image alone: texels and words that shaders
-//! read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size of a device's
-//! subgroups, has a reason instead. A test is a load of the tile mask before an atomic that may be superfluous.
+//! Counts of stages 2 and 3 that any device repeats exactly, computed from the request image alone: texels and words
+//! that shaders read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size
+//! of a device's subgroups, is replaced by the reason. A test is a load from the tile mask that avoids an atomic if the
+//! bit is set already.
 
 use crate::figure::{Row, Value};
 use crate::math::pyramid::Pyramid;
@@ -46,11 +47,12 @@ impl Requests<'_> {
         self.triples.iter().filter(|triple| self.streamed(**triple)).count() as u64
     }
 
-    /// Streamed triples that differ from the previous one of their square of 8 x 8 pixels. The pixels of a square come
-    /// in the order of `pixel`, its columns and rows; `clamps`: pixels beyond the picture's edge repeat its last ones.
+    /// Streamed triples that differ from the previous one of their square of 8 x 8 pixels. `pixel(n)` is the column and
+    /// row of the square's n-th pixel. With `clamps`, pixels beyond the picture's edge repeat its last ones; otherwise
+    /// they are background.
     fn changes(&self, pixel: fn(u32) -> [u32; 2], clamps: bool) -> u64 {
         let [width, height] = self.size;
-        // A group that clamps has 8 x 8 squares, also beyond the picture's edge.
+        // With `clamps`, workgroups of 8 x 8 squares also read the squares beyond the picture's edge.
         let [columns, rows] = self.size.map(|side| if clamps { side.next_multiple_of(64) } else { side });
         let mut changes = 0;
         for (top, left) in (0..rows).step_by(8).flat_map(|y| (0..columns).step_by(8).map(move |x| (y, x))) {
@@ -108,7 +110,7 @@ pub fn of_stage_2(
 }
 
 /// The rows of a variant of stage 3 that makes the list `triples` from a mask with a word for each tile of level 0.
-/// `ending`: of each quantity.
+/// `ending` is appended to the name of each quantity.
 pub fn of_stage_3(
     (name, compact): (&str, Compaction),
     triples: &[[u32; 3]],
@@ -118,7 +120,7 @@ pub fn of_stage_3(
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     let words = columns * rows;
     let marked = BTreeSet::from_iter(triples.iter().map(|&[_, i, j]| u64::from(i) * columns + u64::from(j)));
-    // Invocations of `workgroup` and `ordered` read 16 words each, workgroups have 64 invocations.
+    // Invocations of `workgroup` and `ordered` read 16 words each. Workgroups have 64 invocations.
     let lots = |of: u64| BTreeSet::from_iter(marked.iter().map(|word| word / of));
     let words_of = |of: u64| lots(of).into_iter().map(|lot| (words - lot * of).min(of)).sum::<u64>();
     let (read, atomics) = match compact {
@@ -177,8 +179,8 @@ mod tests {
         // 3 workgroups, and a bit for each of 174,762 tiles.
         assert_eq!(of(Dedup::Bitset)[1], Some(3.0 * 5462.0));
         assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
-        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 16 x 2 changes in a square. Squares below the
-        // picture repeat its last row: the same again, 7 times. In the 56 squares beside it, every pixel is a B.
+        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 16 x 2 changes in a square. Squares below
+        // the picture repeat its last row: the same again, 7 times. In the 56 squares beside it, every pixel is a B.
         assert_eq!(of(Dedup::Runs)[1], Some(8.0 * (1.0 + 16.0 * 2.0) + 56.0));
         // Resident levels and the background are never tested, and interrupt a run.
         let breaks = [A, A, RESIDENT, A, NONE, A, B, B];
@@ -197,8 +199,8 @@ mod tests {
             numbers(of_stage_3((compact.name(), compact), triples, &pyramid(), ""))
                 .map(Option::unwrap_or_default)
         };
-        // Two marks in one word, one 5 words further, one in the next row: 512 words further, in the same workgroup; and
-        // one in the last word.
+        // Two marks in one word; one mark 5 words further; one mark in the next row, 512 words further but in the same
+        // workgroup; and one mark in the last word.
         let triples = [[0, 0, 3], [1, 0, 3], [0, 0, 8], [0, 1, 3], [0, 255, 511]];
         let words = 131_072.0;
         assert_eq!(of(Compaction::TransformFeedback, &triples), [words, 0.0, 60.0]);

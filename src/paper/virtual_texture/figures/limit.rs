@@ -230,8 +230,8 @@ fn differing(a: &[TileId], b: &[TileId]) -> usize {
     a.len() + b.len() - 2 * matched
 }
 
-/// Rows of a contender's time, its passes, and its ratios to a copy and to an empty pass of the same round. Of a frame
-/// that also textures, only the list's time counts. The frame without a list gets no rows.
+/// Rows of a contender's time, its passes, and its ratios to a copy and to an empty pass of the same round. For a frame
+/// that also textures, only the list's time counts. The frame without a list has only the rows of its passes.
 fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
     let textures = timed.pass("fused").is_some();
     let own = if textures { list_of_rounds(timed, others) } else { timed.total_of_rounds() };

@@ -169,7 +169,7 @@ impl SideBySide {
         Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
     }
 
-    /// A new session with the settings of number `at`, settled at `pose` from empty caches.
+    /// A new session with the settings of session number `at`, settled at `pose` from empty caches.
     ///
     /// # Errors
     /// As [`SideBySide::settled`].

@@ -180,7 +180,7 @@ fn pixel_rows(bench: &Bench) -> f64 {
     bench.effort_of(540.0, 1080.0)
 }
 
-/// Times, lists and memory of all combinations. `tiles` sets N1 and N2.
+/// Times, lists and memory of all combinations. `tiles` is the number of slots of both caches (N1 and N2).
 fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> anyhow::Result<Vec<Row>> {
     let mut frames =
         SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {

@@ -136,7 +136,7 @@ impl Pair {
     /// The list as the device made it.
     ///
     /// # Errors
-    /// Device lost, a list that is too short.
+    /// Device lost, out of memory.
     pub fn triples(&self, stage1: &Stage1) -> anyhow::Result<Vec<[u32; 3]>> {
         let mut frame = stage1.gpu.frame()?;
         self.record(stage1, &mut frame)?;
@@ -172,7 +172,7 @@ mod tests {
         let pyramid = Pyramid::new(18, 17, 9, 4, None).unwrap();
         let words = noise([320, 180], &pyramid);
         let distinct: BTreeSet<u32> = words.iter().copied().collect();
-        // 57,600 random draws of 9 x 131,072: 2.4 % coincide with another.
+        // 57,600 random draws of 9 x 131,072: 2.4 % repeat an earlier one.
         assert!(distinct.len() > 55_000, "{}", distinct.len());
         let levels: BTreeSet<u32> = words.iter().map(|word| word >> 17).collect();
         assert_eq!(levels, (0..9).collect());

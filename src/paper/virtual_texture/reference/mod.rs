@@ -155,8 +155,8 @@ pub fn possible_triples(
         return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
     let mut q = [u32::MAX, 0];
-    // e is not monotonic in the lengths, because the number of samples nA jumps at up to 16 integers. So both
-    // intervals are sampled 17 times.
+    // e is not monotonic in the lengths, because the number of samples nA jumps at up to 16 integers. So each length is
+    // sampled at 17 points of its interval.
     for first in 0..=16 {
         for second in 0..=16 {
             let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);

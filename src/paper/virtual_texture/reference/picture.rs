@@ -150,9 +150,9 @@ impl<'a> Texels<'a> {
     }
 }
 
-/// The encoded sRGB colour (0.0 ..= 1.0) of a texel of a square of BC1 blocks, by their definition (Direct3D 11 functional
-/// specification, 19.5.10): two colours of 5, 6 and 5 bits, and 2 bits for each texel. The fourth colour of a block with
-/// three is black. `None` if the square is incomplete.
+/// The encoded sRGB colour (0.0 ..= 1.0) of a texel of a square of BC1 blocks, by their definition (Direct3D 11
+/// functional specification, 19.5.10): two colours of 5, 6 and 5 bits, and 2 bits for each texel. In a block with three
+/// colours, the fourth is black. `None` if the square is incomplete.
 fn bc1_texel(blocks: &[u8], side: u32, [row, column]: [u32; 2]) -> Option<[f64; 3]> {
     let block = blocks.chunks_exact(8).nth((row / 4 * (side / 4) + column / 4) as usize)?;
     let ends = [0, 2].map(|at| u16::from_le_bytes([block[at], block[at + 1]]));

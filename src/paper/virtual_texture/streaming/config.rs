@@ -78,7 +78,7 @@ pub enum StreamingError {
 }
 
 /// Maximum number of tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A
-/// texture of 2^20 x 2^20 texels just exceeds it with tiles of 128, and has a quarter as many tiles of 256.
+/// texture of 2^20 x 2^20 texels has a third more tiles of 128 texels, or a third as many tiles of 256.
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {

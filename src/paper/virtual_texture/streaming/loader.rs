@@ -1,6 +1,5 @@
-//! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget. The budget is
-//! CPU time. A load that waits for the disk takes none, so only the number of threads limits waiting, and a slow disk is
-//! read by all of them at once.
+//! The loader (paper 1, section 3): threads that load tiles into main memory within their own time budget. The budget
+//! is CPU time. A load that waits for the disk uses none, so all threads can wait for a slow disk at once.
 
 use crate::math::pyramid::TileId;
 use crate::texture::source::{TileError, TileSource};
@@ -51,8 +50,8 @@ impl Tokens {
         self.left_ns = self.left_ns.saturating_add(grant_ns).min(grant_ns);
     }
 
-    /// Subtracts the CPU time of a load. The result may be a debt, which later grants pay first, because a load cannot be
-    /// stopped halfway.
+    /// Subtracts the CPU time of a load. The result may be a debt, because a load cannot be stopped halfway. Later
+    /// grants pay it first.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
     }

@@ -1,6 +1,6 @@
 //! Least recently used order, as a doubly linked list in an array of slots. Paper 1, section 3: "the pair with the
-//! least t gives up its slot". The list is in order of t, so each operation takes constant time, except a use before
-//! the latest one: it passes all later ones. The paper's priority queue takes log N.
+//! least t gives up its slot". The list is sorted by t, so each operation takes constant time. The exception is a use
+//! with an earlier t than the latest one, which must pass all later uses. The paper's priority queue takes log N.
 
 const NONE: u32 = u32::MAX;
 
@@ -28,8 +28,8 @@ impl Lru {
         Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
     }
 
-    /// Gives `slot` its time of use and adds it to the list if needed: behind all slots that were used later, and
-    /// before all others.
+    /// Gives `slot` its time of use and adds it to the list if needed: older than all slots with a later use, newer
+    /// than all others.
     pub fn touch(&mut self, slot: u32, last_use: u64) {
         self.remove(slot);
         let (mut older, mut newer) = (self.newest, NONE);

@@ -12,8 +12,8 @@
 //!   nearest coarser ones.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
-//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving picture this
-//!   bias rises at once and falls late ([`LevelBias`]), so that it does not flicker.
+//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving picture
+//!   this bias rises at once and falls late ([`LevelBias`]), so that it does not flicker.
 //! - The queues hold only tiles that this frame needs. All other queued tiles return to state -2 before the upload
 //!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
@@ -23,8 +23,8 @@
 //!   bias is raised. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
 //!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
-//!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. A visible tile also gets the slot
-//!   of a load that is no longer wanted, if loads have reserved all slots.
+//!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
+//!   a visible tile takes the slot of a load that is no longer wanted.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
 //!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and

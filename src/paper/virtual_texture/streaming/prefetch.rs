@@ -1,4 +1,5 @@
-//! Prefetch (ours, an option): tiles that are expected to become visible use the budget that the visible tiles leave.
+//! Prefetch (optional, not in the paper): tiles that are expected to become visible use the budget that the visible
+//! tiles leave.
 //!
 //! Expected tiles take the same path as visible ones, but come after them in both queues. They replace only tiles
 //! that this frame does not use. Few of their loads are under way at a time, so they hardly delay a visible tile. A

@@ -18,8 +18,8 @@ impl Streaming {
         let capacity = self.config.gpu_tiles;
         let fitting = |capacity| fitting_bias(visible, constant, first_resident, capacity);
         let fits = fitting(capacity);
-        // A camera at rest does not wait, because its picture changes once. A camera that moves in every second frame
-        // does not rest.
+        // A camera at rest gets a lower bias at once, because its picture then changes only once. A camera that moves
+        // in every second frame does not rest.
         self.frames_at_rest = if self.lifted { self.frames_at_rest + 1 } else { 0 };
         let after = if self.frames_at_rest > AT_REST { 1 } else { LOWER_AFTER };
         report.bias = self.bias.next(visible, capacity, after, fitting);

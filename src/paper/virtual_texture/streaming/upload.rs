@@ -73,8 +73,8 @@ impl Streaming {
         self.drop_waiting(dropped);
     }
 
-    /// Drops tiles that this frame does not show from the upload queue: their state returns to -2, and their slots in
-    /// the host cache are unpinned.
+    /// For tiles that have left the upload queue without an upload: returns their state to -2 and unpins their slots in
+    /// the host cache.
     fn drop_waiting(&mut self, dropped: VecDeque<Waiting>) {
         for waiting in dropped {
             self.gpu_states.set(waiting.tile, ABSENT);
@@ -82,7 +82,7 @@ impl Streaming {
         }
     }
 
-    /// Gives an uploaded tile its slot of the tile pool, used at the time `now`.
+    /// Gives an uploaded tile its slot of the tile pool, with `now` as its time of use.
     fn place(&mut self, claim: Claim, tile: TileId, now: u64, report: &mut FrameReport) {
         if let Some(evicted) = claim.evicts {
             self.gpu_states.set(evicted, ABSENT);

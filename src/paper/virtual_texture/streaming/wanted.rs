@@ -52,7 +52,7 @@ pub const LOWER_AFTER: u32 = 30;
 #[derive(Default)]
 pub struct LevelBias {
     bias: u32,
-    /// Frames in a row in which a lower bias would do.
+    /// Frames in a row in which a lower bias would fit.
     calm: u32,
     previous: Vec<TileId>,
 }

@@ -205,8 +205,8 @@ impl Values {
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
         let border = border_for(&filter, self.border, texture).ok()?;
-        // Another format is tried with the filters that use a sampler, and with borders of whole blocks. Fewer tiles
-        // are tried alone.
+        // Another format is tried with all filters but the stochastic one, at the scene's own bias, list and border,
+        // and only if the border is whole BC1 blocks. Fewer tiles are tried alone.
         let format = self.format == own.format
             || (self.filter != Filtering::Stochastic
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)

@@ -85,7 +85,7 @@ impl Sweep<'_> {
     /// Measures all settings. `progress` receives the number of settings done and the number of all settings.
     ///
     /// # Errors
-    /// An unavailable scene or device; BC1 tiles, which the reference cannot read; a device without timestamps.
+    /// An unavailable scene or device; a file of BC1 tiles, which lacks the exact texels; a device without timestamps.
     pub fn run(&self, bench: &Bench, progress: impl Fn(usize, usize)) -> anyhow::Result<Trade> {
         let settings = settings(self.scene, self.knobs)?;
         let mut stage = self.stage(bench)?;
@@ -139,7 +139,7 @@ impl Sweep<'_> {
         let source = open_texture(&exact).with_context(|| format!("scene {}", scene.name))?;
         anyhow::ensure!(
             source.format() == TileFormat::Rgba8,
-            "the reference cannot read bc1 tiles ({}); bake the texture with --format rgba8",
+            "the reference needs exact texels, but bc1 is lossy ({}); bake the texture with --format rgba8",
             source.describe()
         );
         let mesh = source_mesh(scene)?;

@@ -1,7 +1,7 @@
 //! Times of settings as multiples of the scene's own frame, which is timed in every round of every batch. A disturbance
 //! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Example: two
-//! sweeps of the earth at 320 x 180 ran beside three busy processes. Between them, a setting's median of 10 frame times
-//! differed by 11 % (at most 35 %), but its median of 60 ratios by 2 % (at most 6 %).
+//! sweeps of the earth at 320 x 180 ran beside three busy processes. Between the two sweeps, a setting's median of 10
+//! frame times differed by 11 % (at most 35 %), but its median of 60 ratios by 2 % (at most 6 %).
 
 use super::{Measure, TradeResult};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};

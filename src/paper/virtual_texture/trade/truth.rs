@@ -105,8 +105,8 @@ impl Mosaic {
         Ok(mosaic)
     }
 
-    /// `what` names the reference, `seen` is true for pixels that the surface covers, and `pixel` is the linear colour of
-    /// a pixel that is compared.
+    /// `what` names the reference. `seen` is true for pixels that the surface covers. `pixel` is the linear colour of a
+    /// pixel that is compared.
     pub fn of(
         size: [u32; 2],
         what: &'static str,

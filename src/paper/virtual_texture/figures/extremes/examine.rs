@@ -45,7 +45,7 @@ pub struct Examination {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// A list that should be exact: its missing tiles, its tiles beyond the reference, its length, and the reference's
-    /// length. With level-0 tile addresses a tile has an entry for each of its cells.
+    /// length. With level-0 tile addresses a tile has an entry for each of its cells that pixels request.
     Listed { lost: usize, extra: usize, entries: usize, right_entries: usize },
     /// A superset: its missing tiles, its tiles beyond the reference, and repeated entries.
     Superset { lost: usize, beyond: usize, repeated: usize },

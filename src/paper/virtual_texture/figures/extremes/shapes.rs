@@ -156,7 +156,7 @@ pub fn noise_tile(pyramid: &Pyramid, n: u64) -> TileId {
 pub fn noise(pyramid: &Pyramid, size: [u32; 2]) -> SourceMesh {
     let [columns, rows] = pyramid.tile_grid(0).map(f64::from);
     let texel = DVec2::from_array(pyramid.level_size(0).map(|side| 1.0 / f64::from(side)));
-    // Covers only the centre of its pixel.
+    // Each triangle covers the centre of its own pixel and of no other.
     let corners = [DVec2::new(-0.4, -0.3), DVec2::new(0.0, 0.45), DVec2::new(0.4, -0.3)];
     let mut canvas = Canvas::new(size);
     for pixel in 0..u64::from(size[0]) * u64::from(size[1]) {

@@ -45,7 +45,7 @@ impl Along {
     }
 }
 
-/// Measures frames 1 to `frames`. Before, the camera rests at frame 0 for a cycle.
+/// Measures frames 1 to `frames`. Before that, the camera rests at frame 0 for the longest cycle.
 pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
     let stands = cycle(MOST_LOG2);
     let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));

@@ -18,8 +18,8 @@ pub const FEEDBACK: Figure = Figure {
     about: "The paper lists the tiles of all of a frame's pixels in that frame (section 2). Engines sample one pixel \
             in 4 to 256, a different one in each frame, and accumulate: one in 64 in Call of Duty, one in 256 in \
             Unreal Engine 5. Recall is the share of the exact list's tiles that the sampled list contains. Delay is \
-            the number of frames after a cut until a tile is listed. Precision is the share of visible tiles in the \
-            list that accumulates under a moving camera. A pixel is served if the list contains its tile. The first \
+            the number of frames after a cut until a tile is listed. Precision is the share of the list's tiles that \
+            are visible, under a moving camera. A pixel is served if the list contains its tile. The first \
             frame after the cut has delay 1; after frame n the lists of frames 1 to n are known. With every method, \
             including the exact one, a list reaches the host two frames later. Times include gathering the samples, \
             copying them to the host and listing them there. \"All pixels\" copies the whole request image and runs \

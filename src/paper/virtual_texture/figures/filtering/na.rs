@@ -1,4 +1,4 @@
-//! vt.na: what the largest number of samples along a footprint, NA, costs, at any tilt.
+//! vt.na: the cost of NA, the largest number of samples along a footprint, at any tilt.
 
 use super::super::common::SceneView;
 use super::super::cost::{self, FRAME, LIST};
@@ -20,8 +20,8 @@ pub const NA: Figure = Figure {
     id: "vt.na",
     title: "Samples along a footprint: visible set, list, cache and seams",
     about: "Section 2.1 lowers a pixel's level by log2 of nA, the number of samples along its footprint. nA is at most \
-            NA, the hardware's limit: 16 on today's GPUs, and in the other figures of paper 1's list and frame. \
-            Figures of streaming, feedback and extreme inputs have NA = 1. This figure shows what NA changes, against \
+            NA, the hardware's limit, which is 16 on today's GPUs. Figures of the list and of the frame have NA = 16; \
+            figures of streaming, feedback and extreme inputs have NA = 1. This figure shows what NA changes, against \
             the camera's tilt: the visible tiles (mean over the path), the memory of the largest visible set, the \
             times of stages 2 and 3 and of the settled frame, and the tiles copied per frame with an LRU cache of \
             twice the largest visible set. Tiles have a border of 4 texels. Samples beyond it are looked up in the \

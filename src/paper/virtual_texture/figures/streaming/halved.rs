@@ -75,8 +75,8 @@ pub(super) fn halved(
     ])
 }
 
-/// Draws frames from one pose. Returns the number of frames until it was settled (at most [`LAST_STAYS`]). Also returns
-/// the number of tiles copied in the following [`REST`] frames, and the pictures before and after those frames.
+/// Draws frames from one pose. Returns the number of frames until the session was settled (at most [`LAST_STAYS`]), the
+/// number of tiles copied in the following [`REST`] frames, and the pictures before and after those frames.
 fn rest(
     session: &mut Run<VirtualTexture>,
     mut frame: impl FnMut(&mut Run<VirtualTexture>) -> anyhow::Result<()>,
