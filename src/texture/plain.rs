@@ -18,7 +18,8 @@ pub enum PlainError {
     #[error(transparent)]
     Earth(#[from] EarthError),
     #[error(
-        "{path}: {width} x {height} texels are more than a plain texture holds (2^28); bake it and use it as a virtual texture"
+        "{path}: {width} x {height} texels are more than a plain texture holds (2^28); bake it and use it as a virtual \
+         texture"
     )]
     Size { path: String, width: u32, height: u32 },
 }

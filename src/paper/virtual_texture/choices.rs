@@ -135,7 +135,8 @@ impl Dedup {
 
 impl Compaction {
     /// Error: [`Compaction::FusedAppend`] with a stage 2 that is a separate pass.
-    pub const FUSED_APPEND_ALONE: &str = "fused-append appends in the draw that marks, but this variant.dedup marks in a separate pass; choose \"append\", or variant.dedup = \"fused-exact\"";
+    pub const FUSED_APPEND_ALONE: &str = "fused-append appends in the draw that marks, but this variant.dedup marks in \
+        a separate pass; choose \"append\", or variant.dedup = \"fused-exact\"";
 }
 
 #[cfg(test)]

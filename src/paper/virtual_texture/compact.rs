@@ -112,7 +112,8 @@ impl CompactPass {
             let room = list.capacity();
             *list = self.list(gpu, needed.next_power_of_two())?;
             tracing::debug!(
-                "the frame has {needed} triples, the visible-tile list holds {room}: compacted again into a list for {}",
+                "the frame has {needed} triples, the visible-tile list holds {room}: compacted again into a list for \
+                 {}",
                 list.capacity()
             );
         }

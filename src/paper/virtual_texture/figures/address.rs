@@ -37,7 +37,8 @@ pub const ADDRESS: Figure = Figure {
     claims: &[
         Claim::ours(
             "own-level-exact",
-            "The list of own-level addresses has one entry per distinct visible tile, and both lists name the same tiles.",
+            "The list of own-level addresses has one entry per distinct visible tile, and both lists name the same \
+             tiles.",
             &[
                 Test::difference(one(LENGTH, "own-level"), one(TILES, "own-level"), Equal(0.0)),
                 Test::value(each(SAME, variants), Equal(0.0)),
@@ -45,7 +46,8 @@ pub const ADDRESS: Figure = Figure {
         ),
         Claim::ours(
             "globe-500",
-            "Seen from 20 000 km at 1920 x 1080, the list of own-level addresses is at least 500 times shorter than the paper's.",
+            "Seen from 20 000 km at 1920 x 1080, the list of own-level addresses is at least 500 times shorter than \
+             the paper's.",
             &[Test::ratio(one(LENGTH, "level-0"), one(LENGTH, "own-level"), AtLeast(500.0))],
         )
         .at(Places::scenes(&["globe/africa"]).x(1080.0, 1080.0)),

@@ -22,8 +22,8 @@ pub const COMPACT: Figure = Figure {
             `noise` requests a random tile in each pixel. \"fused-append\" is not a pass: the fused draw appends while \
             it marks. Its time and counts are those of the fused draw, less those of a fused draw that only marks. The \
             words of the tile mask that shaders read, their atomics, and the bytes that they write to the list are \
-            counted exactly from the reference's list. `subgroup` has one atomic for each subgroup with a set bit; their \
-            number depends on the device and is left out.",
+            counted exactly from the reference's list. `subgroup` has one atomic for each subgroup with a set bit; \
+            their number depends on the device and is left out.",
     scenes: SCENES,
     variants: || {
         let passes = variants(TileAddress::Level0).into_iter().map(|(name, _)| name);
@@ -37,7 +37,8 @@ pub const COMPACT: Figure = Figure {
         Claim::paper(
             "2.3",
             "blocks",
-            "Blocks of texels are faster than a vertex for each texel of the tile mask (geometry shader and transform feedback).",
+            "Blocks of texels are faster than a vertex for each texel of the tile mask (geometry shader and transform \
+             feedback).",
             &[Test::ratio(
                 best(PAPERS, || vec![feedback_name(0)]),
                 best(PAPERS, || vec![feedback_name(1), feedback_name(2)]),

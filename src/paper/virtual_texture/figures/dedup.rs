@@ -21,12 +21,12 @@ pub const DEDUP: Figure = Figure {
             no numbers and no p. The figure shows the time of stage 2 alone over the same packed request image (1280 x \
             720 in quick runs, 1920 x 1080 in full ones), whose levels are those of the paper's NA = 16. The variants \
             are: p = 0 to 4 without and with memo; a vertex for each pixel without geometry shader (the paper's naive \
-            baseline); and the compute variants. The emitted points, the texels that shaders fetch, the \
-            tests of the tile mask (loads that avoid superfluous atomics) and the atomics are counted exactly from the \
-            request image; a count that depends on the order of invocations or on the size of subgroups is left out. The synthetic view `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` \
-            keeps one bit per tile and runs with own-level tile addresses, all others with level-0 ones. The fused \
-            variants are not passes over the request image; vt.pipeline and vt.limit show what they add to the \
-            texturing draw.",
+            baseline); and the compute variants. The emitted points, the texels that shaders fetch, the tests of the \
+            tile mask (loads that avoid superfluous atomics) and the atomics are counted exactly from the request \
+            image; a count that depends on the order of invocations or on the size of subgroups is left out. The \
+            synthetic view `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` keeps one \
+            bit per tile and runs with own-level tile addresses, all others with level-0 ones. The fused variants are \
+            not passes over the request image; vt.pipeline and vt.limit show what they add to the texturing draw.",
     scenes: SCENES,
     variants: || {
         let fused = Dedup::ALL.iter().filter(|dedup| dedup.fused()).map(|dedup| dedup.name().to_string());
@@ -60,7 +60,8 @@ pub const DEDUP: Figure = Figure {
         Claim::paper(
             "2.2",
             "memo",
-            "Emitting only if the triple differs from the last one is faster than emitting always (p = 3; `noise` is not judged).",
+            "Emitting only if the triple differs from the last one is faster than emitting always (p = 3; `noise` is \
+             not judged).",
             &[Test::ratio(without_memo(TIME), with_memo(TIME), Above(1.0))],
         )
         .at(Places::except(&[NOISE]))

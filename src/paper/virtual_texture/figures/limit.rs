@@ -48,7 +48,8 @@ pub const LIMIT: Figure = Figure {
         .timed(),
         Claim::ours(
             "four-copies",
-            "The best exact variant on the device takes at most 4 times as long as one copy of the packed request image in the device's memory.",
+            "The best exact variant on the device takes at most 4 times as long as one copy of the packed request \
+             image in the device's memory.",
             &[Test::ratio(best(LIST, ours), one(LIST, COPY), AtMost(4.0))],
         )
         .timed(),

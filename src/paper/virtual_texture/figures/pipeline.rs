@@ -53,7 +53,8 @@ pub const PIPELINE: Figure = Figure {
         .timed(),
         Claim::ours(
             "fusing-adds",
-            "A frame that finds the exact list in the texturing draw takes at most 15 % more than one that only textures.",
+            "A frame that finds the exact list in the texturing draw takes at most 15 % more than one that only \
+             textures.",
             &[Test::ratio(
                 best(FRAME, || those(|c| c.config.fused() && c.exact)),
                 one(FRAME, UNLISTED),

@@ -156,8 +156,8 @@ impl Mosaic {
             }
         };
         format!(
-            "Errors are those of the settled picture, in 8 bits of sRGB, against {}, {place}: {counted} of {} pixels; the \
-             others lie beyond the textured surface or at its outline.",
+            "Errors are those of the settled picture, in 8 bits of sRGB, against {}, {place}: {counted} of {} pixels; \
+             the others lie beyond the textured surface or at its outline.",
             self.what,
             self.inside.len()
         )

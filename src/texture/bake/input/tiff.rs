@@ -157,7 +157,8 @@ fn check_kind(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<Sam
     if !known.iter().any(|method| method.to_u16() == compression) {
         let name = CompressionMethod::from_u16_exhaustive(compression);
         return Err(unsupported(format!(
-            "compression {compression} ({name:?}), not LZW, Deflate, ZSTD, WebP or PackBits: gdal_translate -co COMPRESS=DEFLATE IN OUT"
+            "compression {compression} ({name:?}), not LZW, Deflate, ZSTD, WebP or PackBits: gdal_translate -co \
+             COMPRESS=DEFLATE IN OUT"
         )));
     }
     if tag(Tag::PhotometricInterpretation)? == Some(PALETTE) {

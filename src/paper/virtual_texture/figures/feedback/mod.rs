@@ -41,7 +41,8 @@ pub const FEEDBACK: Figure = Figure {
     claims: &[
         Claim::ours(
             "delay",
-            "The exact list has all tiles at once. In every view, a list from one pixel in 64 or in 256 has all tiles only after more than one frame (median over all starts in the cycle).",
+            "The exact list has all tiles at once. In every view, a list from one pixel in 64 or in 256 has all tiles \
+             only after more than one frame (median over all starts in the cycle).",
             &[Test::value(each(TO_ALL, || [6, 8].map(name).into()), Above(1.0))],
         ),
         Claim::ours(

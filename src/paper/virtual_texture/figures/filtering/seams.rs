@@ -43,7 +43,8 @@ pub const SEAMS: Figure = Figure {
         ),
         Claim::ours(
             "two-levels",
-            "Two texels of border are enough for bilinear and for trilinear samples: no pixel is off by more than 1/256.",
+            "Two texels of border are enough for bilinear and for trilinear samples: no pixel is off by more than \
+             1/256.",
             &[
                 Test::value(single(WORST, 2.0, MOST), AtMost(STEP)),
                 Test::value(single(ELSEWHERE, 2.0, MOST), AtMost(STEP)),

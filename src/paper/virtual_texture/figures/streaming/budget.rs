@@ -46,10 +46,11 @@ pub const BUDGET: Figure = Figure {
     title: "The picture after a cut, by upload budget",
     about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget. In the \
             paper (section 3), tiles beyond the budget wait for the next frame; it gives no numbers. The error is the \
-            NMSE in linear light against the settled picture. The figure counts the frames and the time until 50 % and 95 % of the first frame's error are gone permanently. The tiles are in main memory, so the disk \
-            has no influence. The host waits for each frame, so the times are those of this device. Each budget is \
-            measured 6 times, in turn, each time with new caches that hold the tiles of the first view. Pictures have \
-            960 x 540 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
+            NMSE in linear light against the settled picture. The figure counts the frames and the time until 50 % and \
+            95 % of the first frame's error are gone permanently. The tiles are in main memory, so the disk has no \
+            influence. The host waits for each frame, so the times are those of this device. Each budget is measured 6 \
+            times, in turn, each time with new caches that hold the tiles of the first view. Pictures have 960 x 540 \
+            (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
