@@ -6,7 +6,7 @@ layout(push_constant, scalar) uniform View {
     mat4 eye_to_clip;  // rotation and reversed-Z projection
     vec3 eye_high;     // metres
     vec3 eye_low;      // metres
-    uint level_bias;   // levels added to the stored q if the caches are too small
+    uint level_bias;   // levels added to the stored q: variant.level_bias, or more if the caches are too small
     uint noise;        // seeds the random numbers of stochastic filters
     vec3 sun;          // unit vector to the sun, in the positions' coordinate system; lit shapes only
     float limb;        // on a sphere: pixel width / sphere radius, per metre of clip w; otherwise 0

@@ -15,7 +15,7 @@ layout(binding = 2, scalar) buffer Caches { uint entries[]; } caches;
 layout(push_constant, scalar) uniform FaceRange {
     uint first;  // first face in the index buffer
     uint count;
-    uint first_piece;  // its number in `caches`
+    uint first_piece;  // number of the range's first piece in `caches`
     uint corrects;     // 0: simulate all pieces; 1: simulate those again that began with a wrong cache
 } range;
 

@@ -5,7 +5,7 @@ layout(constant_id = 0) const uint COARSEST = 0;  // the level of one texel
 
 layout(location = 0) out vec4 colour;  // alpha: texels fetched
 #if DUMP
-layout(location = 1) out vec4 place;  // u, v, det J; 0 beyond the horizon, else 1
+layout(location = 1) out vec4 place;  // u, v, det J; 1 if the pixel shows the plane, else 0
 layout(location = 2) out vec4 jacobian;
 layout(location = 3) out vec4 decisions;  // level; 1 if no texel had a weight; texels visited
 #endif

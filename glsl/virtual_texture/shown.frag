@@ -9,7 +9,7 @@
 // level of the tile that is shown now.
 layout(binding = 0) uniform utexture2D requests;
 layout(push_constant, scalar) uniform Shown {
-    uint level_bias;  // levels added to the stored q if the caches are too small
+    uint level_bias;  // as in view.glsl
 } shown;
 
 layout(location = 0) out uvec4 tile;  // level, row, column, level shown; all ones for the background

@@ -118,7 +118,7 @@ impl VirtualTextureSource {
     /// The pyramid that the scene states; `None` if only the file states its size.
     ///
     /// # Errors
-    /// [`PyramidError`], possible only after a field was changed by hand.
+    /// [`PyramidError`], possible only if a field was changed after the scene was checked.
     pub fn pyramid(&self) -> Result<Option<Pyramid>, PyramidError> {
         let (Some(width_log2), Some(height_log2)) = (self.width_log2, self.height_log2) else {
             return Ok(None);

@@ -34,8 +34,8 @@ pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
     let named = |name: &str| others.iter().find(|other| other.variant == name && name != timed.variant);
     let unlisted = named(UNLISTED)?.pass_of_rounds("fused")?;
     let empty = named("empty pass")?.total_of_rounds()?;
-    // An empty pass is the resolution: a smaller difference counts as one empty pass. A claim compares the median of
-    // ratios with its bound, and a negative difference would be on the same side of the bound as a small one.
+    // An empty pass is the resolution: a smaller difference counts as one empty pass. A negative difference would make
+    // a claim's ratio meaningless.
     let more = |round: usize| (draw[round] - unlisted[round] + stages(round)).max(empty[round]);
     Some((0..draw.len()).map(more).collect())
 }

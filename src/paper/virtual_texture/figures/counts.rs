@@ -153,7 +153,7 @@ mod tests {
         Pyramid::new(18, 17, 9, 4, None).unwrap()
     }
 
-    /// The numbers of rows; `None` for a reason.
+    /// The numbers of the rows; `None` for a row that has a reason instead.
     fn numbers(rows: [Row; 3]) -> [Option<f64>; 3] {
         rows.map(|row| row.value.number())
     }
@@ -179,8 +179,9 @@ mod tests {
         // 3 workgroups, and a bit for each of 174,762 tiles.
         assert_eq!(of(Dedup::Bitset)[1], Some(3.0 * 5462.0));
         assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
-        // A quad is A B B A from its lower left pixel, and follows an A: 1 + 16 x 2 changes in a square. Squares below
-        // the picture repeat its last row: the same again, 7 times. In the 56 squares beside it, every pixel is a B.
+        // From its lower left pixel a quad reads A B B A, and the quad before it ends with A. So a square has 1 + 16 x
+        // 2 changes. Squares below the picture repeat its last row: the same again, 7 times. In the 56 squares beside
+        // it, every pixel is a B.
         assert_eq!(of(Dedup::Runs)[1], Some(8.0 * (1.0 + 16.0 * 2.0) + 56.0));
         // Resident levels and the background are never tested, and interrupt a run.
         let breaks = [A, A, RESIDENT, A, NONE, A, B, B];

@@ -18,7 +18,7 @@
 //!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
-//!   is smaller than the visible set. Its time of use makes it the last to be evicted.
+//!   is smaller than the visible set. Visible tiles have the latest time of use, so they are evicted last.
 //! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
 //!   bias is raised. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
 //!   all tiles that are not shown, and before the wanted ones.

@@ -156,7 +156,8 @@ mod tests {
         assert_eq!(fitting_bias(&visible, 9, 4, 16), 4, "the bias ends at the resident levels");
     }
 
-    /// The biases of frames with these numbers of visible tiles, which bias 1 halves. Capacity 20: 18 with the margin.
+    /// The biases of frames with these numbers of visible tiles. A bias of 1 halves the number. The capacity is 20, or
+    /// 18 with the margin.
     fn biases(counts: &[u32]) -> Vec<u32> {
         let mut bias = LevelBias::default();
         let frame = |&count: &u32| {

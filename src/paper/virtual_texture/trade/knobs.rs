@@ -67,7 +67,7 @@ impl Knob {
         }
     }
 
-    /// `at`, and `at` with each other value of the knob.
+    /// `at`, then copies of it with each other value of the knob.
     fn turned(self, at: Values) -> Vec<Values> {
         let mut all = vec![at];
         match self {

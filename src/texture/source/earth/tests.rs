@@ -96,8 +96,8 @@ fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     }
 }
 
-/// The largest difference, in codes, between a level's stored texels and the means of the four stored finer
-/// ones, over one tile's payload moved by `shift` texels.
+/// The largest difference, in codes, between a level's stored texels and the means of the four stored finer ones, over
+/// one tile's payload. The coarser texels are read `shift` texels further east.
 fn worst_mean(earth: &Earth, level: u32, row: u32, column: u32, shift: usize) -> u8 {
     let pyramid = earth.pyramid();
     let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
@@ -138,8 +138,8 @@ fn the_mean_of_four_is_the_coarser_texel_exactly_if_real_and_within_one_code_if_
     }
 }
 
-/// The relative texel-to-texel variation of a level's luminance, in a square of 1/32 of the Earth's width
-/// (11.25 degrees): the squared mean root of |Haar coefficient / mean|, in f64.
+/// The relative texel-to-texel variation of a level's luminance, in a square of 1/32 of the Earth's width (11.25
+/// degrees): the square of the mean of sqrt |Haar coefficient / mean|, in f64.
 fn band_strength(base: &EarthBase, width_log2: u32, x_32nds: i64, y_32nds: i64) -> f64 {
     let side = 1usize << (width_log2 - 5);
     let [left, top] = [x_32nds, y_32nds].map(|at| at * side as i64);
@@ -245,7 +245,8 @@ fn neither_the_antimeridian_nor_a_pole_has_a_visible_seam() {
         );
         // The difference across the edge may not exceed those around it, or the imagery's own.
         assert!(edge <= allowed, "axis {axis} at {left}, {top}: {edge}, allowed {allowed}");
-        // Neighbour test: a shifted edge must fail. (At a pole, 64 columns are one place, so all shifts fit.)
+        // Neighbour test: a shifted edge must fail. At a pole the 64 columns meet in almost one point, so every shift
+        // fits.
         assert!(axis == 1 || torn > allowed, "axis {axis} at {left}, {top}: torn {torn}, allowed {allowed}");
     }
 }

@@ -82,7 +82,7 @@ impl Grid {
         self.0[inside(y) * SIDE + inside(x)]
     }
 
-    /// Approximately a Gaussian blur of deviation `step`, from 5 x 5 points `step` apart.
+    /// Approximately a Gaussian blur of standard deviation `step`, from 5 x 5 points `step` apart.
     fn blurred(&self, step: i64) -> Grid {
         const WEIGHTS: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
         let sum = |at: &dyn Fn(i64) -> f32| (0..5).map(|n| WEIGHTS[n as usize] * at((n - 2) * step)).sum();

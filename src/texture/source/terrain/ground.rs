@@ -75,7 +75,7 @@ fn mix(from: Color, to: Color, share: f32) -> Color {
     std::array::from_fn(|n| from[n] + (to[n] - from[n]) * share)
 }
 
-/// Shares above this count as 1, and below 1 minus it as 0, so that invisible parts are not computed.
+/// Shares above this count as 1, and shares below 1 - MOST as 0, so that invisible parts are not computed.
 const MOST: f32 = 0.996;
 
 /// Like [`mix`]; computes `to` only if its share is visible.

@@ -35,7 +35,8 @@ pub struct Examination {
     pub tiles: usize,
     /// In the order of [`super::contenders::variants`].
     pub variants: Vec<(String, Outcome)>,
-    /// The settled picture; `None` if this many tiles cannot be resident at once.
+    /// The settled picture. `None` if more than 128 tiles are visible, if the paper's variant is refused, or if the
+    /// examiner makes no pictures.
     pub settled: Option<Settled>,
     /// A picture of the levels as colours and the tiles as a chequerboard.
     pub picture: Srgb8Picture,

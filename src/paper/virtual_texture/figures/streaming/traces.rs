@@ -35,7 +35,8 @@ pub(super) fn repeated<T>(
 }
 
 impl Trace {
-    /// The first frame (from 1) from which the error stays below a share of the first frame's error, and its time.
+    /// The first frame, counted from 1, from which the error stays at or below a share of the first frame's error; and
+    /// its time in milliseconds.
     pub fn reached(&self, share: f64) -> Option<(f64, f64)> {
         let bound = share * self.0.first()?[1];
         let at = self.0.iter().rposition(|[_, error]| *error > bound).map_or(0, |last| last + 1);
