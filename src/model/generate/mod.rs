@@ -33,8 +33,8 @@ pub(super) fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -
     faces
 }
 
-/// A fractal height field over the unit square around the origin, heights along z, open. It has `side` x `side` positions
-/// and `2 (side - 1)^2` faces.
+/// A fractal height field over the unit square around the origin, heights along z, open: `side` x `side` positions and
+/// `2 (side - 1)^2` faces.
 ///
 /// # Panics
 /// Unless `side` is in 2 ..= 2^11.

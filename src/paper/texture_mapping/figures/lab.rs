@@ -145,7 +145,7 @@ impl Lab {
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
     }
 
-    /// The decisions of every pixel.
+    /// What the method computed and chose for every pixel.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -285,7 +285,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     })
 }
 
-/// 0 if any value is 0.
+/// The geometric mean; 0 if any value is 0.
 pub fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }
