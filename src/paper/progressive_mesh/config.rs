@@ -115,8 +115,8 @@ settings! {
         /// over several frames; an approaching camera raises it to at most twice the wanted one. Changes of the
         /// governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
         pixels_per_frame: Option<f64> = None, in 0.001..=1e6, unit "pixels";
-        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it was
-        /// built; if the key is given, it must be that metric.
+        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
+        /// was built; if the key is given, it must be that metric.
         metric: Option<ErrorMetric> = None;
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
         /// classical order.

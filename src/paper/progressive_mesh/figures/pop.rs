@@ -26,7 +26,7 @@ const AT_ONCE_SLOWLY: &str = "at once, as slowly as geomorph";
 const GEOMORPH: &str = "geomorph";
 const UNLIMITED: &str = "geomorph without a limit";
 
-/// The model and view on which the limit was not chosen.
+/// A model and view that were not used to choose the limit.
 const UNSEEN: &str = "knot/near";
 
 const ALONG: &str = "change of a frame along the path";
@@ -75,8 +75,9 @@ pub const POP: Figure = Figure {
         ),
         Claim::ours(
             "few-see-it",
-            "Without geomorphing, no frame of the whole approach changes more than 1 % of the covered pixels \
-             visibly (T. Forsyth, \"Comparison of VIPM Methods\", 2001: no visible pops if a few triangles collapse at a time).",
+            "Without geomorphing, no frame of the whole approach changes more than 1 % of the covered pixels visibly \
+             (T. Forsyth, \"Comparison of VIPM Methods\", 2001: no visible pops if a few triangles collapse at a \
+             time).",
             &[Test::value(one(VISIBLE, AT_ONCE), AtMost(1.0))],
         ),
         Claim::ours(

@@ -245,7 +245,7 @@ impl Baselines {
         }
     }
 
-    /// Passes to `upload` the bytes for slices, and their offsets.
+    /// Passes the bytes of changed slices and their offsets in the index buffer to `upload`.
     pub fn upload(&mut self, index: IndexType, upload: &mut impl FnMut(&[u8], u64)) {
         for member in self.members.iter_mut().filter(|member| member.stale) {
             let first = 3 * member.first as usize;

@@ -270,8 +270,8 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the index
-    /// buffer lacks their changes.
+    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the
+    /// index buffer lacks their changes.
     pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
@@ -408,7 +408,7 @@ impl MeshOnDevice {
         self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
     }
 
-    /// Shared memory and memory per instance, as text.
+    /// The memory of the surface: shared by its instances, and of all instances together.
     pub fn memory(&self) -> SurfaceMemory {
         let [state, host_indices] = self.levels.host_bytes();
         SurfaceMemory {
