@@ -155,7 +155,7 @@ impl Builder<'_> {
         let corner = |row: usize| {
             let vertex = indices.raw(row, 0);
             let fits = vertex >= 0.0 && vertex < count as f64 && vertex.fract() == 0.0;
-            let fault = || ModelFault::whole(format!("index {row} is {vertex}, of {count} vertices"));
+            let fault = || ModelFault::whole(format!("index {row} is {vertex}, not a vertex below {count}"));
             if fits { Ok(vertex as u32) } else { Err(fault()) }
         };
         (0..indices.count).map(corner).collect()

@@ -41,8 +41,8 @@ fn neighbours(faces: &[[u32; 3]], vertices: usize) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// The smallest ball around a vertex that contains a vertex which must be transformed twice; `None` if such a ball does
-/// not exist or contains a taken vertex.
+/// The smallest ball around `centre` in which some vertex must be transformed twice. `None` if there is no such ball,
+/// or if it contains a taken vertex.
 fn ball(
     neighbours: &[Vec<u32>],
     centre: usize,

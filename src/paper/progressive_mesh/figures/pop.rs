@@ -212,8 +212,8 @@ fn approach(pictures: &[Vec<u8>], errors: &[f64], full: &[u8], variant: &str) ->
         (squares / covered.len() as f64).sqrt()
     };
     let (mut along, mut largest): (Vec<[f64; 2]>, f64) = (Vec::new(), 0.0);
-    // The share of covered pixels that change visibly, in percent, with the error of that frame: the worst of
-    // all frames, and the worst of the fine ones.
+    // Percentage of the covered pixels that change visibly: in the worst frame, with its error, and in the worst frame
+    // with an error of at most a pixel.
     let (mut worst, mut worst_fine) = ((0.0, f64::NAN), 0.0_f64);
     for (pair, &error) in pictures.windows(2).zip(&errors[1..]) {
         along.push([error, rms(&pair[0], &pair[1])]);

@@ -55,7 +55,7 @@ impl ErrorPace {
     /// last frame did not draw the instance, so `wanted` is shown at once.
     pub fn next(&self, before: Option<InstanceError>, wanted: InstanceError) -> f64 {
         let (Some(most), Some(before)) = (self.pixels_per_frame, before) else { return wanted.error };
-        // NaN wants the full mesh.
+        // NaN requests the full mesh.
         let [was, to] = [before.error, wanted.error].map(|error| error.max(0.0).min(self.coarsest));
         let as_many_pixels = was * wanted.pixel / before.pixel;
         let from = was.min(as_many_pixels.max(MOST_BEHIND * to));

@@ -27,7 +27,7 @@ pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
 pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
 
-/// The variant whose errors are the truth's own.
+/// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
 
 /// A pattern on a device, and the targets for pictures of it.

@@ -34,7 +34,7 @@ pub fn pixels(
 ) -> Vec<RayPixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
-    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of {MOST_DESCENT}");
+    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of at most {MOST_DESCENT}");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
     // A position has half an ulp of error. A height, interpolated and times the cotangent, has at most six roundings.
     let slack = f64::from(f32::EPSILON) * (extent + 6.0 * descent);

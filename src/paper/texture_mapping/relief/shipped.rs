@@ -47,7 +47,7 @@ impl Shipped {
     /// picture's side.
     pub fn luminance(&self, side: usize) -> Vec<f32> {
         let (texels, picture) = self.picture();
-        assert_eq!(texels % side, 0, "squares of {texels} texels in rows of {side}");
+        assert_eq!(texels % side, 0, "a side of {texels} texels is not a multiple of {side}");
         let across = texels / side;
         let of = |at: usize| {
             let [column, row] = [at % side, at / side].map(|c| c * across);
