@@ -64,9 +64,9 @@ impl Setting for ModelSource {
 settings! {
     /// A mesh with continuous levels of detail, drawn once or many times (paper 2).
     pub struct ProgressiveSurface kind "progressive-mesh" {
-        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`;
-        /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file:
-        /// .ply, .obj, .glb, .pmesh.
+        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`, `"valley"`;
+        /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file: .ply, .obj,
+        /// .glb, .pmesh.
         source: ModelSource;
         /// The longest side of the model's bounding box in the scene.
         size_m: f64, in 1e-6..=1e9, unit "m";

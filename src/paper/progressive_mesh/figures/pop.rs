@@ -125,8 +125,8 @@ fn variants() -> Vec<String> {
     VARIANTS.map(|(name, ..)| name.to_string()).into()
 }
 
-/// The error of the first frame in pixels. It is coarser than practical settings, because the most pixels change
-/// visibly at errors of 4 to 12 pixels.
+/// The error of the first frame in pixels. It is coarser than practical settings, because visible changes are largest
+/// at errors of 4 to 12 pixels.
 const FIRST: f64 = 16.0;
 /// The approach ends at a quarter of a pixel.
 const OCTAVES: usize = 6;

@@ -2,8 +2,8 @@
 //! distance from the model. It is also at most the distance to a vanished position, which belongs to the
 //! model.
 //!
-//! Over one old face the distance is linear, so its maximum lies at the ends of old edges or where old edges
-//! cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
+//! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
+//! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
 //! distance.
 
 use super::sequence::Sequence;

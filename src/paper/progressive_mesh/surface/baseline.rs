@@ -5,9 +5,8 @@
 //! - Skip lists: each instance has a copy of its list. If the level needs another list, all of it is copied;
 //!   otherwise only the blocks that were written.
 //! - Compacted: the device fills the slices in a separate pass.
-//! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. As
-//!   usual the request is a level of the progressive mesh; the coarsest mesh with at least as many faces is
-//!   drawn.
+//! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. The request
+//!   is a level of the progressive mesh, as for other orders. The coarsest mesh with at least as many faces is drawn.
 
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, FaceCompaction};
 use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
