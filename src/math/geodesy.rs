@@ -61,7 +61,7 @@ pub fn ecef_to_geodetic(position: DVec3) -> Geodetic {
         beta = ((1.0 - FLATTENING) * sin_lat).atan2(cos_lat);
     }
     let (sin_lat, cos_lat) = latitude.sin_cos();
-    // Well conditioned at the equator and at the poles, unlike p / cos(latitude) - N.
+    // Well conditioned at the equator and at the poles, unlike from_axis_m / cos(latitude) - N.
     let altitude_m = from_axis_m * cos_lat + position.z * sin_lat
         - EQUATOR_RADIUS_M * (1.0 - ECCENTRICITY_SQUARED * sin_lat * sin_lat).sqrt();
     Geodetic {

@@ -1,7 +1,7 @@
 //! Rows that can grow, stored in one vector.
 
-/// Rows to which items can be added and from which they can be removed. Rows are not allocated one by one, so hundreds
-/// of thousands of short rows are cheap.
+/// Rows whose items can be added and removed. Rows are not allocated one by one, so hundreds of thousands of short rows
+/// are cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     rows: Vec<Row>,

@@ -13,10 +13,10 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// A face is flat if twice its area over the square of its longest side is below this, the rounding error of collinear
-/// points in f64.
+/// A face is flat if twice its area over the square of its longest side is at most this, the rounding error of
+/// collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
-/// Makes a model of a mesh. Positions and remaining faces keep their order. The wedges of a position are adjacent, in
+/// Makes a model from a mesh. Positions and remaining faces keep their order. The wedges of a position are adjacent, in
 /// the order in which faces use them. The model may have no faces.
 ///
 /// # Panics
@@ -114,7 +114,7 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Twice a face's area over the square of its longest side, and the length of that side (along an axis).
+/// Twice a face's area over the square of `longest`, and `longest`: the largest extent of a side along one axis.
 fn slenderness(positions: &[DVec3], face: [u32; 3]) -> (f64, f64) {
     let [a, b, c] = face.map(|point| positions[point as usize]);
     let sides = [b - a, c - b, a - c];
@@ -135,7 +135,8 @@ fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
     slender <= FLAT || slender * longest <= most * f64::from(f32::EPSILON)
 }
 
-/// Builds the wedges in use. `points` maps vertices to shared points; the indices in `faces` are positions already.
+/// Builds the wedges in use. `points` maps vertices to the points before the cut; `faces.points` holds the positions
+/// after it.
 fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], report: &mut MeshReport) -> Model {
     let Faces { vertices: kept, points: corners } = faces;
     let mut attributes = raw.attributes.clone();

@@ -9,7 +9,8 @@ pub enum ModelError {
     #[error("{path}: cannot be read: {source}")]
     Read { path: PathBuf, source: std::io::Error },
     #[error(
-        "{path}: the file name extension is not that of a model; known: .ply, .obj and .glb, each optionally followed by .gz"
+        "{path}: the file name extension is not that of a model; known: .ply, .obj and .glb, each optionally followed \
+         by .gz"
     )]
     Kind { path: PathBuf },
     #[error("{path}: {what} than the limit of {most} bytes")]

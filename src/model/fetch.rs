@@ -124,11 +124,11 @@ pub fn fetched(name: &str) -> Option<PathBuf> {
     Some(file.in_folder(&data_folder()?)).filter(|path| path.is_file())
 }
 
-/// Fetches models into a folder, which is created if absent; existing correct files stay. Each package is packed
-/// once, in a temporary folder. `report` is called for each file.
+/// Fetches models into a folder, which is created if absent. Existing correct files are kept. Each package is
+/// downloaded once, into a temporary folder. `report` is called for each file.
 ///
 /// # Errors
-/// [`FetchError`]; files that were complete before stay.
+/// [`FetchError`]. Files that are already complete are kept.
 pub fn fetch(
     files: &[&'static Fetched],
     folder: &Path,
@@ -264,7 +264,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         assert!(!FILES[0].is_in(folder.path()));
         let files = [("README", "..."), ("four", "FOUR5"), ("a/one", "ONE")];
-        // Five bytes are too many: the rest is not even read.
+        // Five bytes are too many. Only one byte more than expected is read.
         let error = unpacked(&files, folder.path()).unwrap_err();
         assert!(error.starts_with("some@1.0.0: four is not the expected file"), "{error}");
         let files = [("README", "..."), ("four", "FOUR"), ("a/one", "ONE")];

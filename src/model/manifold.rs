@@ -50,8 +50,8 @@ impl Faces {
     }
 
     /// Removes faces without area (`thin`) along edges with more than two faces: they cover nothing, and a cut there
-    /// would separate faces that belong together. A thin face whose edges have two faces each fills a gap and stays.
-    /// Returns the number of removed faces.
+    /// would separate faces that belong together. A thin face stays if none of its edges has more than two faces,
+    /// because it fills a gap. Returns the number of removed faces.
     pub(super) fn thin(&mut self, thin: &[bool]) -> usize {
         if !thin.contains(&true) {
             return 0;

@@ -20,7 +20,7 @@ pub(super) fn read(text: &[u8]) -> Result<Raw, ModelFault> {
         let line = line.strip_suffix(b"\r").unwrap_or(line);
         if let Some(start) = line.strip_suffix(b"\\") {
             continued.extend_from_slice(start);
-            // A space distinguishes a continued line from an empty continuation.
+            // The space separates words, and keeps `continued` from being empty if `start` is.
             continued.push(b' ');
         } else if continued.is_empty() {
             reader.line(line).map_err(|what| ModelFault::line(first_line, what))?;
@@ -41,7 +41,7 @@ type Extra = [Option<u32>; 2];
 
 #[derive(Default)]
 struct Reader {
-    /// One vertex for each `v`; additional ones if it is used with several `vt` or `vn`.
+    /// One vertex for each `v`, and an additional one for each further combination of `vt` and `vn` with this `v`.
     raw: Raw,
     /// Number of `v` lines so far.
     places: usize,
@@ -165,7 +165,7 @@ impl Reader {
     }
 }
 
-/// Marks additional vertices: 2^31, above any [`MOST`].
+/// The bit that marks additional vertices: 2^31, which is above [`MOST`].
 const FURTHER: u32 = 1 << 31;
 
 fn keep<T>(list: &mut Vec<T>, item: T) -> Result<(), String> {

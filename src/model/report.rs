@@ -13,7 +13,8 @@ pub struct MeshReport {
     pub file_faces: usize,
     /// Vertices with a coordinate that is NaN, infinite or beyond 1e36.
     pub non_finite_vertices: usize,
-    /// Vertices 1000 times as far out as 99.9 % of the others, or 100 times as far without a neighbour.
+    /// Vertices 1000 times as far out as 99.9 % of the others, or 100 times as far with no neighbour beyond that
+    /// distance.
     pub outlying_vertices: usize,
     /// Faces dropped because they use a vertex of these two kinds.
     pub faces_set_aside: usize,

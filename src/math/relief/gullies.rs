@@ -2,9 +2,9 @@
 //! of descent (after the erosion filters of R. Johansen and of clayjohn, 2018 and later, which are cellular
 //! Gabor noise).
 //!
-//! A point in each cell carries a wave across the slope; nearby waves are blended. Steeper ground has a
-//! higher frequency; a plain has none. Each octave is half as wide and follows the slope that the wider
-//! octaves have produced.
+//! A point in each cell carries a wave across the slope; nearby waves are blended. Steeper ground has a higher
+//! frequency; level ground has no waves. Each octave is half as wide and follows the slope that the wider octaves have
+//! produced.
 
 use super::Slope;
 
@@ -16,7 +16,8 @@ const STEEPNESS: f64 = 0.11;
 /// Ratio of an octave's height to that of the octave before.
 const FALL: f64 = 0.45;
 
-/// Metres to add at a point with this smooth slope. `ridge_m`: height of the point above its surroundings.
+/// Metres to add at a point with this smooth slope. `ridge_m`: height of the point above its surroundings. `finest_m`:
+/// spacing of the caller's grid; gullies narrower than twice this are omitted.
 pub fn height_m([east_m, north_m]: [f64; 2], smooth: &Slope, ridge_m: f64, finest_m: f64) -> f64 {
     let (mut east, mut north) = (smooth.east, smooth.north);
     // Crests and floors have no slope; their height above or below the surroundings replaces it.

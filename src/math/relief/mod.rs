@@ -27,7 +27,7 @@ pub const EAST_M: f64 = 818.2;
 /// and west edges.
 pub const AREA_M: f64 = 102_400.0;
 
-/// Fraction of the difference from a blurred surface that is added again. It raises ridges and deepens valleys.
+/// Unsharp masking: the fraction of the difference from a blurred surface that is added to the heights.
 const SHARPEN: f64 = 0.55;
 
 /// Approximate roughness of the samples north of the divide: their mean distance from the local mean.
@@ -87,7 +87,8 @@ fn above(samples: &[f64]) -> Vec<f64> {
     (0..side * side).map(|index| at(index % side, index / side) - mean(index % side, index / side)).collect()
 }
 
-/// 0 for rough ground, 1 for smooth: 1.25 minus the 9 x 9 mean of |[`TerrainRelief::above`]| in units of [`ROUGH_M`].
+/// 0 for rough ground, 1 for smooth: 1.25 minus the 9 x 9 mean of |[`TerrainRelief::above`]| in units of [`ROUGH_M`],
+/// clamped to 0 ..= 1.
 fn lacking(above: &[f64]) -> Vec<f64> {
     let side = i64::from(SIDE);
     let at = |x: i64, y: i64| above[(y.clamp(0, side - 1) * side + x.clamp(0, side - 1)) as usize];
@@ -100,8 +101,8 @@ fn lacking(above: &[f64]) -> Vec<f64> {
     (0..side * side).map(value).collect()
 }
 
-/// Weights of four samples and of their derivatives, at `t` between the middle two (E. Catmull and R. Rom, "A Class of
-/// Local Interpolating Splines", Computer Aided Geometric Design, 1974).
+/// Weights of four samples for the interpolated value, and for its derivative, at `t` between the middle two (E.
+/// Catmull and R. Rom, "A Class of Local Interpolating Splines", Computer Aided Geometric Design, 1974).
 fn cubic(t: f64) -> ([f64; 4], [f64; 4]) {
     let (t2, t3) = (t * t, t * t * t);
     let value = [

@@ -9,17 +9,17 @@ use super::Slope;
 
 const WIDEST_M: f64 = 11_000.0;
 const OCTAVES: u32 = 4;
-/// A slope ends at the flat valley floor where the noise reaches the reciprocal of this.
+/// The flat valley floor begins where |noise| reaches 1 / STEEP.
 const STEEP: f64 = 2.6;
-/// The noise value that maps to the samples' height: ridges rise less above the samples than valleys are cut
-/// into them.
+/// The crest value (0 ..= 1) that leaves the samples' height unchanged. Ridges rise less above the samples than valleys
+/// are cut into them.
 const MEAN: f64 = 0.62;
 
 /// Noise in -0.45 ..= 0.26, and its slope per metre.
 pub fn ridges(east_m: f64, north_m: f64) -> Slope {
     let (mut sum, mut wide_m, mut share, mut weight) = (Slope::default(), WIDEST_M, 0.62, 1.0);
     for octave in 0..OCTAVES {
-        // Each octave is rotated by atan(3/4), so that no direction dominates.
+        // Every second octave is rotated by atan(3/4), so that no direction dominates.
         let turned = match octave % 2 {
             0 => [east_m, north_m],
             _ => [0.8 * east_m - 0.6 * north_m, 0.6 * east_m + 0.8 * north_m],

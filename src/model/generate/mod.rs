@@ -33,8 +33,9 @@ pub(super) fn quads(columns: u32, rows: u32, corner: impl Fn(u32, u32) -> u32) -
     faces
 }
 
-/// A fractal height field over the unit square around the origin, heights along z: `side` x `side` positions, 2 (side
-/// - 1)^2 faces, open.
+/// A fractal height field over the unit square around the origin, heights along z, open: `side` x `side` positions and
+/// `2 (side - 1)^2` faces.
+///
 /// # Panics
 /// Unless `side` is in 2 ..= 2^11.
 pub fn grid(side: u32, seed: u32) -> Model {

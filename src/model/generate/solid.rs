@@ -17,6 +17,7 @@ const ROWS: u32 = 4;
 /// A plate of 3 x 2 cells of side 2: rounded and counterbored holes, and bosses with a fillet at the foot and a
 /// chamfer. Each side of a cell has `detail` quads, so each hole and boss has 4 `detail` quads around it. The number of
 /// faces is proportional to `detail`; at 16 it is 16 384.
+///
 /// # Panics
 /// Unless `detail` is a power of two in 4 ..= 2^12; otherwise corners of adjacent cells would differ in their bits.
 pub fn solid(detail: u32) -> Model {
@@ -75,7 +76,8 @@ fn straight(from: [f64; 2], to: [f64; 2]) -> Run {
     })
 }
 
-/// A quarter circle; `point` returns (radius, z) and the normal from (sine, cosine) of 0 to 90 degrees.
+/// A quarter circle; `point` returns (radius, z) and the normal from the sine and cosine of an angle of 0 to 90
+/// degrees.
 fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Run {
     steps(|at| {
         let (sine, cosine) = if at == 1.0 { (1.0, 0.0) } else { libm::sincos(at * FRAC_PI_2) };

@@ -53,7 +53,7 @@ pub(super) fn accessor<'a>(
     let numbers = locate(document, bin, accessor).map_err(|what| fault(&what))?;
     if !columns.contains(&numbers.columns) {
         return Err(fault(&format!(
-            "of the type {:.20}, where {columns:?} columns are needed",
+            "its type is {:.20}, but a type of {columns:?} columns is needed",
             accessor.shape
         )));
     }

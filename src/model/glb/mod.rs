@@ -1,5 +1,5 @@
 //! Binary glTF 2.0: the triangles (lists, strips and fans) of every mesh in the scene, transformed by their nodes.
-//! Points and lines are skipped; skins and morph targets stay at rest.
+//! Points and lines are skipped. Skins and morph targets are not applied.
 
 mod accessor;
 mod json;
@@ -155,7 +155,7 @@ impl Builder<'_> {
         let corner = |row: usize| {
             let vertex = indices.raw(row, 0);
             let fits = vertex >= 0.0 && vertex < count as f64 && vertex.fract() == 0.0;
-            let fault = || ModelFault::whole(format!("index {row} is {vertex}, of {count} vertices"));
+            let fault = || ModelFault::whole(format!("index {row} is {vertex}, not a vertex below {count}"));
             if fits { Ok(vertex as u32) } else { Err(fault()) }
         };
         (0..indices.count).map(corner).collect()
@@ -182,7 +182,8 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds a primitive's attributes. If only other primitives have an attribute, cleaning fills it in and counts it.
+    /// Adds a primitive's attributes. A primitive without an attribute that others have gets invalid normals or
+    /// coordinates, which cleaning replaces and counts, or the colour white.
     fn attributes(
         &mut self,
         first: usize,

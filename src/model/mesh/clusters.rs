@@ -5,7 +5,7 @@
 use super::Mesh;
 use glam::DVec3;
 
-/// Two rows of 8 quads of our grids. Smaller clusters are rounder, but there are more to test.
+/// Two rows of 8 quads of our grids. Smaller clusters have tighter bounds, but there are more to test.
 pub const CLUSTER_TRIANGLES: usize = 32;
 
 /// Bounds of some triangles. If a position is not finite, the sphere's radius is infinite.
@@ -18,7 +18,7 @@ pub struct Cluster {
     pub radius_m: f64,
     /// Unit vector; the normal of each triangle is at most [`Cluster::spread_rad`] from it.
     pub axis: DVec3,
-    /// Above a quarter turn, or NaN, if the cone is useless.
+    /// Above pi / 2 if the cone cannot cull anything.
     pub spread_rad: f64,
     /// Smallest altitude of the triangles (twice the area over the longest side), metres; 0 if one has no
     /// area.

@@ -16,8 +16,8 @@ use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
 /// Origins are multiples of 2^-10 of the texture. With 388 x 194 quads on the earth, an offset in s stays below 2^-8
-/// and rounds by at most 2^-33; an offset in t stays below 2^-7 and rounds by at most 2^-32. Both are 2^-13 texel of
-/// 2^20 x 2^19.
+/// and rounds by at most 2^-33; an offset in t stays below 2^-7 and rounds by at most 2^-32. Both are 2^-13 texel of a
+/// texture of 2^20 x 2^19 texels.
 const ORIGIN_CELLS_LOG2: u32 = 10;
 
 /// The exact mesh in f64, with one texture coordinate (s, t) for each vertex: s from west to east, t from north to
@@ -87,7 +87,7 @@ impl Mesh {
 /// values that are not finite are converted as they are.
 ///
 /// # Panics
-/// A triangle names a vertex without a position or coordinate.
+/// If a triangle names a vertex without a position or coordinate.
 pub fn gpu_mesh(source: &SourceMesh) -> Mesh {
     let mut mesh = Mesh {
         vertices: Vec::new(),

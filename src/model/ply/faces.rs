@@ -86,7 +86,7 @@ fn corner(values: &mut Values, kind: NumberType) -> Result<u32, ModelFault> {
     index(values, value)
 }
 
-/// A vertex that does not exist is reported at the end, when the count is known.
+/// Converts a value to a vertex index. Whether the vertex exists is checked at the end, when the count is known.
 fn index(values: &Values, value: f64) -> Result<u32, ModelFault> {
     let index = value as u32;
     let wrong = || values.fault(format!("{value} is not a vertex index"));

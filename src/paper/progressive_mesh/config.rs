@@ -64,9 +64,9 @@ impl Setting for ModelSource {
 settings! {
     /// A mesh with continuous levels of detail, drawn once or many times (paper 2).
     pub struct ProgressiveSurface kind "progressive-mesh" {
-        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`;
-        /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file:
-        /// .ply, .obj, .glb, .pmesh.
+        /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`, `"valley"`;
+        /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file: .ply, .obj,
+        /// .glb, .pmesh.
         source: ModelSource;
         /// The longest side of the model's bounding box in the scene.
         size_m: f64, in 1e-6..=1e9, unit "m";
@@ -115,8 +115,8 @@ settings! {
         /// over several frames; an approaching camera raises it to at most twice the wanted one. Changes of the
         /// governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
         pixels_per_frame: Option<f64> = None, in 0.001..=1e6, unit "pixels";
-        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it was
-        /// built; if the key is given, it must be that metric.
+        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
+        /// was built; if the key is given, it must be that metric.
         metric: Option<ErrorMetric> = None;
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
         /// classical order.

@@ -17,11 +17,12 @@ use std::sync::Arc;
 
 /// The picture of faces, and its passes.
 pub struct Faces {
-    /// Four words per pixel: instance (counted over the visible instances of all surfaces), face, level at which the
-    /// face appears, and the last word of faces.frag. All ones where there is no mesh.
+    /// Four words per pixel. The first three are the instance (counted over the visible instances of all surfaces), the
+    /// face, and the level at which the face appears. The fourth has that level scaled to 0 ..= 255, the edge bit and
+    /// the cache misses (faces.vert, faces.frag). All bits are 1 where there is no mesh.
     pub image: Image,
-    /// True to count the cache misses again where levels or visible instances have changed. Otherwise the counts are
-    /// old or 0.
+    /// If true, cache misses are counted again where levels or visible instances have changed. If false, the counts may
+    /// be out of date or 0.
     pub counts_misses: bool,
     depth: Image,
     /// The depth of the finished picture, with which hidden faces are discarded.

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Version of the simplifier and of the orders. Increase it if one of them gives another mesh: kept files of earlier
-/// versions are then ignored. A test compares a hash of a built mesh.
+/// Version of the simplifier and of the orders. Increase it if one of them gives a different mesh: kept files of
+/// earlier versions are then ignored. A test compares a hash of a built mesh.
 const VERSION: u32 = 1;
 
 /// Receives the number of faces done, and of all faces.
@@ -252,7 +252,8 @@ mod tests {
     }
 
     /// The models are computed without transcendental functions, whose last bit depends on the C library. The builder
-    /// itself takes logarithms and powers; if this test fails with another C library alone, they are the reason.
+    /// itself takes logarithms and powers. If this test fails only with another C library, these functions are the
+    /// cause.
     #[test]
     fn a_build_that_gives_another_mesh_needs_another_version() {
         let grid = named("grid:17").unwrap();

@@ -76,7 +76,7 @@ impl Placement {
         pose.world_to_clip(size[0], size[1]) * object_to_eye
     }
 
-    /// A position relative to the model's centre, in world metres.
+    /// Converts a position relative to the model's centre, in object units, to world metres.
     pub fn to_world(&self, position: DVec3) -> DVec3 {
         self.centre + self.rotation * (position * self.scale)
     }

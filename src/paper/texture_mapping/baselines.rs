@@ -1,4 +1,4 @@
-//! Published filters: the ellipses must beat them at equal cost.
+//! Published filters, to which the figures compare the ellipse filter at equal cost.
 
 /// A filter that is not the thesis's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Paper 3: realism and speed of texture mapping.
 //!
-//! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer
-//! graphics systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). A pixel's footprint in the texture
-//! is an ellipse; a Gaussian that follows the ellipse weights its texels. The thesis makes the weights more
-//! exact at the ellipse's edge and cheaper by tables, steps the texture coordinates along rows, textures in
-//! object space, and filters relief.
+//! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer graphics
+//! systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). A pixel's footprint in the texture is an ellipse; a
+//! Gaussian that follows the ellipse weights its texels. The thesis makes the weights more exact at the ellipse's edge,
+//! and cheaper by tables. It computes texture coordinates along rows by additions, textures in object space, and
+//! filters relief.
 //!
 //! | letter | step | file |
 //! |---|---|---|

@@ -18,16 +18,16 @@ use crate::vk::{
 /// A texture in video memory.
 pub struct Uploaded {
     pub(super) image: Image,
-    /// Summed bytes over 2 x 2 copies, with a row and a column of zeros first: for
-    /// [`FilterBaseline::SummedArea`].
+    /// For [`FilterBaseline::SummedArea`]: summed bytes over 2 x 2 copies of the texture. The first row and the first
+    /// column are zeros.
     sums: Image,
     pub(super) coarsest: u32,
 }
 
 /// The targets of a pass.
 pub struct Targets {
-    /// Red, green and blue in linear light; alpha holds the number of texels fetched. With `dumps` also the position,
-    /// Jacobian and decisions of each pixel.
+    /// Red, green and blue in linear light; alpha holds the number of texels fetched. With `dumps` also each pixel's
+    /// position, Jacobian and decisions (level, empty footprint, texels visited).
     images: Vec<Image>,
     pub size: [u32; 2],
 }
@@ -42,7 +42,7 @@ pub struct FilterPass {
     coarsest: u32,
 }
 
-/// The decisions of one pixel's invocation, from a pass with dumps.
+/// What one pixel's invocation computed and decided, from a pass with dumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dumped {
     /// `None` beyond the horizon.
@@ -290,7 +290,7 @@ impl FilterPass {
             coarsest,
             dumps,
         )?;
-        // Rows count from the picture's first corner.
+        // The set-up counts pixels from the picture's upper left corner.
         let plane = plane.shifted(size.map(|side| -f64::from(side) / 2.0));
         let words = set_up(Form::RowConstants, &plane, Band { size, first_row: 0 });
         pass.rows = gpu.buffer_with("rows", &words, BufferUse::Storage)?;
@@ -355,7 +355,8 @@ impl FilterPass {
         })
     }
 
-    /// Runs one frame with this pass alone and waits for it. Returns its nanoseconds if the device has timestamps.
+    /// Runs one frame with this pass alone and waits for it. Returns the pass's time, in nanoseconds if the device has
+    /// timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory.

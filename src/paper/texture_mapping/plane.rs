@@ -38,7 +38,7 @@ impl Tilt {
         }
     }
 
-    /// From the eye to the picture's plane, for a picture of `height` pixels.
+    /// Distance from the eye to the picture's plane in pixels, for a picture of `height` pixels.
     pub fn focal_px(&self, height: u32) -> f64 {
         f64::from(height) / 2.0 / self.half_view_degrees.to_radians().tan()
     }

@@ -9,7 +9,7 @@ use crate::vk::shader::Compacting;
 use crate::vk::shader::progressive_mesh::compact_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result};
 
-/// Number of counts in memory at a time: 256 KiB, or more if a single instance needs more.
+/// Counts of live faces in memory, one for each workgroup: 256 KiB, or more if a single instance needs more.
 const KEPT_COUNTS: u32 = 1 << 16;
 
 /// The faces of one mesh in meshoptimizer's order, on the device, shared by all its instances.

@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 
-/// A lower bound of the transforms per vertex, at least 1. Disjoint balls are chosen greedily, so a better packing may
+/// A lower bound on the transforms per vertex, at least 1. Disjoint balls are chosen greedily, so a better packing may
 /// give a slightly larger bound. Degenerate faces connect no vertices.
 pub fn lower_bound(faces: &[[u32; 3]], entries: u32) -> f64 {
     let vertices = faces.as_flattened().iter().max().map_or(0, |&last| last as usize + 1);
@@ -41,8 +41,8 @@ fn neighbours(faces: &[[u32; 3]], vertices: usize) -> Vec<Vec<u32>> {
     neighbours
 }
 
-/// The smallest ball around a vertex that contains a vertex which must be transformed twice; `None` if such a ball does
-/// not exist or contains a taken vertex.
+/// The smallest ball around `centre` in which some vertex must be transformed twice. `None` if there is no such ball,
+/// or if it contains a taken vertex.
 fn ball(
     neighbours: &[Vec<u32>],
     centre: usize,

@@ -46,11 +46,12 @@ pub enum Cache {
     /// Processing on the modern GPU", PACM CGIT 2018) measured other batch sizes on all devices.
     Batches,
     /// Meshlets of at most 64 vertices and 126 triangles, filled in the order of the faces, with no reuse between
-    /// meshlets. NVIDIA recommends this size for mesh shaders (C. Kubisch, "Introduction to Turing Mesh Shaders", 2018).
+    /// meshlets. NVIDIA recommends this size for mesh shaders (C. Kubisch, "Introduction to Turing Mesh Shaders",
+    /// 2018).
     Meshlets,
 }
 
-/// The caches in figures: the paper's 16 to 32 entries, a smaller one, one between, today's batches, and meshlets.
+/// The caches in figures: FIFOs of 12 to 32 entries (the paper assumes 16 to 32), batches, and meshlets.
 pub const CACHES: [Cache; 6] =
     [Cache::Fifo(12), Cache::Fifo(16), Cache::Fifo(24), Cache::Fifo(32), Cache::Batches, Cache::Meshlets];
 

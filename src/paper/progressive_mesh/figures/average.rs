@@ -29,12 +29,12 @@ pub const AVERAGE: Figure = Figure {
             scans (`dragon_res4`, with --full `dragon`) are measured if they have been fetched. They are not included \
             in the means over models. FIFO-16 is counted at every level (above 100 000 faces at 256 levels), the other \
             caches in quick runs at 128 levels, and the baselines at 64. `batches` have at most 32 vertices and 32 \
-            triangles, `meshlets` 64 and 126, filled in the order of the faces. The figure also shows the faces that change \
-            their slots per split on the way through all levels (for baselines, the faces that are copied), the memory \
-            of the lists, and the drawn faces per live face. All instances share some memory: commands and the index \
-            buffer of level 0, or lists and the corners that level changes write. On models with seams, the cost with \
-            wedges as vertices is shown too. An index takes 16 bits on meshes of fewer than 65,536 vertices, and a \
-            word of a command 32 bits. Skip lists are also measured with at most the memory of `in-place-23`, \
+            triangles, `meshlets` 64 and 126, filled in the order of the faces. The figure also shows the faces that \
+            change their slots per split on the way through all levels (for baselines, the faces that are copied), the \
+            memory of the lists, and the drawn faces per live face. All instances share some memory: commands and the \
+            index buffer of level 0, or lists and the corners that level changes write. On models with seams, the cost \
+            with wedges as vertices is shown too. An index takes 16 bits on meshes of fewer than 65,536 vertices, and \
+            a word of a command 32 bits. Skip lists are also measured with at most the memory of `in-place-23`, \
             `in-place-10` and `tail-23`. Degenerate faces are drawn and counted. The lower bound holds for every order \
             of a mesh's faces: if more than 34 r + 1 vertices lie within r edges of a vertex, one of them is \
             transformed twice. The bound is weak.",
@@ -163,8 +163,8 @@ pub const AVERAGE: Figure = Figure {
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "in-place-23-on-scans",
-            "On the scans, too, births in place at 23 moved faces per split keep the bounds of `in-place-23`, `re-optimised` \
-             and `batches`.",
+            "On the scans, too, births in place at 23 moved faces per split keep the bounds of `in-place-23`, \
+             `re-optimised` and `batches`.",
             &[
                 Test::value(one(FIFO_16, IN_PLACE_23), AtMost(1.30)),
                 Test::ratio(one(FIFO_16, IN_PLACE_23), best(FIFO_16, re_optimised), Below(1.0)),

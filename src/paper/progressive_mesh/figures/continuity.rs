@@ -45,8 +45,8 @@ pub const CONTINUITY: Figure = Figure {
         ),
         Claim::ours(
             "distance",
-            "At equal numbers of faces, the mean distance of `best` is at most 1.02 times that of `fast`, and the Hausdorff \
-             distance at most 0.85 times (mean over the models).",
+            "At equal numbers of faces, the mean distance of `best` is at most 1.02 times that of `fast`, and the \
+             Hausdorff distance at most 0.85 times (mean over the models).",
             &[
                 Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
                 Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.85)),

@@ -10,9 +10,9 @@ use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
 use crate::vk::IndexType;
 
-/// Memory that all instances share: an order's commands and the index buffer of level 0, or skip lists and the
-/// corners that level changes write. Indices have 16 bits below 65,536 vertices, commands words of 32 bits. The tables
-/// for large jumps are not counted, because no level needs them.
+/// Memory that all instances share: an order's commands and the index buffer of level 0, or skip lists and the corners
+/// that level changes write. Indices have 16 bits below 65,536 vertices, and words of commands 32 bits. The tables for
+/// large jumps are not counted, because no level needs them.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 

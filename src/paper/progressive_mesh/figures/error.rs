@@ -49,7 +49,8 @@ pub const ERROR: Figure = Figure {
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(
             "hausdorff",
-            "On each closed model at 50 to 5 % of the faces, our Hausdorff distance is at most 1.25 times meshoptimizer's.",
+            "On each closed model at 50 to 5 % of the faces, our Hausdorff distance is at most 1.25 times \
+             meshoptimizer's.",
             &[Test::ratio(one(HAUSDORFF, OURS), one(HAUSDORFF, BASELINE), AtMost(1.25))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),

@@ -26,7 +26,7 @@ const AT_ONCE_SLOWLY: &str = "at once, as slowly as geomorph";
 const GEOMORPH: &str = "geomorph";
 const UNLIMITED: &str = "geomorph without a limit";
 
-/// The model and view on which the limit was not chosen.
+/// A model and view that were not used to choose the limit.
 const UNSEEN: &str = "knot/near";
 
 const ALONG: &str = "change of a frame along the path";
@@ -75,8 +75,9 @@ pub const POP: Figure = Figure {
         ),
         Claim::ours(
             "few-see-it",
-            "Without geomorphing, no frame of the whole approach changes more than 1 % of the covered pixels \
-             visibly (T. Forsyth, \"Comparison of VIPM Methods\", 2001: no visible pops if a few triangles collapse at a time).",
+            "Without geomorphing, no frame of the whole approach changes more than 1 % of the covered pixels visibly \
+             (T. Forsyth, \"Comparison of VIPM Methods\", 2001: no visible pops if a few triangles collapse at a \
+             time).",
             &[Test::value(one(VISIBLE, AT_ONCE), AtMost(1.0))],
         ),
         Claim::ours(
@@ -124,8 +125,8 @@ fn variants() -> Vec<String> {
     VARIANTS.map(|(name, ..)| name.to_string()).into()
 }
 
-/// The error of the first frame in pixels. It is coarser than practical settings, because the most pixels change
-/// visibly at errors of 4 to 12 pixels.
+/// The error of the first frame in pixels. It is coarser than practical settings, because visible changes are largest
+/// at errors of 4 to 12 pixels.
 const FIRST: f64 = 16.0;
 /// The approach ends at a quarter of a pixel.
 const OCTAVES: usize = 6;
@@ -211,8 +212,8 @@ fn approach(pictures: &[Vec<u8>], errors: &[f64], full: &[u8], variant: &str) ->
         (squares / covered.len() as f64).sqrt()
     };
     let (mut along, mut largest): (Vec<[f64; 2]>, f64) = (Vec::new(), 0.0);
-    // The share of covered pixels that change visibly, in percent, with the error of that frame: the worst of
-    // all frames, and the worst of the fine ones.
+    // Percentage of the covered pixels that change visibly: in the worst frame, with its error, and in the worst frame
+    // with an error of at most a pixel.
     let (mut worst, mut worst_fine) = ((0.0, f64::NAN), 0.0_f64);
     for (pair, &error) in pictures.windows(2).zip(&errors[1..]) {
         along.push([error, rms(&pair[0], &pair[1])]);

@@ -35,19 +35,19 @@ pub const SHADING: Figure = Figure {
             pixels differ visibly from the full mesh at the error that a scene wants? `normals of the level` are \
             area-weighted means over the level's faces; wedges of a crease stay apart. `normal-aware` collapses (`mesh \
             build --metric appearance`) also count the region in which the interpolated normals differ visibly from \
-            the model's: its radius is an error like a distance, so an error of e pixels allows a disc of radius e \
-            (J. Cohen, M. Olano and D. Manocha, \"Appearance-Preserving Simplification\", SIGGRAPH 1998, and H. Hoppe, \
+            the model's: its radius is an error like a distance, so an error of e pixels allows a disc of radius e (J. \
+            Cohen, M. Olano and D. Manocha, \"Appearance-Preserving Simplification\", SIGGRAPH 1998, and H. Hoppe, \
             \"New Quadric Metric for Simplifying Meshes with Appearance Attributes\", IEEE Visualization 1999, measure \
-            or preserve attributes in other ways). They need \
-            more faces at the same wanted error. So both are also compared at equal numbers of faces: normal-aware \
-            collapses with the number that the paper's take at this wanted error, and the paper's with the number of \
-            normal-aware ones. Each pixel is the mean of 16 samples in linear light. A pixel differs visibly by more \
-            than 8 levels of 8-bit sRGB. A pixel is inside the outline if both pictures cover all of its samples. The \
-            widest visible difference is the side of the largest square of pixels that all differ visibly; the excess \
-            is this side less the wanted error. `solid/near`, `knot/near` and `dragon_res4/near` are the scene \
-            `bunny/near` with another model; solid and knot have stored normals, and solid has creases. The scan is \
-            measured if it has been fetched. The pictures have no texture, so the texture coordinates of knot are left out of \
-            its error; pm.texture measures what they add.",
+            or preserve attributes in other ways). They need more faces at the same wanted error. So both are also \
+            compared at equal numbers of faces: normal-aware collapses with the number that the paper's take at this \
+            wanted error, and the paper's with the number of normal-aware ones. Each pixel is the mean of 16 samples \
+            in linear light. A pixel differs visibly by more than 8 levels of 8-bit sRGB. A pixel is inside the \
+            outline if both pictures cover all of its samples. The widest visible difference is the side of the \
+            largest square of pixels that all differ visibly; the excess is this side less the wanted error. \
+            `solid/near`, `knot/near` and `dragon_res4/near` are the scene `bunny/near` with another model; solid and \
+            knot have stored normals, and solid has creases. The scan is measured if it has been fetched. The pictures \
+            have no texture, so the texture coordinates of knot are left out of its error; pm.texture measures what \
+            they add.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants,
     paper: &[PAPER],
@@ -65,7 +65,8 @@ pub const SHADING: Figure = Figure {
     claims: &[
         Claim::ours(
             "distance-bounds",
-            "An error that knows only distances bounds what is seen: with the full mesh's normals, no visible difference is wider than the wanted error plus one pixel.",
+            "An error that knows only distances bounds what is seen: with the full mesh's normals, no visible \
+             difference is wider than the wanted error plus one pixel.",
             &[Test::value(one(EXCESS, PAPER), AtMost(1.0))],
         ),
         Claim::ours(
@@ -82,7 +83,8 @@ pub const SHADING: Figure = Figure {
         .at(Places::ALL.x(0.0, 1.0)),
         Claim::ours(
             "equal-faces-inside",
-            "At equal numbers of faces, normal-aware collapses leave at most 0.75 times as many pixels inside the outline that differ visibly, at wanted errors of 1 to 8 pixels.",
+            "At equal numbers of faces, normal-aware collapses leave at most 0.75 times as many pixels inside the \
+             outline that differ visibly, at wanted errors of 1 to 8 pixels.",
             &[Test::ratio(one(INSIDE, AWARE), one(INSIDE, PAPER_AS_MANY), AtMost(0.75))],
         )
         .at(Places::ALL.x(1.0, 8.0)),

@@ -1,4 +1,4 @@
-//! Worst-case files with a hub: as much content per byte as possible.
+//! Worst-case files: as much content per byte as possible. A hub is a vertex with very many faces.
 
 use super::super::mesh::{Level, ProgressiveMesh, Swaps, Vertices};
 use super::live::{Live, RingFace};
@@ -69,7 +69,7 @@ fn splits_of_one_hub_suggest_no_more_than_enough() {
     assert!(back(&mesh.to_bytes().0) == mesh);
 }
 
-/// The ring by search among all faces for each next one.
+/// The ring, with a linear search for each next face.
 fn searched_ring(live: &Live, vertex: u32) -> Vec<RingFace> {
     let row = live.around.row(vertex as usize).iter();
     let faces: Vec<RingFace> = row

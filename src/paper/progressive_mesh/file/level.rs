@@ -37,7 +37,7 @@ pub(super) struct Growing<'a> {
     pub(super) models: Models,
     pub sizes: Sizes,
     pub(super) moving: Moving,
-    /// Scratch of the suggestions of a split.
+    /// Scratch memory for the suggestions of a split.
     ends: Marks,
     /// Corners that splits may still replace in this chunk.
     pub(super) room: u64,
@@ -203,7 +203,8 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// Codes the corners of a new face. `known` are the writer's [`places`].
+    /// Codes the corners of a new face. `known` are the writer's [`places`]. `later` is false for the level's first new
+    /// face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,
@@ -267,8 +268,8 @@ fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     places
 }
 
-/// The newest vertex and the vertices around it, as far as they are among the `old` ones. Each is listed
-/// once, in the order of the newest vertex's faces.
+/// Of the newest vertex and the vertices around it, those that are among the `old` vertices. Each is listed once, in
+/// the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
@@ -286,9 +287,9 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     near
 }
 
-/// Suggests faces that close the gap between the taken faces (in which t replaces s) and the kept faces. They
-/// have the corners s and t. The number orders them, most likely first: 0 if both sides border the gap, 1 if
-/// only taken faces do, 2 if only kept faces do.
+/// Suggests faces that close the gap between the taken faces (in which the new vertex t replaces the split vertex s)
+/// and the kept faces. The suggested faces have the corners s and t. Their number orders them, most likely first: 0 if
+/// both sides border the gap, 1 if only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

@@ -17,7 +17,7 @@ pub(super) struct Live {
     pub face_at: Vec<u32>,
     /// The faces around each vertex, ascending.
     pub around: Rows,
-    /// Scratch of a ring: for each `first` and `second` its lowest face.
+    /// Scratch memory of [`Live::ring`]: for each `first` and each `second` the lowest face that has it.
     firsts: Marks,
     seconds: Marks,
 }
@@ -44,8 +44,7 @@ impl Live {
         corners.iter().for_each(|&vertex| self.around.push(vertex as usize, face));
     }
 
-    /// Replaces `split` by the newest vertex in `faces`, which are some of the faces around `split`,
-    /// ascending (as in the paper).
+    /// Replaces `split` by the newest vertex in `faces`: some of the faces around `split`, ascending.
     pub(super) fn replace(&mut self, split: u32, faces: &[u32]) {
         let new = self.around.len() as u32 - 1;
         for &face in faces {
@@ -73,7 +72,7 @@ impl Live {
         let (firsts, seconds) = (&mut self.firsts, &mut self.seconds);
         firsts.clear(self.around.len());
         seconds.clear(self.around.len());
-        // Of several faces with one `first`, the lowest remains.
+        // Of several faces with the same `first`, the lowest is kept.
         for (at, face) in faces.iter().enumerate().rev() {
             firsts.set(face.first, at as u32);
             seconds.set(face.second, at as u32);

@@ -1,12 +1,11 @@
 //! `.pmesh` files: a progressive mesh, coarsest level first. A file truncated after its first chunk is
 //! therefore a coarser mesh.
 //!
-//! docs/pmesh.md describes the bytes. The [`ProgressiveMesh`] is stored losslessly, without data that can be
-//! derived. For a split, the faces around the split vertex take one cheap bit each, and the changed slots
-//! follow from these bits. New faces are predicted from the gap that the split leaves, and permutations from
-//! the faces near each other. An adaptive range coder (`coder`) packs the rest. H. Hoppe codes a split
-//! similarly, by its vertex and two neighbours ("Progressive Meshes", SIGGRAPH 1996); his format has no slots and no
-//! permutations.
+//! docs/pmesh.md describes the bytes. The [`ProgressiveMesh`] is stored losslessly, without data that can be derived.
+//! For a split, the faces around the split vertex take one cheap bit each, and the changed slots follow from these
+//! bits. New faces are predicted from the gap that the split leaves, and permutations from the vertices that faces
+//! share. An adaptive range coder (`coder`) encodes all symbols. H. Hoppe codes a split similarly, by its vertex and
+//! two neighbours ("Progressive Meshes", SIGGRAPH 1996); his format has no slots and no permutations.
 //!
 //! Files are untrusted: every declared number is checked against the available bytes, and every index against
 //! the live elements.
@@ -31,7 +30,7 @@ pub use read::{FileFlaw, PmeshError};
 use super::mesh::{Births, ProgressiveMesh};
 use serde::Serialize;
 
-/// 89 "OPM" and line ends, which text-mode transfers damage, as in PNG.
+/// As in PNG: a byte above 127, a name, and line ends. Transfers in text mode damage these bytes.
 const MAGIC: [u8; 8] = *b"\x89OPM\r\n\x1a\n";
 /// The version of a mesh's file. Version 2 differs from 1 only in that births are in place. Version 3 has a flag for
 /// births and one for the metric.

@@ -1,11 +1,11 @@
 //! The simple rule: an integral controller on log2 of the error factor, which uses only frame times.
 //!
-//! A frame's time falls with a power of the error. In logarithms the plant, which is the controlled system, is
-//! therefore a straight line with a slope `k`: 0.5 to 1 if faces dominate the time, 0 if they do not. The time is
-//! measured two frames late. The controller neither overshoots nor rings if its gain `g` satisfies
-//! `g k <= d^d / (d + 1)^(d + 1)` for a delay of `d` frames; this is 4/27 for two frames. An exponential mean with
-//! weight one half smooths noise, and inside a dead band the factor does not move. The controller cannot detect that
-//! all instances are at their coarsest level. In this case its factor winds up, to at most [`MOST_LOG2`].
+//! A frame's time falls with a power of the error. So the plant (the controlled system) is a straight line in
+//! logarithms, with a slope `k`: 0.5 to 1 if faces dominate the time, 0 if they do not. The time is measured two frames
+//! late. The controller neither overshoots nor rings if its gain `g` satisfies `g k <= d^d / (d + 1)^(d + 1)` for a
+//! delay of `d` frames; this is 4/27 for two frames. An exponential mean with weight one half smooths noise, and inside
+//! a dead band the factor does not move. The controller cannot detect that all instances are at their coarsest level.
+//! In this case its factor winds up, to at most [`MOST_LOG2`].
 
 use super::MOST_LOG2;
 

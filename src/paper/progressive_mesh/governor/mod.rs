@@ -40,8 +40,8 @@ const KEPT_FROM: f64 = 0.85;
 /// Hysteresis: detail is restored after this many consecutive frames with less than [`KEPT_FROM`] of the
 /// faces that fit.
 const ROOMY_FRAMES: u32 = 4;
-/// Maximum decrease of the error per frame, in octaves. Refinement costs execution and copies, and pops
-/// unless it is morphed.
+/// Maximum decrease of the error per frame, in octaves. Refining a mesh takes time to execute and to copy, and pops
+/// unless new vertices morph.
 const FINER_LOG2: f64 = 0.25;
 /// The largest factor: 1024 times the scene's error.
 const MOST_LOG2: f64 = 10.0;

@@ -29,8 +29,7 @@ pub(super) struct Move {
 /// `model` at all levels, with its faces arranged by `arrangement`.
 ///
 /// # Panics
-/// If `arrangement` does not list the faces of level 0 before each split's faces, or if moves are
-/// not a permutation.
+/// If `arrangement` does not list the faces of level 0 before those of the splits, or if moves are not a permutation.
 pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arrangement) -> ProgressiveMesh {
     let order = VertexOrder::new(model, collapses, &arrangement.births);
     let levels = levels(collapses, &order, model.faces.len());

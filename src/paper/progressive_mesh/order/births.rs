@@ -7,7 +7,8 @@
 //! In return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
 //! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
-//! its group is bad at the first levels: on a torus, 95 % of the levels then need up to 1.94.
+//! its group is bad at the first levels: on a torus, the bound that 95 % of the levels keep is then 1.94 transforms per
+//! vertex.
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
@@ -80,7 +81,7 @@ impl<'a> GroupLayout<'a> {
             let level = level + 1;
             collapses.faces.row(collapse).iter().for_each(|&face| born[face as usize] = level);
             let pairs = collapses.wedges.row(collapse);
-            // A wedge without a target follows the other wedges of its position.
+            // A wedge without a target takes that of another wedge of its collapse.
             let other = pairs.iter().map(|pair| pair[1]).find(|&target| target != NOWHERE);
             for &[wedge, target] in pairs {
                 wedge_born[wedge as usize] = level;

@@ -85,7 +85,7 @@ struct Greedy<'a> {
     /// before `cold`.
     entered: Vec<u32>,
     cold: usize,
-    /// How many faces were looked at: the work done so far.
+    /// Number of faces examined so far: a measure of the work.
     looks: u64,
 }
 
@@ -175,9 +175,9 @@ impl<'a> Greedy<'a> {
         corner.renew(&self.weights);
     }
 
-    /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If
-    /// no cached vertex has faces left, the face in place comes from a good order and is near. To return to
-    /// the last vertex that has faces left would save at most 0.001.
+    /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If no cached
+    /// vertex has faces left, this is the face in place, which is near because it comes from a good order. Returning to
+    /// the last vertex that has faces left would save at most 0.001 transforms per vertex.
     fn best(&mut self, place: usize, lines: &Lines) -> u32 {
         self.looks += self.cache().iter().map(|&vertex| self.around(vertex).len() as u64).sum::<u64>();
         let in_place = self.at[place];
@@ -291,7 +291,7 @@ mod tests {
             greedy.run(&[], &mut Lines::new(n as usize));
             greedy.looks
         });
-        // Without a bound, the hub's undrawn faces are looked at for each face: 100 times the work.
+        // Without a bound, the hub's undrawn faces are examined for each face: 100 times the work.
         assert!(looks[1] <= 15 * looks[0], "{looks:?}");
     }
 

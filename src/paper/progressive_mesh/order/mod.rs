@@ -8,12 +8,12 @@
 //! the next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from
 //! the first level of the group, and are degenerate until they are born. Both use the same mesh format.
 //!
-//! Measured on the five closed shipped models, 513 levels of each. All costs are transforms per position. "Mean",
-//! "95 %" (the bound that 95 % of the levels keep) and "full" (the full mesh) are for a FIFO of 16 entries; "batches"
+//! Costs are transforms per position, measured on the five closed shipped models at 513 levels each. "Mean", "95 %"
+//! (the cost that 95 % of the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches"
 //! is the mean for batches of 32 vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per
-//! live face; "moved" is the number of faces that change their slot per split. In the paper's order, which has 64 equal
-//! groups, the 513 levels lie at the same few places of every group. Over all levels this order costs more: mean 2.10,
-//! 95 % 2.91 (pm.average).
+//! live face, and "moved" is the number of faces that change their slot per split. The 513 levels fall on the same few
+//! positions within each of the paper's 64 equal groups. Over all levels the paper's order costs more: mean 2.10, 95 %
+//! 2.91 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
@@ -26,33 +26,22 @@
 //! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.26 | 1.29 | 1.26 | 1.67 | 0.05 | 22.7 |
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.28 | 1.31 | 1.28 | 1.70 | 0.12 | 9.8 |
 //!
-//! Measurements for new faces at the tail (collapses from one pass of the simplifier):
-//! - Between two tswaps the tail dominates the cost. An isolated pair of new faces costs 4 transforms instead of 1.3,
-//!   so a group that adds a tenth of the faces costs 0.15 on average. The order made at the tswap matters less: the
-//!   greedy with these weights reaches 1.30, and the best of five weightings saves 0.02 for five times the work.
-//! - An order that uses all 16 entries reaches 1.24 on a torus, but costs 0.05 more at the levels after it. The
-//!   optimizer therefore simulates 15 entries, which improves 1.54 to 1.52.
-//! - No split follows the last level, so its order is the best of eight greedies. Small meshes try seven starting
-//!   faces with each. On a torus the full mesh then costs 1.29; with one starting face 1.44, with one greedy 1.78.
-//! - Optimizing for the level half-way to the next tswap, with the corners that the faces have there, saves 0.01 at
-//!   23 moved faces per split and 0.04 at 10, and evens out the levels. Optimizing a quarter of the way ahead saves
-//!   less. Optimizing for the level of the next tswap saves as much there, but costs as much at the levels before.
-//! - With few groups the levels just before a tswap cost 0.8 more than those after it. Reordering one region at a time
-//!   reduces this to 0.3. Each additional region costs about 0.05 at its borders: with 1, 2, 3, 4 and 8 regions and no
-//!   limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63. Fixed regions that use free slots anywhere cost more,
-//!   because their order is cut into pieces (1.65 with two regions). Regions that stay contiguous spend a fifth of the
-//!   moves on making room for each other (1.78 with two regions at 9.6 moved faces per split). Reordering only the tail
-//!   between two tswaps gains no more than the same moves gain elsewhere.
-//! - A threshold on moving ([`Weights::in_place`] = 1.3) is worse than fewer groups: 1.57 against 1.53 at 17.5 moved
-//!   faces per split (bunny).
-//! - Sorting the splits of a group for the cache saves 0.02 with groups that grow by a tenth and 0.08 with groups
-//!   that grow by a third. But it raises the errors of the levels, because a level's error is the running maximum
-//!   over its splits. At equal error it costs 1 to 2 % more transforms on these models at 23 moved faces per split,
-//!   and 28 to 30 % more on meshes of 160,000 and 242,000 faces, so it was dropped.
-//! - Rows of vertices half as wide as the cache (Hoppe's later practice) reached 1.37 on the bunny and 1.25 on a
-//!   torus; the greedy reached 1.30 and 1.23.
-//! - meshoptimizer's optimizer for a FIFO is Tipsify (Sander, Nehab and Barczak 2007, cited in `greedy`). It reaches
-//!   1.33 on five closed models if it reorders every level (`re-optimised-fifo` in pm.average).
+//! Why the tail orders are made this way (FIFO of 16 entries; collapses from one pass of the simplifier):
+//! - There are as many groups as the budget allows, and each multiplies the number of faces by the same ratio, because
+//!   new faces at the tail dominate the cost between two tswaps. An isolated pair of them costs 4 transforms instead of
+//!   1.3, so a group that adds a tenth of the faces costs 0.15 more on average. The order made at the tswap itself
+//!   costs 1.30. The best of five weightings would save 0.02 of this for five times the work.
+//! - The optimizer simulates 15 entries (`spare_entries`). An order that uses all 16 costs 1.24 on a torus, but 0.05
+//!   more at the levels after it. With 15 entries the mean falls from 1.54 to 1.52.
+//! - Each order is optimized for the level half-way to the next tswap (`ahead`). This saves 0.01 at 23 moved faces per
+//!   split and 0.04 at 10, and makes the levels more even.
+//! - The last level gets the best of eight greedies, and small meshes try seven starting faces with each, because no
+//!   split follows it. The full mesh of a torus then costs 1.29; with one starting face 1.44, with one greedy 1.78.
+//! - With few groups, `regions` are reordered in turns. If tswaps reorder all faces, the levels just before a tswap
+//!   cost 0.8 more than those after it; with regions 0.3. A region's borders cost transforms: with 1, 2, 3, 4 and 8
+//!   regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
+//!
+//! pm.moves compares other groups and regions, and pm.average compares meshoptimizer's orders.
 
 mod assemble;
 mod births;

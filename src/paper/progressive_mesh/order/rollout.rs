@@ -65,7 +65,7 @@ struct Search {
     /// For each face the last search that examined it.
     seen: Vec<u32>,
     searches: u32,
-    /// How many faces were looked at: the work done so far.
+    /// Number of faces examined so far: a measure of the work.
     looks: u64,
 }
 
@@ -311,7 +311,7 @@ mod tests {
             search.run();
             search.looks
         });
-        // Without a bound, the hub's undrawn faces are looked at for each face: 100 times the work.
+        // Without a bound, the hub's undrawn faces are examined for each face: 100 times the work.
         assert!(looks[1] <= 15 * looks[0], "{looks:?}");
     }
 

@@ -1,8 +1,8 @@
 //! Construction of a level's index buffer in one pass over its faces (ours), for jumps over many levels.
 //!
 //! A split replaces corners by later vertices, and a permutation moves whole faces. Three tables therefore give every
-//! level: the faces of the full mesh, the predecessor of each vertex, and the order of the faces after some
-//! permutations, the keyframes. A later permutation is executed on the constructed faces.
+//! level: the faces of the full mesh, the predecessor of each vertex, and the order of the faces after some of the
+//! permutations, which are called keyframes. A later permutation is executed on the constructed faces.
 
 use super::index::Index;
 use std::ops::Range;

@@ -37,8 +37,8 @@ impl Program {
         &self.direct
     }
 
-    /// The operations that bring an index buffer from one level to another and write the fewest indices: the
-    /// [`Program::steps`], or a construction with the permutations since its keyframe.
+    /// The operations that bring an index buffer from one level to another. Of two ways, the one that writes fewer
+    /// indices is taken: [`Program::steps`], or a construction followed by the permutations since its keyframe.
     pub fn change(&self, from: u32, to: u32) -> Vec<Operation> {
         if !self.constructs(from, to) {
             return self.steps(from, to);

@@ -9,9 +9,9 @@
 //!   compares faces, and a permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
-//! Differs from the paper: [`Instances`] keep only live faces. Nothing writes a face that is not live, so a
-//! face is copied from the shared buffer of level 0 when it becomes live. A jump whose steps would write more
-//! than a construction of the level constructs it instead ([`Program::change`], ours).
+//! Differs from the paper: [`Instances`] keep only drawn faces. Nothing writes a face that is not drawn, so a face is
+//! copied from the shared buffer of level 0 when it is first drawn. A jump whose steps would write more than a
+//! construction of the level constructs it instead ([`Program::change`], ours).
 
 mod births;
 mod direct;

@@ -1,4 +1,4 @@
-//! Allocation of one index buffer to the live faces of many instances.
+//! Allocation of one index buffer to the drawn faces of many instances.
 
 use std::collections::BTreeMap;
 use thiserror::Error;

@@ -1,4 +1,5 @@
-//! Connected components. A smaller component vanishes as a whole once it is no larger than the deviation.
+//! Connected components. Each component except the largest vanishes as a whole once its extent is at most the
+//! deviation.
 
 use super::surface::WorkingMesh;
 use glam::DVec3;

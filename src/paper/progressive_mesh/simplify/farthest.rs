@@ -2,8 +2,8 @@
 //! distance from the model. It is also at most the distance to a vanished position, which belongs to the
 //! model.
 //!
-//! Over one old face the distance is linear, so its maximum lies at the ends of old edges or where old edges
-//! cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
+//! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
+//! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
 //! distance.
 
 use super::sequence::Sequence;
@@ -52,7 +52,8 @@ impl Sequence<'_> {
     }
 }
 
-/// The point of a segment nearest to another segment's line, if the closest points of both lines lie between the ends.
+/// The point of the first segment that is nearest to the second, if the nearest points of both lines lie between the
+/// ends of their segments.
 fn crossing([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> Option<DVec3> {
     let (ab, cd, ca) = (b - a, d - c, a - c);
     let (e, f, g) = (ab.length_squared(), cd.length_squared(), ab.dot(cd));

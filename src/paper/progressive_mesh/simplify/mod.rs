@@ -16,7 +16,7 @@
 //! smallest component is removed.
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
-//! orders in place, which come later, use all cores.
+//! orders with births in place, which are computed afterwards, use all cores.
 
 mod components;
 mod curve;

@@ -1,6 +1,6 @@
-//! The sequence of collapses, cheapest first. A collapse changes costs nearby; they are recomputed lazily,
-//! when the old cost reaches the head of the queue. Costs rarely fall, so lazy updates need three fifths of
-//! the cost evaluations that immediate updates would need.
+//! The sequence of collapses, cheapest first. A collapse changes costs nearby; they are recomputed lazily, when the old
+//! cost reaches the head of the queue. Costs rarely fall, so few collapses come late. Lazy updates need three fifths of
+//! the cost evaluations of immediate updates.
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;

@@ -2,22 +2,22 @@
 //!
 //! Vertices keep the model's normals, and a face interpolates those of its corners. At a vanished position the normal
 //! of a level therefore differs from the model's. A difference of normals has no length, but the region in which it is
-//! visible has one. Each vanished position counts with the area that it represents in the model, as far as its
-//! difference is visible. The shading error of a collapse is the radius of a disc with the sum of these areas over the
-//! faces around the hub. So a wanted error of `e` pixels lets an outline be `e` pixels off, and lets a disc of radius
-//! `e` around each collapse look different.
+//! visible has one. Each vanished position counts with the area that it represents in the model, weighted by how
+//! visible its difference is. The shading error of a collapse is the radius of a disc with the sum of these areas over
+//! the faces around the hub. So a wanted error of `e` pixels lets an outline be `e` pixels off, and lets a disc of
+//! radius `e` around each collapse look different.
 //!
 //! Measured with pm.shading: with the side of a square in place of the radius, or with 0.1 as [`VISIBLE`], outlines are
-//! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at 8 pixels regions that
-//! look different are 10 pixels wide.
+//! worse at equal numbers of faces. With 0.1 and half the radius, outlines are better, but at a wanted error of 8
+//! pixels, regions that look different are 10 pixels wide.
 
 use super::sequence::{Near, Sequence};
 use super::start::nearest_wedge;
 use super::texture::ShownTexels;
 use std::f64::consts::PI;
 
-/// A difference of unit normals, as a chord, that is visible. A surface of albedo 0.6 in the default sunlight changes
-/// by 8 levels of 8-bit sRGB if its normal turns by 0.15 at 45 degrees from the sun.
+/// A difference of unit normals that is visible, as the length of the chord between them. A surface of albedo 0.6 in
+/// the default sunlight changes by 8 levels of 8-bit sRGB if its normal turns by 0.15 at 45 degrees from the sun.
 const VISIBLE: f64 = 0.15;
 
 /// The part of an area that counts if its normals differ by this squared chord: all of it from [`VISIBLE`] on, a
@@ -28,8 +28,8 @@ pub(super) fn visible(squared: f64) -> f64 {
 
 impl Sequence<'_> {
     /// The larger of the squared shading error and the squared shift of the texture by the collapse of the hub onto
-    /// `end`, around which the triangles are spread. Stops early, with an error that is too small, once `enough` returns
-    /// true for it. 0 without [`Shading`](super::start::Shading).
+    /// `end`. The triangles must have been spread around `end`. Stops early, with an error that is too small, once
+    /// `enough` returns true for it. 0 without [`Shading`](super::start::Shading).
     pub(super) fn squared_appearance_error(&self, end: u32, enough: impl Fn(f64) -> bool) -> f64 {
         let Some(shading) = &self.shading else { return 0.0 };
         let torn = self.may_tear();

@@ -5,8 +5,7 @@ use super::surface::{HubCorner, WorkingMesh};
 use super::triangle::Triangle;
 use glam::DVec3;
 
-/// Cosine of the largest angle by which a face may turn, in one collapse and in total since the model: about
-/// 75 degrees.
+/// Cosine of the largest angle by which a face may turn, in one collapse and relative to the model: about 75 degrees.
 const LEAST_COSINE: f64 = 0.25;
 
 /// The triangles against which every vanished position is tested. The lists are reused.

@@ -1,4 +1,4 @@
-//! The quadrics of the full model, before the first collapse.
+//! Data of the full model, before the first collapse: quadrics, normals, areas, and the wedges of each position.
 
 use super::curve::Curve;
 use super::hub::{EdgeKind, Hub};
@@ -8,11 +8,11 @@ use super::texture::TextureShift;
 use crate::model::Model;
 use glam::DVec3;
 
-/// Weight of the planes that hold a border in place, times the squared length of the border edge.
+/// Weight of the planes that hold a border in place, per squared length of the border edge.
 const BORDER_WEIGHT: f64 = 10.0;
 
-/// Weight of the planes that hold a seam. It is smaller because at a crease the surface's own planes hold it
-/// too.
+/// Weight of the planes that hold a seam, per squared length of the seam edge. It is smaller because at a crease the
+/// surface's own planes hold it too.
 const SEAM_WEIGHT: f64 = 1.0;
 
 /// The quadric of each position, relative to that position. It sums the planes of the faces there, each weighted with a

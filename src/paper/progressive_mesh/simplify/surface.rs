@@ -72,7 +72,7 @@ impl Frame {
         (position * 0.5 - self.origin * 0.5) / self.half
     }
 
-    /// A length in object units.
+    /// Converts a length to object units.
     pub fn outside(&self, length: f64) -> f64 {
         (length * self.half * 2.0).min(f64::MAX)
     }

@@ -192,8 +192,8 @@ fn in_the_end_components_vanish_smallest_first_with_their_extent_as_error() {
     let Simplified { collapses, report } = to(&model, 0);
     assert_eq!((report.faces, report.components, report.shortfall), (4, 8, Some(sequence::SHORTFALL)));
     let extents = (1..=8).map(|n| f64::from(n) * 3.0_f64.sqrt());
-    // The error rises with at least half the power of the faces: from 8 faces to 4 it rises more than the
-    // extents do.
+    // The stated error grows at least with the power 0.5 of the ratio of faces: from 8 faces to 4 it rises by more than
+    // the extents do.
     assert!(
         collapses.errors.iter().zip(extents).all(|(found, extent)| (1.0..2.0).contains(&(found / extent)))
     );
@@ -427,7 +427,7 @@ fn a_stretched_texture_is_an_error_of_the_appearance() {
         let by_distance = largest_shift(&model, &faces);
         assert!(by_distance > 1.2 * error, "at {wanted}: {by_distance} by distance, {error} stated");
     }
-    // A texture that is nowhere stretched costs nothing, and one texel everywhere neither.
+    // A texture that is not stretched adds no error. Neither do coordinates that are the same everywhere.
     for stretch in [[2.0, 0.5], [0.0, 3.0], [0.0, 0.0]] {
         let mut model = stretched();
         let st = |&position: &u32| {

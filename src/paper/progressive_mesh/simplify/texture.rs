@@ -1,8 +1,9 @@
 //! Texture coordinates: how far a collapse shifts the texture.
 //!
 //! A face interpolates the texture coordinates of its corners. Near a vanished position a level therefore shows another
-//! texel than the model. The shift is the distance from where the texel is shown to where the model shows it. The latter
-//! is extrapolated from the position along the model's faces there, so the shift is exact to first order.
+//! texel than the model. The shift is the distance from where the texel is shown to where the model shows it. The
+//! second point is extrapolated from the vanished position along the model's faces, so the shift is exact to first
+//! order.
 
 use super::surface::WorkingMesh;
 use super::triangle::Triangle;
@@ -11,7 +12,8 @@ use glam::{DMat2, DVec2, DVec3};
 use std::iter::Sum;
 use std::ops::Mul;
 
-/// Weight that makes directions without texture coordinates solvable, relative to the other directions.
+/// Regularization of the least squares, relative to the trace: keeps the matrix invertible if coordinates vary in one
+/// direction only.
 const REGULAR: f64 = 1e-9;
 
 /// The square of the largest possible distance of two positions: a [`Frame`](super::surface::Frame) has side 2.
@@ -19,9 +21,9 @@ const FARTHEST_SQUARED: f64 = 12.0;
 
 /// The model's texture coordinates.
 pub struct TextureShift {
-    /// Of each wedge.
+    /// Texture coordinates of each wedge.
     coordinates: Vec<DVec2>,
-    /// For each wedge how the position changes with s and with t.
+    /// For each wedge the derivatives of the position with respect to s and t.
     slopes: Vec<[DVec3; 2]>,
 }
 

@@ -77,8 +77,8 @@ impl Triangle {
         (v, w)
     }
 
-    /// The corners' weights at a point near the point nearest to `p`: clamped barycentric coordinates of `p`. A thin
-    /// triangle has the weights of its first corner.
+    /// Clamped barycentric coordinates of `p`: the corners' weights at a point that is near the triangle's nearest
+    /// point to `p`. A thin triangle has the weights of its first corner.
     pub fn weights(&self, p: DVec3) -> [f64; 3] {
         let (v, w) = self.barycentric(p - self.corners[0]);
         let v = least(most(v, 0.0), 1.0);

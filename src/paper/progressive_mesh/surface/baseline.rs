@@ -5,9 +5,8 @@
 //! - Skip lists: each instance has a copy of its list. If the level needs another list, all of it is copied;
 //!   otherwise only the blocks that were written.
 //! - Compacted: the device fills the slices in a separate pass.
-//! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. As
-//!   usual the request is a level of the progressive mesh; the coarsest mesh with at least as many faces is
-//!   drawn.
+//! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. The request
+//!   is a level of the progressive mesh, as for other orders. The coarsest mesh with at least as many faces is drawn.
 
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, FaceCompaction};
 use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
@@ -245,7 +244,7 @@ impl Baselines {
         }
     }
 
-    /// Passes to `upload` the bytes for slices, and their offsets.
+    /// Passes the bytes of changed slices and their offsets in the index buffer to `upload`.
     pub fn upload(&mut self, index: IndexType, upload: &mut impl FnMut(&[u8], u64)) {
         for member in self.members.iter_mut().filter(|member| member.stale) {
             let first = 3 * member.first as usize;

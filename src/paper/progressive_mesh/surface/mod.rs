@@ -1,11 +1,11 @@
 //! One surface with its instances: their levels, and their slices of the index buffer.
 //!
 //! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
-//! placement, level, and slice of one index buffer on the device. A slice is sized for the instance's live faces
-//! ([`Slices`]). So 500 instances of the bunny, most of them far away, take a tenth of 500 full meshes. If the host
-//! changes the levels, it keeps a second copy of these faces. It uploads the written parts, or copies them into memory
-//! that the device reads, with a buffer for each frame in flight. If the device changes the levels, the host has no
-//! faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
+//! placement, level, and slice of one index buffer on the device. A slice is sized for the faces that the instance
+//! draws ([`Slices`]). So 500 instances of the bunny, most of them far away, take a tenth of 500 full meshes. If the
+//! host changes the levels, it keeps a second copy of these faces. It uploads the written parts, or copies them into
+//! memory that the device reads, with a buffer for each frame in flight. If the device changes the levels, the host has
+//! no faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
@@ -270,8 +270,8 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the index
-    /// buffer lacks their changes.
+    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the
+    /// index buffer lacks their changes.
     pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
@@ -408,7 +408,7 @@ impl MeshOnDevice {
         self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
     }
 
-    /// Shared memory and memory per instance, as text.
+    /// The memory of the surface: shared by its instances, and of all instances together.
     pub fn memory(&self) -> SurfaceMemory {
         let [state, host_indices] = self.levels.host_bytes();
         SurfaceMemory {

@@ -9,8 +9,9 @@ use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 /// pixels visibly; with 0.045 one frame changes 1.03 %. Other models may change more at errors above 8 pixels.
 pub const PIXELS_PER_FRAME: f64 = 0.043;
 
-/// Above this error in pixels the limit is proportional to the error, because so coarse a mesh hardly moves more pixels
-/// (pm.pop). Without it an error of 16 pixels would take 1.8 times as long to reach a quarter of a pixel.
+/// Above this error in pixels the limit is proportional to the error, because larger steps of so coarse a mesh hardly
+/// change more pixels (pm.pop). Without it an error of 16 pixels would take 1.8 times as long to reach a quarter of a
+/// pixel.
 const PROPORTIONAL_FROM: f64 = 4.0;
 
 /// An approaching camera raises the drawn error to at most this multiple of the wanted one. Without it, a fast approach
@@ -36,6 +37,7 @@ pub struct ErrorPace {
 }
 
 /// The error one frame after `from` on the way to `to`, if errors of up to 4 pixels change by at most `pixels` pixels.
+/// `pixel` is the size of a pixel in the unit of the errors.
 pub fn step(pixels: f64, from: f64, to: f64, pixel: f64) -> f64 {
     let (most, change) = (pixels * pixel.max(from / PROPORTIONAL_FROM), to - from);
     if change.abs() > most { from + most.copysign(change) } else { to }
@@ -53,7 +55,7 @@ impl ErrorPace {
     /// last frame did not draw the instance, so `wanted` is shown at once.
     pub fn next(&self, before: Option<InstanceError>, wanted: InstanceError) -> f64 {
         let (Some(most), Some(before)) = (self.pixels_per_frame, before) else { return wanted.error };
-        // NaN wants the full mesh.
+        // NaN requests the full mesh.
         let [was, to] = [before.error, wanted.error].map(|error| error.max(0.0).min(self.coarsest));
         let as_many_pixels = was * wanted.pixel / before.pixel;
         let from = was.min(as_many_pixels.max(MOST_BEHIND * to));
@@ -112,7 +114,7 @@ mod tests {
             shown == 0.0
         });
         assert_eq!(frames, Some(16), "4 pixels in quarters");
-        // Errors above level 0's change nothing: they are not far away.
+        // An error above level 0's counts as level 0's.
         assert_eq!(pace.next(Some(at(1e6)), at(1.0)), 15.0);
         assert_eq!(pace.next(Some(at(16.0)), at(1e6)), 1e6);
         assert_eq!(pace.next(Some(at(0.9)), at(f64::NAN)), 0.775);
@@ -128,7 +130,7 @@ mod tests {
         // An error that was drawn before the approach is kept, in pixels: 16, although 1 is wanted.
         let kept = pace.next(Some(at(8.0)), near(0.05));
         assert!((kept / 0.05 - 15.0).abs() < 1e-9, "{kept}");
-        // A camera that goes away shows finer levels than wanted until they have changed.
+        // While the camera moves away, finer levels than wanted are drawn for some frames.
         assert_eq!(pace.next(Some(near(0.05)), at(0.5)), 0.05 + 0.125);
     }
 

@@ -21,8 +21,8 @@ pub struct SurfaceVertex {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct MorphVertex {
     pub position: [f32; 3],
-    /// log2 of the error of the last level without the vertex, in object units. The vertex is live for
-    /// smaller chosen errors (`Pace::chosen`).
+    /// log2 of the error of the last level without the vertex, in object units. The vertex is live for smaller chosen
+    /// errors (`ErrorPace::chosen`).
     pub birth_log2: f32,
     pub normal: [f32; 3],
     /// The vertex from whose position it starts; its own index if it replaces none.
@@ -72,7 +72,7 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
         for vertex in pair[0].vertices..pair[1].vertices {
             births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
                 NOWHERE => (ALWAYS_LOG2, vertex),
-                // An error of 0 has no finite logarithm. Its vertices have arrived only at EXACT_LOG2.
+                // An error of 0 has no finite logarithm. Vertices born at it reach their position only at EXACT_LOG2.
                 split => (pair[0].error.log2().max(EXACT_LOG2 + MORPH_BAND_LOG2), split),
             });
         }

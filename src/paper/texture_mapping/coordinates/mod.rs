@@ -5,18 +5,19 @@
 //! paper's modified form computes numerators and denominator along a row by additions. Formula (7) adds A, D and G for
 //! each pixel. By formula (8), each of k threads adds k times these numbers. Two threads may also walk from both ends
 //! of the row.
+//!
 //! Along a row the derivatives have the constant numerator `n_ux = (A I - C G) + (A H - B G) y` and the linear
-//! numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward differences are `du/dx = n_ux /
-//! (w (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
+//! numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward differences are `du/dx = n_ux / (w
+//! (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
 //!
 //! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
-//! along the row. Here each derivative has its own. Difference from the paper: the fragments of a row have no order,
-//! so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run.
-//! A fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one
-//! fused multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`Walk`]).
-//! Threads compute the values of their first pixel by multiplication. We add restarts, integers, threads that read
-//! their row's constants once and compute each of their pixels from them, and analytic derivatives, whose denominator
-//! is `w^2`.
+//! along the row. Here each derivative has its own. Difference from the paper: the fragments of a row have no order, so
+//! the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run. A
+//! fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one fused
+//! multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`Walk`]). Threads
+//! compute the values of their first pixel by multiplication. We add restarts, integers, and analytic derivatives,
+//! whose denominator is `w^2`. We also add threads that read their row's constants once and compute each of their
+//! pixels from them.
 //!
 //! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
 //! them.
@@ -31,7 +32,7 @@ use crate::math::splitmix::SplitMix64;
 /// Rows of pixels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
-    /// Pixels of a row, and rows.
+    /// Pixels per row, and number of rows.
     pub size: [u32; 2],
     pub first_row: u32,
 }
@@ -196,7 +197,7 @@ impl Derivatives {
     }
 }
 
-/// Planes with pixels counted from the picture's first corner.
+/// Planes whose pixel coordinates start at the picture's upper left corner.
 impl TiltedPlane {
     /// A tilted and rolled plane with a vertical field of view of 10 degrees, scaled and moved so that the
     /// picture shows at most `0..=texels`.
@@ -231,8 +232,8 @@ impl TiltedPlane {
         let plane = tilt.plane(size[1]);
         let [_, h, i] = plane.0[2];
         let row = (y - i / h).ceil();
-        // Turns the camera by less than a pixel, so that w is 1/200 at the row's middle and varies by half
-        // of that.
+        // Turns the camera by less than a pixel, so that w is 1/200 at the row's middle, and varies by +-25 % along the
+        // row.
         let centre = row + 0.5 - y;
         let rolled = TiltedPlane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
         let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));

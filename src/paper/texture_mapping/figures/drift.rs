@@ -16,12 +16,12 @@ pub const DRIFT: Figure = Figure {
     title: "Coordinates: error along a row",
     about: "The figure shows the largest error of u and v against f64, in texels, over two rows of each of 150 random \
             planes (quick: 16). `8192 texels`: coordinates lie within 8192 texels of 0, and the homography's \
-            denominator w varies up to tenfold. `horizon`: in these rows w is 1/200 of its value at the picture's \
-            centre, and coordinates reach 500,000 texels, where an ulp of f32 is 1/32 texel. The paper's increments \
-            (7) and (8) add f32 numbers along the row, so their error grows linearly with the row's length. Restarts \
-            bound the error. The row's constants (f64, rounded to f32) with one `fma` do not drift, whether a thread \
-            computes one pixel or many, and neither do 64-bit integers. For derivatives, it shows the largest error \
-            relative to the pixel's largest derivative.",
+            denominator w varies up to tenfold. `horizon`: in the first of the two rows w is about 1/200 of its value \
+            at the picture's centre, and coordinates reach 500,000 texels, where an ulp of f32 is 1/32 texel. The \
+            paper's increments (7) and (8) add f32 numbers along the row, so their error grows linearly with the row's \
+            length. Restarts bound the error. The row's constants (f64, rounded to f32) with one `fma` do not drift, \
+            whether a thread computes one pixel or many, and neither do 64-bit integers. For derivatives, it shows the \
+            largest error relative to the pixel's largest derivative.",
     scenes: &[NEAR, HORIZON],
     variants: || {
         let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));

@@ -27,7 +27,7 @@ pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
 pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
 
-/// The variant whose errors are the truth's own.
+/// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
 
 /// A pattern on a device, and the targets for pictures of it.
@@ -145,7 +145,7 @@ impl Lab {
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
     }
 
-    /// The decisions of every pixel.
+    /// What the method computed and chose for every pixel.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -285,7 +285,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     })
 }
 
-/// 0 if any value is 0.
+/// The geometric mean; 0 if any value is 0.
 pub fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }

@@ -263,7 +263,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::number(method.name(), MISSED, "", missed(&found, &hits)));
         match method {
             Traversal::Map(Build::Distances(_, false)) => donnelly = found,
-            // Each refined map follows Donnelly's with the same distances.
+            // In `Traversal::ALL`, each refined map follows Donnelly's map with the same `Holds`.
             Traversal::Map(Build::Distances(_, true)) => rows.extend(gain(&method.name(), &found, &donnelly)),
             _ => {}
         }

@@ -40,7 +40,7 @@ pub struct Polygons {
 }
 
 /// A plane is cut off where a pixel would hold more fragments than this. 32 bits hold the sum of 1.33 times as many
-/// fragments (weight 1024, byte 255).
+/// fragments (each with the weight 1024 and the value 255).
 pub const MOST_PER_PIXEL: f64 = 12_288.0;
 
 /// The most fragments of a picture; each takes 12 bytes.

@@ -110,7 +110,8 @@ impl Stages {
         })
     }
 
-    /// Runs one frame with all stages and waits for it. Returns its nanoseconds if the device has timestamps.
+    /// Runs one frame with all stages and waits for it. Returns the time of each stage, in nanoseconds if the device
+    /// has timestamps.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -124,7 +124,7 @@ fn mavridis(pixel: &PixelCentre, texels: &Texels, taps: u32) -> FilteredTexel {
     FilteredTexel { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
 }
 
-/// Adds an error bound where rounding decides between two probe counts.
+/// Marks texels as undecided where rounding decides between two probe counts.
 fn undecided(found: FilteredTexel, wanted: f64) -> FilteredTexel {
     let near = (wanted - wanted.round()).abs() < 2f64.powi(-16) * wanted;
     FilteredTexel { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }

@@ -12,7 +12,8 @@ use std::f64::consts::TAU;
 /// Number of sectors of directions; each has one horizon.
 pub const SECTORS: usize = 64;
 
-/// Search radius of a horizon, in texels. Farther obstacles would only make the horizon steeper.
+/// Search radius of a horizon, in texels. Farther obstacles could only make the horizon steeper, so leaving them out
+/// only shortens distances.
 pub const REACH: usize = 32;
 
 /// The points of a cell and the rays of a sector for which a distance holds.
@@ -102,7 +103,7 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
     [distance * angle.cos(), distance * angle.sin()].map(|c| c.round() as i32)
 }
 
-/// Points of a sector's arc.
+/// Intervals between the sample points of a sector's arc.
 const SAMPLES: usize = 64;
 
 /// Points at `distance` from the origin, evenly over the sector, and a reach. A cell counts if its centre is within

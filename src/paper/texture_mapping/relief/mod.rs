@@ -4,9 +4,9 @@
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
 //! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005) stores
 //! the distance from each cell to the nearest surface point in a 3-D map. A ray steps by this distance. The paper
-//! refines the map: only points that a view ray through the cell can hit count. A ray that reaches `p` unobstructed
-//! descends at least as steeply as the horizon behind `p`. So the refined distance is the least distance from `p` to a
-//! surface point whose direction from `p` is at least that steep. The tracer does not change.
+//! refines the map: only points that a view ray through the cell can hit count. A ray that reaches a point `p`
+//! unobstructed descends at least as steeply as the horizon behind `p`. So the refined distance is the least distance
+//! from `p` to a surface point whose direction from `p` is at least that steep. The tracer does not change.
 //!
 //! Difference: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
 //! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.

@@ -2,10 +2,11 @@
 //!
 //! f32 computes the place where a point's ray enters the top plane with an error of at most a slack. The hit of a ray
 //! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
-//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it. Where
-//! the slack decides, the texel may count or not, and the range contains all outcomes.
+//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
+//! Where the slack decides, the texel may count or not, and the range contains all outcomes.
 //!
-//! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer strides.
+//! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer
+//! strides.
 
 use super::Relief;
 use super::parallax::{ParallaxFilter, ParallaxView};
@@ -33,7 +34,7 @@ pub fn pixels(
 ) -> Vec<RayPixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
-    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of {MOST_DESCENT}");
+    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of at most {MOST_DESCENT}");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
     // A position has half an ulp of error. A height, interpolated and times the cotangent, has at most six roundings.
     let slack = f64::from(f32::EPSILON) * (extent + 6.0 * descent);
@@ -59,7 +60,7 @@ struct Lines<'a> {
     slack: f64,
 }
 
-/// Colours and numbers of texels that are possible.
+/// The colours and texel counts that a pixel may have in f32.
 struct Possible {
     range: [f64; 2],
     texels: [u32; 2],
@@ -108,7 +109,7 @@ impl Lines<'_> {
         [self.hit(s - self.slack, y) - self.slack, self.hit(s + self.slack, y) + self.slack]
     }
 
-    /// Least and greatest x in f32 below the entry at s, where the surface is taken to be as high as at s.
+    /// Least and greatest x in f32 at which the ray that enters at s would hit a level surface of the height at s.
     fn offset(&self, s: f64, y: f64) -> [f64; 2] {
         let (x, share) = (s.floor() as i64, s - s.floor());
         let height = self.texel(x, y)[0] * (1.0 - share) + self.texel(x + 1, y)[0] * share;
@@ -163,7 +164,8 @@ impl Lines<'_> {
         for x in (first..).take_while(|&x| (x as f64) < b[1]) {
             let (at, own) = (x as f64, self.entry(x, y));
             let inside = a[1] <= at && at < b[0];
-            // How far the texel is from being hidden; two entries may err.
+            // How far the texel is from being hidden: the difference of two entries, each of which may err by the
+            // slack.
             let shown = if visible { own - highest } else { f64::INFINITY };
             highest = highest.max(own);
             let colour = self.texel(x, y)[1];

@@ -16,14 +16,14 @@ pub struct Shipped {
     heights: &'static [u8],
 }
 
-/// scenes/brick-wall.NOTICE has its origin.
+/// Origin: scenes/brick-wall.NOTICE.
 pub const BRICK_WALL: Shipped = Shipped {
     colours: include_bytes!("../../../../scenes/brick-wall.jpg"),
     heights: include_bytes!("../../../../scenes/brick-wall-heights.png"),
 };
 
-/// scenes/cliff.NOTICE has its origin. The heights are coarser than the colours: the map of 128 x 128 texels is built
-/// four times sooner than that of 256 x 256.
+/// Origin: scenes/cliff.NOTICE. The heights are coarser than the colours, because the map of 128 x 128 texels is built
+/// four times faster than that of 256 x 256.
 pub const CLIFF: Shipped = Shipped {
     colours: include_bytes!("../../../../scenes/cliff.jpg"),
     heights: include_bytes!("../../../../scenes/cliff-heights.png"),
@@ -43,11 +43,11 @@ impl Shipped {
         (texels.len().isqrt(), texels)
     }
 
-    /// The luminance of the picture in linear light, as the means over `side` x `side` squares; `side` divides the
-    /// picture's.
+    /// The mean luminance of the picture, in linear light, over each of `side` x `side` squares. `side` must divide the
+    /// picture's side.
     pub fn luminance(&self, side: usize) -> Vec<f32> {
         let (texels, picture) = self.picture();
-        assert_eq!(texels % side, 0, "squares of {texels} texels in rows of {side}");
+        assert_eq!(texels % side, 0, "a side of {texels} texels is not a multiple of {side}");
         let across = texels / side;
         let of = |at: usize| {
             let [column, row] = [at % side, at / side].map(|c| c * across);

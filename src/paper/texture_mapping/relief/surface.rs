@@ -2,8 +2,8 @@
 //!
 //! The plane is the relief's top and rays descend from it, so the plane's outline stays straight. The relief repeats
 //! beyond the outline. Projected widths treat the view as parallel within each pixel. Long descents are searched in
-//! strides of several steps where the relief is hidden. A stride is at most a texel long up to descents of 1024 texels;
-//! a longer one can miss a narrower peak.
+//! strides of several steps where the relief is hidden. For descents of up to 1024 texels a stride is at most a texel
+//! long. A longer stride can miss a peak that is narrower than it.
 
 use super::Relief;
 use super::maps::{Fan, Holds};
