@@ -233,8 +233,8 @@ impl Measure {
         }
     }
 
-    /// The passes differ by more than their loads: a missing tile is shown by a coarser one, and a footprint holds fewer of
-    /// its texels. So the report also has the time that no wait for the device explains.
+    /// The passes differ by more than their loads: a coarser tile replaces a missing one, and a footprint holds fewer
+    /// of its texels. So the report also has the longest frame without its waits for the device and the display.
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
         format!(
