@@ -1,6 +1,6 @@
-//! `view --measure`: frame times along the scene's path. Its passes have the same steps:
-//! - with cold caches, then with warm ones, which differ only by the loads of the first pass;
-//! - with closed and with open panels in turn, some steps each, so that a slow machine slows both.
+//! `view --measure`: frame times along the scene's path, in four passes with the same steps:
+//! - with cold caches, then with warm ones;
+//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both.
 //!
 //! Then frames from key presses to changed pictures are counted.
 
