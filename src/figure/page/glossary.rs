@@ -86,10 +86,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "the 95 % confidence interval contains the bound; the reason estimates how many rounds would decide",
     ),
     ("weight map", "paper 3: a table of the Gaussian weight by the texel's position in the footprint"),
-    (
-        "[a .. b]",
-        "95 % confidence interval of a median; for a ratio, of the median of the per-round ratios",
-    ),
+    ("[a .. b]", "95 % confidence interval of a median; for a ratio, of the median of the per-round ratios"),
 ];
 
 #[cfg(test)]
