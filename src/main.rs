@@ -74,8 +74,8 @@ enum Command {
 }
 
 impl Command {
-    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce`, which stops its worker
-    /// itself.
+    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce` and `demo`: `reproduce`
+    /// stops its worker and prints its own message.
     fn advice(&self) -> Option<&'static str> {
         match self {
             Command::Bake(_) => Some(

@@ -89,7 +89,7 @@ fn a_dispatch_beyond_the_devices_limit_is_refused_and_names_the_pipeline() {
     let pipeline = gpu.compute_pipeline("endless", &dispatch_comp::SHADER, &[]).unwrap();
     let words = gpu.buffer("words", 4 * 256, BufferUse::Storage).unwrap();
     let resources = [(dispatch_comp::WORDS, Resource::Buffer(&words))];
-    // No device has as many groups in y.
+    // No device allows this many groups in y.
     let groups = [1, u32::MAX, 1];
     let once = gpu.run_pass("once", |cmd| cmd.dispatch(&pipeline, &resources, &[], groups));
     let rounds = [vec![((), [1; 3])], vec![((), groups)]];
@@ -167,7 +167,8 @@ fn a_watched_device_fails_a_test_that_ends_with_messages() {
     frame.submit().unwrap().wait().unwrap();
 }
 
-/// The inner submissions run before the frame, so it sees what they wrote; what it uses outlives them.
+/// The inner submissions run before the frame, so the frame sees their results. The objects that the frame uses outlive
+/// these submissions.
 #[test]
 fn buffers_and_images_are_filled_while_a_frame_is_recorded() {
     let gpu = Watched::open(&GpuOptions::default());

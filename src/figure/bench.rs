@@ -16,8 +16,8 @@ const COUNTED: usize = 1;
 /// The warm-up takes at least this long: a GPU raises its clocks under load.
 const WARM_UP_TIME: Duration = Duration::from_millis(200);
 
-/// The order of `count` items in a round: a shuffle that is the same in every run. In a fixed
-/// order, the state that an item leaves (caches, clocks) would always count in the time of the same next item.
+/// The order of `count` items in a round: a shuffle that is the same in every run. In a fixed order, the state that an
+/// item leaves behind (caches, clocks) would always affect the same next item.
 fn order(round: usize, count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     let mut random = SplitMix64(round as u64);
@@ -125,8 +125,8 @@ impl Bench {
         }
     }
 
-    /// Runs all contenders in turn, [`Bench::runs`] times, in another order each time, so that drift, other load
-    /// and the contender before affect all equally. Adds a contender "empty pass".
+    /// Runs all contenders in turn, [`Bench::runs`] times, in another order each time, so that drift, other load and
+    /// the preceding contender affect all equally. Adds a contender "empty pass".
     ///
     /// # Errors
     /// The first error of a contender.
@@ -134,7 +134,8 @@ impl Bench {
         self.interleave_until(gpu, contenders, 1, |_| true)
     }
 
-    /// As [`Bench::interleave`], but repeats the runs until `enough` returns true, to at most `most` times as many.
+    /// As [`Bench::interleave`], then repeats all runs until `enough` returns true, or until there are `most` times as
+    /// many runs.
     ///
     /// # Errors
     /// The first error of a contender.

@@ -1,9 +1,9 @@
 //! A figure: a question, a measurement, and the claims to judge by the numbers. Independent of any paper.
 //!
 //! A figure is one const. Each of its scenes, at each value of its sweep, is a [`Cell`]. A run resumes at cells, and
-//! several machines divide the cells among them. [`Figure::measure`] measures all variants of a cell together and
-//! returns [`Row`]s. So the runs of the variants are interleaved ([`Bench::interleave`]), and drift affects all of them
-//! equally. `list`, `reproduce`, `merge`, the tests and the report iterate the same list.
+//! several machines divide the cells among them. [`Figure::measure`] measures all variants of a cell and returns
+//! [`Row`]s. The runs of the variants are interleaved ([`Bench::interleave`]), so drift affects all of them equally.
+//! `list`, `reproduce`, `merge`, the tests and the report iterate the same list.
 
 mod against;
 mod bench;
@@ -188,7 +188,7 @@ impl Plot {
 }
 
 impl Figure {
-    /// What a figure without special variants, sweep and plots leaves out.
+    /// Defaults for the fields that a figure does not set.
     pub const BASE: Figure = Figure {
         id: "",
         title: "",

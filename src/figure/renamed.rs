@@ -2,7 +2,7 @@
 
 use super::Row;
 
-/// A figure, or its family with the dot; the old name, and today's.
+/// (figure's id, or a family with its dot; old name; today's name)
 const RENAMED: &[(&str, &str, &str)] = &[
     ("vt.", "J1", "tile pool"),
     ("vt.", "H1", "page table"),
@@ -100,7 +100,8 @@ pub fn renew(figure: &str, rows: &mut [Row]) {
     }
 }
 
-/// Today's name of an old one; every other name stays. A cache in front of a quantity stays too: "FIFO-12, made for it".
+/// Today's name for an old name; other names are returned unchanged. A cache in front of a quantity is kept: the name
+/// after "FIFO-12, " is replaced.
 fn now(figure: &str, name: &str) -> String {
     let (cache, own) = match name.split_once(", ") {
         Some((cache, own)) if cache.starts_with("FIFO-") => (Some(cache), own),

@@ -28,7 +28,7 @@ pub struct Results {
     /// Version of the format from which they were read.
     #[serde(skip)]
     pub format_version: u32,
-    /// The program that gathered them; empty in files without it.
+    /// Version of the program that gathered them; empty if the file does not state it.
     #[serde(default)]
     pub program_version: String,
     pub effort: Effort,
@@ -233,7 +233,8 @@ fn judge((figure, effort): (&Figure, Effort), cells: &[CellRows], machines: &[Ma
 /// The rows for the claims; `None` if nothing was measured.
 pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     let used = || cells.iter().filter_map(|cell| cell.machine.map(|at| &machines[at]));
-    // If cells come from several machines and one is a software device, claims about time get its verdicts.
+    // If cells come from several machines and one is a software device, claims about time get the verdicts of a
+    // software device.
     let machine = used().find(|machine| machine.is_software()).or_else(|| used().next())?.clone();
     let mut table = Table { machine, records: Vec::new(), lost: Vec::new() };
     for CellRows { cell, outcome, .. } in cells {

@@ -18,7 +18,7 @@ pub struct Run<T: Technique> {
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
     next: u64,
-    /// [`View::noise`] of the next frame: the number of pictures so far. A settled picture counts as one.
+    /// [`View::noise`] of the next frame: the number of pictures so far. All frames of a settling picture count as one.
     noise: u64,
 }
 

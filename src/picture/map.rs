@@ -3,7 +3,7 @@
 use super::error::{Difference, PixelError};
 use super::write::Srgb8Picture;
 
-/// The scale ends at an error of 1. The darkest colour above black starts this many powers of ten below.
+/// The scale ends at an error of 1 and starts this many powers of ten below.
 const DECADES: u32 = 5;
 /// An error of exactly 0.
 const EQUAL: [u8; 3] = [0; 3];

@@ -60,8 +60,8 @@ pub(super) struct Setup {
     depth: Linear,
     /// 1 for a triangle that is clockwise in the picture (y down), else -1.
     facing: f64,
-    /// Rounding bound of an edge's value: 2^-48 of the corners' products, at positions up to 2 (in normalised device
-    /// coordinates) from the picture's middle.
+    /// Rounding bound of an edge's value at positions up to 2 (in normalised device coordinates) from the picture's
+    /// middle: 2^-46 of the squared length of the longest corner.
     doubt: f64,
     /// |determinant| of the corners: twice the area times the three w.
     scale: f64,
@@ -244,7 +244,7 @@ impl Setup {
         (self.coordinates[0] + self.coordinate_from_first(place)).to_array()
     }
 
-    /// Distance from the eye along its forward axis at such a position, in metres.
+    /// Distance from the eye along its forward axis, in metres, at a position that the triangle covers.
     pub(super) fn distance_m(&self, place: DVec3) -> f64 {
         self.scale / self.inverse_w.dot(place)
     }

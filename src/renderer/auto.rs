@@ -36,7 +36,7 @@ pub struct Chosen {
     pub words: String,
 }
 
-/// Larger than any front.
+/// Limit of a front's file in bytes; larger than any front.
 const MOST_BYTES: u64 = 1 << 24;
 
 /// The surface whose filter is `"auto"`, and its bound.

@@ -1,11 +1,13 @@
-//! The rays of a pixel to a relief below a plane, in f64; each is traced from a start in f32.
+//! The rays of a pixel to a relief below a plane, in f64. Only the origin and the direction of a ray are rounded to
+//! f32.
 
 use crate::paper::texture_mapping::relief::reference::first_hit;
 use crate::paper::texture_mapping::relief::{Ray, Relief};
 use crate::reference::ReferenceView;
 use glam::DVec3;
 
-/// A relief below a square plane, seen from one position. Lengths are in texels of the relief; texel (i, j) is at (i, j).
+/// A relief below a square plane, seen from one position. Lengths are in texels of the relief; the centre of texel (i,
+/// j) is at (i, j).
 pub struct Below {
     relief: Relief,
     eye: DVec3,
@@ -35,7 +37,7 @@ impl Below {
         places.filter_map(|[x, y]| self.hit(plane.coordinate(x, y)?)).collect()
     }
 
-    /// The hit of the ray through a point of the plane; `None` from below.
+    /// The hit of the ray through a point of the plane; `None` if the ray does not descend.
     fn hit(&self, coordinate: [f64; 2]) -> Option<Hit> {
         let side = self.relief.side as f64;
         let [x, y] = coordinate.map(|c| c * side - 0.5);

@@ -99,8 +99,8 @@ impl Surfaces {
         self.plain.iter().flat_map(|plain| &plain.surfaces).any(|surface| surface.relief.is_some())
     }
 
-    /// Ends what the loads of tiles wait for, except the tiles themselves; called before a renderer with unfinished loads
-    /// is dropped.
+    /// Ends waits in loads of tiles that are not reads, such as the simulated delay of a slow disk. Called before a
+    /// renderer with unfinished loads is dropped.
     pub fn end_waits(&self) -> impl FnOnce() + Send + use<> {
         let source = self.texture.as_ref().map(|texture| texture.source.clone());
         move || source.iter().for_each(|source| source.stop_waiting())

@@ -1,7 +1,8 @@
 //! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow;
 //! the window's error overlay computes it beside the frames.
 //!
-//! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, whatever the frame shows.
+//! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, regardless of its level
+//! in the frame.
 
 use super::open::{carries_virtual, is_lit, plain_texture, relief};
 use super::plain::ALBEDO;
@@ -114,7 +115,7 @@ impl<'a> SceneTruth<'a> {
         self.layers.iter().any(|layer| layer.view.sample(x, y).is_some())
     }
 
-    /// True if more rays make pixels more exact.
+    /// True if a surface has a relief. Only pixels of reliefs depend on the number of rays.
     pub fn has_reliefs(&self) -> bool {
         self.layers.iter().any(|layer| layer.relief.is_some())
     }

@@ -138,8 +138,8 @@ impl Camera {
 }
 
 /// Near plane of a camera `altitude_m` above the ground. The ground is never nearer than the altitude, because a mesh
-/// of chords lies below the ellipsoid. So it is visible in all pixels whose rays deviate from the axis by at most
-/// acos(1/64) = 89.1 degrees. With reversed float depth, the factor 1/64 costs no precision.
+/// of chords lies below the ellipsoid. So the ground is visible in all pixels whose rays deviate from the axis by at
+/// most acos(1/64) = 89.1 degrees. With reversed float depth, the factor 1/64 costs no precision.
 pub fn near_m(altitude_m: f64) -> f64 {
     altitude_m / 64.0
 }

@@ -51,7 +51,7 @@ impl Live {
         Ok(!self.records_alone || self.film.is_some())
     }
 
-    /// Stops the jobs, and says what became of them. Waits for the steps under way, but not for slow tiles.
+    /// Stops the jobs and reports their results. Waits for the steps under way, but not for slow tiles.
     ///
     /// # Errors
     /// The recording failed, and the window was opened for it alone.
@@ -207,7 +207,7 @@ impl Live {
         Ok(())
     }
 
-    /// Says what became of the last change.
+    /// Reports the result of the last change.
     fn tell_change(&mut self, kept: Option<Kept>) {
         let what = &self.change.what;
         let text = match kept {

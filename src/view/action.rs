@@ -44,7 +44,7 @@ pub enum Action {
     Recall(usize),
     /// A key of the scene, and its value in TOML.
     Set(String, String),
-    /// A scene key that gets the scene's own value again.
+    /// A key of the scene that is reset to the scene's own value.
     Reset(String),
 }
 

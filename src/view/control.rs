@@ -43,7 +43,7 @@ impl Pane {
     }
 }
 
-/// The actions of the keys pressed since the last frame. None while a text field has the focus.
+/// The actions of the keys pressed since the last frame. Empty while a text field has the focus.
 pub fn actions(context: &Context, events: &[Event]) -> Vec<Action> {
     if context.egui_wants_keyboard_input() {
         return Vec::new();

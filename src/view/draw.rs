@@ -79,8 +79,8 @@ impl Live {
         Some(Subject { question, pose, size, edition: self.edition })
     }
 
-    /// Draws the picture and the panels, whose last layout stays if there is no `output`. Returns false if no image was
-    /// available.
+    /// Draws the picture and the panels. Without `output`, the panels keep their last layout. Returns false if no image
+    /// was available.
     pub(super) fn draw(&mut self, output: Option<FullOutput>) -> anyhow::Result<bool> {
         let window: [u32; 2] = self.window.inner_size().into();
         let acquiring = Instant::now();
@@ -151,7 +151,7 @@ impl Live {
         Ok(())
     }
 
-    /// The pose of the next frame, and what its error is measured for if its picture is complete.
+    /// The pose of the next frame, and the judge's subject if that frame's picture is complete.
     fn next_pose(&mut self) -> (Pose, Option<Subject>) {
         let pose: Pose = self.eye.camera.pose();
         // The last frame reports whether its picture is complete. That holds for this frame only if the pose

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Time between two looks at a job.
+/// Interval at which the window checks its jobs.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// Work that ends with a `T`: the path of what it has written, or what it has opened. Dropping it stops the work and
@@ -49,10 +49,10 @@ impl JobProgress {
         }
     }
 
-    /// Calls `end_waits` when the work must stop: it ends what the work may be waiting for.
+    /// Calls `end_waits` when the work must stop. It must end the waits of the work.
     pub fn at_stop(&self, end_waits: impl FnOnce() + Send + 'static) {
         self.waits().push(Box::new(end_waits));
-        // The work may have been stopped before.
+        // The work may already have been stopped.
         if self.check().is_err() {
             self.end_waits();
         }

@@ -81,7 +81,7 @@ impl Map {
     }
 }
 
-/// The thread's own inputs of the reference.
+/// The thread's own copy of the reference's inputs.
 struct Reference {
     scene: Scene,
     tiles: Option<Arc<dyn TileSource>>,
@@ -240,8 +240,8 @@ impl Work {
         self.end(found.err().map(|error| error.to_string()));
     }
 
-    /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass. Then takes more rays to
-    /// reliefs.
+    /// Computes every 16th pixel of every 16th row first, then halves the spacing in each pass. Then takes more rays
+    /// for each pixel of a relief.
     fn errors(&self, reference: &Reference, pose: &Pose, shown: &Srgb8Picture) {
         let [width, height] = self.size;
         let truth = match SceneTruth::new(&reference.scene, reference.tiles.as_deref(), pose, self.size) {

@@ -12,7 +12,7 @@ const STEP: u32 = 48;
 /// Width and height of a label with a gap, in points.
 const LABEL: [f32; 2] = [72.0, 16.0];
 
-/// A texel of the overlay's image: four words.
+/// Bytes of a texel of the overlay's image: four words.
 const STRIDE: u64 = 16;
 
 /// Level, row and column.

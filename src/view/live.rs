@@ -37,8 +37,8 @@ use winit::window::Window;
 pub(super) const ECHO: u32 = 5;
 
 /// While the picture changes, the panels are laid out again once the last layout is older than the second age. The
-/// first age is enough if [`PANELS_FRAMES`] frames have drawn the last layout. The count is for slow devices, on which
-/// every frame takes longer than the first age and would otherwise lay out the panels.
+/// first age is enough if [`PANELS_FRAMES`] frames have drawn the last layout. The count helps slow devices: there,
+/// every frame takes longer than the first age and would lay out the panels.
 const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(500)];
 const PANELS_FRAMES: u32 = 3;
 
@@ -96,11 +96,12 @@ pub struct Live {
 /// The last change of what the stage shows.
 #[derive(Default)]
 pub(super) struct LastChange {
-    /// What the status line says once it is shown.
+    /// The text of the status line once the change is shown.
     pub(super) what: String,
-    /// True if it was Space, which skips variants that cannot be opened.
+    /// True if the change came from Space, which skips variants that cannot be opened.
     pub(super) skips: bool,
-    /// The shaders before those that a thread opens the scene with, and how many differ from the built ones.
+    /// Set while a thread opens the scene with recompiled shaders: the previous shaders, and the number of recompiled
+    /// ones that differ from the built ones.
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 
@@ -242,8 +243,8 @@ impl Live {
         jobs.into_iter().filter(|is_under_way| *is_under_way).count()
     }
 
-    /// True if this frame must lay out the panels. Reasons are input, something that follows the picture, a request of
-    /// egui, values that are old, or that no further frame is due.
+    /// True if this frame must lay out the panels: if there is input, if a shown element follows the picture, if egui
+    /// requests it, if the last layout is old, or if no further frame is due.
     fn is_layout_due(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
         let follows = self.magnifies || self.frozen.is_some() || self.overlay.is_some();

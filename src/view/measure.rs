@@ -1,6 +1,6 @@
-//! `view --measure`: frame times along the scene's path. Its passes have the same steps:
-//! - with cold caches, then with warm ones, which differ only by the loads of the first pass;
-//! - with closed and with open panels in turn, some steps each, so that a slow machine slows both.
+//! `view --measure`: frame times along the scene's path, in four passes with the same steps:
+//! - with cold caches, then with warm ones;
+//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both.
 //!
 //! Then frames from key presses to changed pictures are counted.
 
@@ -233,8 +233,8 @@ impl Measure {
         }
     }
 
-    /// The passes differ by more than their loads: a missing tile is shown by a coarser one, and a footprint holds fewer of
-    /// its texels. So the report also has the time that no wait for the device explains.
+    /// The passes differ by more than their loads: a coarser tile replaces a missing one, and a footprint holds fewer
+    /// of its texels. So the report also has the longest frame without its waits for the device and the display.
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
         format!(

@@ -208,7 +208,7 @@ impl Painter {
         })
     }
 
-    /// The frame just recorded has drawn the layer. Drops the textures that egui no longer uses after it.
+    /// Call after recording a frame that draws the layer. Drops the textures that egui no longer uses after that frame.
     pub fn drawn(&mut self, textures: &TexturesDelta) {
         if let Some(painting) = &mut self.painting {
             painting.is_new = false;

@@ -147,7 +147,7 @@ impl Panels {
         let width = (ui.available_width() - 2.0 * MARGIN).max(LEAST_STATUS);
         let area = egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(MARGIN, -MARGIN));
         area.show(ui.ctx(), |ui| {
-            // Otherwise the width of the last message.
+            // Otherwise egui keeps the width of the last message.
             ui.set_max_width(width);
             let label = Label::new(RichText::new(text).color(colour));
             // A message is one line, which hides little of the picture. Errors must be readable.
@@ -190,7 +190,8 @@ fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Frame times of recent frames as bars, and the passes of the last frame. Under the pointer: what a pass serves.
+/// Frame times of recent frames as bars, and the passes of the last frame. A tooltip names the surfaces and the device
+/// features of a pass.
 fn times(ui: &mut Ui, stage: &Stage) {
     let records: &[Record] = &stage.renderer.records;
     let Some(last) = records.last() else { return };

@@ -1,4 +1,4 @@
-//! The panels of what streaming holds: tiles, page table, caches, and levels of meshes.
+//! The panels of streamed data: tiles, page table, caches, and levels of meshes.
 
 use super::stage::Stage;
 use egui::{Color32, Grid, Rect, Sense, Ui, Vec2, vec2};

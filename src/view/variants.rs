@@ -46,7 +46,8 @@ fn compared(scene: &Scene) -> Vec<[String; 2]> {
     keys.map(|(name, key)| ["NAME", name].map(|name| format!("surface.{name}.{key}"))).collect()
 }
 
-/// A variant for each other value of a setting that the scene allows. The first setting's values need no further name.
+/// A variant for each other value of a setting that the scene allows. For the first setting, the variant has the name
+/// of the value; for the others, the name of the setting precedes it.
 fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) -> Vec<Variant> {
     let keys = scene::keys(LANGUAGES);
     let declared = keys.iter().find(|at| at.dotted == *declared).expect("the setting is declared");
@@ -71,7 +72,7 @@ fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) ->
 fn companions(scene: &Scene, key: &str, value: &str) -> Option<Vec<&'static str>> {
     let of_scene = |key, default| scene.word(&["variant", key]).unwrap_or(default);
     let dedup = |name: &str| Dedup::ALL.iter().find(|dedup| dedup.name() == name);
-    // The geometry shader of stage 3 reads texels alone.
+    // The geometry shader of stage 3 reads the tile mask only as texels.
     let feeds_back = |compact: &str| compact == Compaction::TransformFeedback.name();
     let marks_texels = |dedup: &Dedup| dedup.layout() == MaskLayout::Texels;
     let now = dedup(of_scene("dedup", PAPER.dedup.name()))?;

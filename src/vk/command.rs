@@ -65,7 +65,7 @@ impl Cmd<'_> {
     }
 
     /// # Errors
-    /// [`Error::Limit`] if the device cannot dispatch so many groups; out of memory.
+    /// [`Error::Limit`] if the device cannot dispatch this number of groups; out of memory.
     pub fn dispatch(
         &mut self,
         pipeline: &ComputePipeline,
@@ -239,7 +239,7 @@ impl Cmd<'_> {
             }
             (kind, _) => panic!("{pipeline}: binding {binding} needs a {kind:?}"),
         };
-        // SAFETY: the set is fresh, the objects live until the frame has passed.
+        // SAFETY: the set is fresh, the objects live until the frame has ended.
         unsafe { self.device.handle.update_descriptor_sets(&[write], &[]) };
     }
 

@@ -25,7 +25,7 @@ pub(crate) struct Device {
     objects: Mutex<Objects>,
     /// The highest value of the timeline that the host has waited for.
     pub(crate) waited: AtomicU64,
-    /// The time of these waits.
+    /// The total time of these waits, in nanoseconds.
     pub(crate) waited_ns: AtomicU64,
     /// Shaders that were recompiled at run time.
     pub(crate) replaced: Mutex<super::shader::Replaced>,
@@ -223,7 +223,7 @@ impl Device {
     }
 
     fn destroy(&self, dead: Dead) {
-        // SAFETY: the GPU has passed every frame that could name the handle, and its wrapper is gone.
+        // SAFETY: the GPU has finished every frame that could use the handle, and its wrapper is gone.
         unsafe {
             match &dead {
                 Dead::Buffer(buffer, view, _) => {

@@ -71,7 +71,7 @@ impl Need {
     }
 
     /// # Errors
-    /// [`Error::MissingFeature`] for the first of `needs` for whose feature `has` is false.
+    /// [`Error::MissingFeature`] for the first need whose feature is missing (`has` returns false).
     pub(super) fn check_all(needs: &[Need], device: &str, has: impl Fn(Feature) -> bool) -> Result<()> {
         needs.iter().find(|need| !has(need.feature)).map_or(Ok(()), |need| Err(need.missing(device)))
     }

@@ -8,8 +8,8 @@ fn require(fits: bool, object: &str, what: impl FnOnce() -> String) -> Result<()
     if fits { Ok(()) } else { Err(Error::limit(object, what())) }
 }
 
-/// At least this many groups, as rows of a dispatch in two dimensions: a device may allow only 65,535 in one dimension.
-/// Shaders number them with `common/line.glsl`.
+/// The size of a two-dimensional dispatch of at least this many groups. One dimension is not enough, because a device
+/// may allow only 65,535 groups in it. Shaders number them with `common/line.glsl`.
 pub fn group_line(groups: u64) -> [u32; 3] {
     let rows = groups.div_ceil(32_768).max(1);
     [groups.div_ceil(rows) as u32, rows as u32, 1]

@@ -1,9 +1,8 @@
 //! Thin wrappers around Vulkan objects, and the only `unsafe` of the crate.
 //!
-//! Wrappers own their handle and an `Arc` of the device. `Drop` moves handle and memory to a queue, which
-//! destroys them once the GPU has finished every frame that could use them. Images stay in GENERAL,
-//! depth images in a layout of their own. A
-//! [`Frame`] is a short list of passes, each with a label, one global barrier and two timestamps.
+//! Wrappers own their handle and an `Arc` of the device. `Drop` moves handle and memory to a queue, which destroys them
+//! once the GPU has finished every frame that could use them. Images stay in GENERAL, depth images in a layout of their
+//! own. A [`Frame`] is a short list of passes, each with a label, one global barrier and two timestamps.
 
 mod buffer;
 mod command;
@@ -73,7 +72,7 @@ pub type DisplayHandle<'a> = &'a std::convert::Infallible;
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions<'a> {
-    /// A device's index, or part of its name. `None`: the first usable one (discrete, then integrated, then
+    /// A device's index, or part of its name. `None`: the first usable one (discrete, then integrated, virtual,
     /// software).
     pub device: Option<&'a str>,
     /// Enables validation, with synchronisation validation.

@@ -26,7 +26,7 @@ pub struct PhysicalDevice {
 }
 
 impl PhysicalDevice {
-    /// True if the device has Vulkan 1.3 and scalar block layout. All our programs need both.
+    /// True if the device has Vulkan 1.3 and scalar block layout. Every pass needs both.
     pub fn usable(&self) -> bool {
         self.api >= (1, 3, 0) && self.offered.scalar_block_layout
     }

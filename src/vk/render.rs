@@ -97,7 +97,7 @@ impl<'a> Cmd<'a> {
             min_depth: 0.0,
             max_depth: 1.0,
         };
-        // SAFETY: the attachments live until the frame has passed, and are in these layouts.
+        // SAFETY: the attachments live until the frame has ended, and are in these layouts.
         unsafe {
             self.device.handle.cmd_begin_rendering(self.handle, &info);
             self.device.handle.cmd_set_viewport(self.handle, 0, &[viewport]);
@@ -183,7 +183,7 @@ impl Render<'_, '_> {
         let vertices = vertices.map(|vertices| vertices.for_frame(self.cmd.mapped));
         let (of, indices) = (indices.index_type(), indices.for_frame(self.cmd.mapped));
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
-        // SAFETY: the buffers live until the frame has passed; build.rs generated the vertex layout.
+        // SAFETY: the buffers live until the frame has ended; build.rs generated the vertex layout.
         unsafe {
             if let Some(vertices) = vertices {
                 device.cmd_bind_vertex_buffers(cmd, 0, &[vertices], &[0]);

@@ -30,7 +30,8 @@ pub fn capture_next_frame() -> bool {
         return false;
     }
     let mut api: *const Api = std::ptr::null();
-    // SAFETY: renderdoc_app.h declares the symbol so, and its table lives as long as the library, which stays loaded.
+    // SAFETY: renderdoc_app.h declares the symbol with this type. The table lives as long as the library, which stays
+    // loaded.
     let trigger = unsafe {
         let get_api = std::mem::transmute::<*mut c_void, GetApi>(symbol);
         if get_api(VERSION, &mut api) != 1 || api.is_null() {

@@ -27,8 +27,9 @@ pub enum PresentMode {
 /// Longest wait of an acquisition. A hidden window may never return an image.
 const PATIENCE_NS: u64 = 100_000_000;
 
-/// Number of attempts, 0.1 ms apart, to find no frame being recorded. A frame is recorded within milliseconds; one that is
-/// never submitted is our bug. Time is not measured, because it also passes while the program is stopped.
+/// Number of attempts, 0.1 ms apart, to find a moment at which no frame is being recorded. Recording takes
+/// milliseconds; a frame that is never submitted is a bug. Attempts are counted instead of time, because time also
+/// passes while the process is stopped.
 const MOST_ATTEMPTS: u32 = 600_000;
 
 /// A window surface that a device can present to. Keeps the window alive.
@@ -375,7 +376,7 @@ impl Swapchain {
     }
 }
 
-/// The lock of the ring, at a time when no thread records a frame, which could keep dropped objects.
+/// The ring's lock, taken when no thread records a frame. A frame being recorded keeps dropped objects alive.
 fn lock_between_frames(gpu: &Gpu) -> MutexGuard<'_, Ring> {
     for _ in 0..MOST_ATTEMPTS {
         let ring = gpu.lock_ring();

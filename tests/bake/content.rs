@@ -70,7 +70,7 @@ fn every_level_is_the_mean_of_four_of_the_files_own_texels() {
     for coarser in 1..=file.pyramid().coarsest_level() {
         let (finer, mut coarser) = (level(&file, coarser - 1), level(&file, coarser));
         assert_eq!(texels_that_are_not_means(&finer, &coarser), 0, "{} x {}", coarser.width, coarser.height);
-        // Near miss: a level shifted by a texel is rejected, and so is one code in one texel.
+        // Near misses: a level shifted by a texel is rejected, and so is a level with one texel changed by one code.
         if coarser.width >= 16 {
             coarser.rgba.rotate_left(4);
             assert!(texels_that_are_not_means(&finer, &coarser) > coarser.width * coarser.height / 2);

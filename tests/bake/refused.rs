@@ -128,7 +128,7 @@ fn a_tiff_with_a_mask_is_rejected_and_one_with_a_smaller_copy_is_read() {
     }
 }
 
-/// Photographs say in EXIF data, a TIFF in a tag, how they are turned.
+/// The orientation of a photograph is in its EXIF data, that of a TIFF in a tag.
 #[test]
 fn a_rotated_picture_is_rejected_with_the_conversion() {
     let folder = tempfile::tempdir().unwrap();

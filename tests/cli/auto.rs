@@ -10,7 +10,7 @@ fn render(folder: &TempDir, arguments: &[&str]) -> Command {
     command
 }
 
-/// What a successful run says.
+/// The messages of a successful run.
 fn said(mut command: Command) -> String {
     let ran = command.output().unwrap();
     let words = String::from_utf8(ran.stderr).unwrap();

@@ -104,7 +104,7 @@ fn unreadable_results_are_reported_before_any_measurement() {
     assert_eq!(names(&folder), ["old.json"]);
 }
 
-/// Timeout of every wait. No machine is so slow.
+/// Timeout of every wait. No machine needs this long.
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The measuring child of a run, once it exists.

@@ -100,8 +100,8 @@ fn picture(path: &Path) -> Srgb8Picture {
     read_png(path).unwrap()
 }
 
-/// An earth of 2^11 x 2^10 texels in tiles of 128 (levels 0 ..= 3 are streamed), at 160 x 90 pixels, so that
-/// levels 0 to 2 are visible. `texture` are the further keys of its table.
+/// An earth of 2^11 x 2^10 texels in tiles of 128 (levels 0 ..= 3 are streamed), at 160 x 90 pixels, so that levels 0
+/// to 2 are visible. `texture` holds more keys of the texture's table.
 fn small_scene(texture: &str) -> String {
     format!(
         "[surface.land]\ngeometry = {{ kind = \"ellipsoid\", columns = 96, rows = 48 }}\n\

@@ -227,7 +227,7 @@ static NEXT_OF_DEVICE: RwLock<Option<GetProc>> = RwLock::new(None);
 
 /// The loader's link of that kind in a create info, advanced for the next layer.
 unsafe fn link(info: *const Link, kind: i32) -> Option<(GetProc, GetProc)> {
-    // SAFETY: every structure of a pNext chain begins with its kind and the next one.
+    // SAFETY: every structure of a pNext chain begins with its kind and a pointer to the next one.
     unsafe {
         let mut at = (*info).next;
         while let Some(structure) = at.as_mut() {

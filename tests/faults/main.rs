@@ -134,7 +134,8 @@ fn complaint(ended: &Ended, undisturbed: &Ended, kind: &str) -> Option<String> {
     }
 }
 
-/// The first renders a virtual texture; the second has progressive meshes in all ways that call Vulkan differently.
+/// The first renders a virtual texture; the second has progressive meshes in all ways that call Vulkan differently; the
+/// third is the self-test.
 const SMALL_RUNS: [&str; 3] = [
     "render ruler --size 16x9 --deterministic -o a.png --report a.json -D surface.land.geometry.columns=32 \
      -D surface.land.geometry.rows=16 -D surface.land.texture.width_log2=14 -D surface.land.texture.height_log2=13 \
@@ -148,7 +149,7 @@ const SMALL_RUNS: [&str; 3] = [
     "doctor",
 ];
 
-/// Each run, with the number of its calls that fail at most.
+/// Each run, with the largest number of its calls that are made to fail.
 fn runs() -> Vec<(String, usize)> {
     let mut runs: Vec<(String, usize)> = SMALL_RUNS.map(|run| (run.to_owned(), usize::MAX)).into();
     let most = match std::env::var("ORTELIUS_FAULTS").as_deref() {

@@ -3,7 +3,7 @@
 use crate::lexer::tokens;
 use crate::{read, root, sources};
 
-/// Files of `src` that open files without `crate::file`, and whose they are.
+/// Files of `src` that open files without `crate::file`, and the source of the opened files.
 const OPENS: [(&str, &str); 8] = [
     ("src/command/interrupt.rs", "/proc"),
     ("src/figure/machine.rs", "/proc, and the program itself"),

@@ -1,4 +1,4 @@
-//! The reference rasteriser against things known in closed form, and against rays.
+//! The reference rasteriser, compared with closed forms and with ray tracing.
 
 mod candidates;
 mod rays;

@@ -42,7 +42,7 @@ fn a_prefetched_tile_never_evicts_a_visible_one() {
         let report = bench.frame_ahead(&[A, C], &[B]);
         assert_eq!((report.expected, report.hits, report.gpu_evictions), (0, 2, 0));
     }
-    // The substitute of A, which cannot be read, is in use as well.
+    // A cannot be read. Its substitute is in use as well.
     let mut bench = Bench::new(TestSource::default(), counting(2, 8, 4, 4));
     bench.settle(&[C], 4);
     let (below, coarser) = (tile(0, 14, 6), C);

@@ -1,5 +1,5 @@
-//! A second implementation of the streaming rules on plain lists, written from the module's documentation.
-//! Every search is a loop, and every order is a clock.
+//! A second implementation of the streaming rules on plain lists, written from the module's documentation. Every search
+//! is a loop, and every order follows from clock values.
 
 use crate::invariants::{visible_list, visible_path};
 use crate::source::{Bench, TestSource, counting, pyramid};
@@ -64,7 +64,8 @@ impl Model {
         };
         let fitting =
             |most: usize| (0..).find(|&bias| at(bias).iter().collect::<BTreeSet<_>>().len() <= most).unwrap();
-        // It rises at once. It falls after 30 frames of rest, or of a tenth of the slots to spare.
+        // The bias rises at once. It falls after 30 frames in which a lower one suffices: at rest if the tiles fit,
+        // otherwise if a tenth of the slots stays free.
         let rests = self.before == visible;
         self.before = visible.to_vec();
         let lower = fitting(if rests { self.n1 } else { self.n1 * 9 / 10 });

@@ -186,8 +186,8 @@ fn above(relief: &Relief, ray: &Ray, t: f64) -> f64 {
     f64::from(relief.depth) + t * f64::from(ray.direction[2]) - height
 }
 
-/// The number of rays that do not end at a crossing: below the surface, with a point above it at most a bisected step
-/// before, and not before the first hit.
+/// The number of rays that do not end at a crossing. A crossing is a point below the surface, not before the first hit,
+/// with a point above the surface at most one bisected step before it.
 fn beside_crossings(relief: &Relief, found: &[(Ray, Traced)], tracer: &Tracer<'_>) -> usize {
     // Positions in f32 are within 2^-18 texels here, heights within as much times the steepest slope, the depth.
     let slack = 1e-4;
@@ -246,9 +246,8 @@ fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
     }
 }
 
-/// A tracer, and the same with longer and with shorter steps: by more than a division's 2.5 ulp and a square root's 3.
-/// For linear search, the ray descends slower or faster
-/// instead.
+/// A tracer, and two copies with longer and with shorter steps. The difference exceeds the rounding of a division (2.5
+/// ulp) and a square root (3 ulp). For linear search, the ray descends slower or faster instead.
 struct Rounded<'a> {
     tracers: [Tracer<'a>; 3],
 }
@@ -268,8 +267,8 @@ impl Rounded<'_> {
         })
     }
 
-    /// The number of rays whose steps or hit (by more than 1e-3 texels) differ from the twin's although rounding does
-    /// not change the twin's, and of rays for which it does.
+    /// Two numbers of rays: those whose steps or hit (by more than 1e-3 texels) differ from the twin's although
+    /// rounding does not change the twin's result, and those for which rounding changes it.
     fn differ(&self, relief: &Relief, found: &[(Ray, Traced)]) -> [usize; 2] {
         let same = |a: &Traced, b: &Traced| a.steps == b.steps && (a.distance - b.distance).abs() <= 1e-3;
         let mut counts = [0; 2];

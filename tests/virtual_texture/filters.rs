@@ -141,7 +141,7 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
         left.nmse(),
         left.worst().unwrap().value
     );
-    // Noise falls at least as with independent taps: in inverse proportion to their number.
+    // The NMSE of the noise falls at least as fast as with independent taps: in inverse proportion to their number.
     assert!(noise[1] < noise[0] / 4.0 && noise[2] < noise[1] / 4.0, "{noise:?}");
     assert!(left.nmse() < noise[0] / 1024.0 * 2.0, "{:.2e}", left.nmse());
 }
@@ -211,7 +211,8 @@ fn beyond(
     beyond
 }
 
-/// Lengths of a footprint's sides, and the tolerance of the device's lengths, from its derivatives'.
+/// Lengths of a footprint's sides, and the tolerance of the device's lengths, which follows from that of its
+/// derivatives.
 fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [ds, dt] = tolerance(sample).derivative;

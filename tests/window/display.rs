@@ -115,7 +115,7 @@ impl Drop for Display {
     }
 }
 
-/// Whether some processes are busy.
+/// The activity of some processes.
 #[derive(Clone, Copy)]
 pub struct Activity {
     processes: [u32; 2],

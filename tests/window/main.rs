@@ -177,7 +177,7 @@ fn a_minimised_window_finishes_its_screenshot() {
         window.press(key::F12);
         window.handled();
         window.minimise();
-        // A screenshot that ends before the window is hidden shows nothing.
+        // A screenshot that ends before the window is hidden tests nothing.
         if saved(&window) == before {
             break before;
         }
@@ -302,7 +302,7 @@ fn a_measurement_prints_its_passes_and_ends() {
     }
     for (pass, name) in times["passes"].as_array().unwrap().iter().zip(passes) {
         assert_eq!((&pass["name"], &pass["frame"]["count"]), (&name.into(), &24.into()));
-        // Work beside the waits, and so no more than the frame.
+        // The frame without its waits, so at most the frame's time.
         let host = pass["host_longest"].as_f64().unwrap();
         assert!(host > 0.0 && host <= pass["frame"]["max"].as_f64().unwrap(), "{pass}");
     }

@@ -7,7 +7,7 @@ use ortelius::math::splitmix::SplitMix64;
 
 const SEED: u64 = 20_261_122;
 
-/// Bytes of device memory, and of the resident set, once no screenshot and no opened scene holds some.
+/// Bytes of device memory and of the resident set, read when no screenshot is under way and no scene is being opened.
 fn memory(window: &mut Program<'_>) -> [u64; 2] {
     let mut line = String::new();
     window.until("the end of all jobs", |window| {
@@ -61,7 +61,7 @@ fn step(window: &mut Program<'_>, random: &mut SplitMix64, is_long: bool) {
 #[test]
 fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     let display = Display::start();
-    // Steps and not seconds: the same walk on every machine.
+    // Steps instead of seconds, so that the walk is the same on every machine.
     const STEPS: u32 = 96;
     let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(STEPS, |text| text.parse().unwrap());
     // With one arena, memory that was freed by another thread is used again.

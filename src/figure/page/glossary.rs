@@ -61,7 +61,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("p", "a geometry shader of paper 1 handles a block of 2^p x 2^p pixels"),
     (
         "page table",
-        "for each tile of the pyramid, the place in the tile pool of this tile, or of the nearest coarser one there",
+        "for each tile of the pyramid, the pool slot of this tile, or of the nearest coarser tile there",
     ),
     ("prefetch", "requests for tiles at the camera pose extrapolated by some frames"),
     ("PSNR", "peak signal-to-noise ratio in decibels"),
@@ -86,7 +86,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "the 95 % confidence interval contains the bound; the reason estimates how many rounds would decide",
     ),
     ("weight map", "paper 3: a table of the Gaussian weight by the texel's position in the footprint"),
-    ("[a .. b]", "95 % confidence interval of the median of the per-round ratios"),
+    ("[a .. b]", "95 % confidence interval of a median; for a ratio, of the median of the per-round ratios"),
 ];
 
 #[cfg(test)]

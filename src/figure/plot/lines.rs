@@ -106,8 +106,8 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
     }
 }
 
-/// Names and places of the lines with a single point, which no curve shows: first those on another line, the front of
-/// all points. Without a single point that is shown, the chart has no labels.
+/// Labels (name and position) of the lines that have a single point, because such a line has no visible curve. Points
+/// that lie on another line (the front of all points) come first, so their labels take precedence.
 fn single<'a>(lines: &'a [Line], [scale_x, scale_y]: [&Scale; 2]) -> Vec<(&'a str, [f64; 2])> {
     let on_a_curve =
         |at: &(f64, Point)| lines.iter().any(|line| line.points.len() > 1 && line.points.contains(at));

@@ -24,7 +24,7 @@ pub struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Each pixel has its own level: in the foreground, the level of the horizon would have thousands of tiles.
+    /// Each pixel has its own level: at the level of the foreground, the horizon would need thousands of tiles.
     pub fn truth(&self, kernel: Kernel) -> Truth {
         let (pyramid, [width, height]) = (self.source.pyramid(), self.size);
         let levels: Vec<Level<'_>> =
