@@ -12,9 +12,12 @@ mod picture;
 mod plain;
 pub mod relief_steps;
 mod relief_truth;
+mod surface;
+mod switch;
 mod technique;
 
-pub use open::{Kept, LoadedSwitch, Options, Switch};
+pub use open::Options;
+pub use switch::{Kept, LoadedSwitch, Switch};
 pub use technique::{Carrier, Record, Surfaces};
 
 use crate::frame::{Run, Stalled};

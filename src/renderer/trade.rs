@@ -1,7 +1,7 @@
 //! `ortelius trade` for a scene without a virtual texture: the filters of its plain textures, and the methods of its
 //! relief.
 
-use super::open::relief;
+use super::surface::relief;
 use super::truth::SceneTruth;
 use super::{Options, Renderer};
 use crate::figure::{Bench, Contender, Machine, Trade};

@@ -4,9 +4,9 @@
 //! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, regardless of its level
 //! in the frame.
 
-use super::open::{carries_virtual, is_lit, plain_texture, relief};
 use super::plain::ALBEDO;
 use super::relief_truth::Below;
+use super::surface::{carries_virtual, is_lit, plain_texture, relief};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model::mesh::SourceMesh;

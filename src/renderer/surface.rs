@@ -1,0 +1,141 @@
+//! The keys of one surface: which are refused, its filter, its relief and its plain texture.
+
+use super::RenderError;
+use super::plain::{ALBEDO, PlainFilter};
+use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
+use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
+use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
+use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
+use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::config::{Filter, filter};
+use crate::picture::srgb;
+use crate::reference::pattern::Pattern;
+use crate::scene::{Geometry, Plain, PlainSource, Scene, Surface};
+use crate::texture::plain::PlainTexture;
+
+/// True if a surface shows the virtual texture of `owner`.
+pub(super) fn carries_virtual(surface: &Surface, owner: Option<&Surface>) -> bool {
+    owner.is_some_and(|owner| surface.texture.as_ref() == Some(&owner.name))
+}
+
+/// True if the sun lights the surface. A surface with a virtual texture is lit only if the scene says so.
+pub(super) fn is_lit(surface: &Surface, owner: Option<&Surface>) -> bool {
+    surface.lit.unwrap_or(!carries_virtual(surface, owner))
+}
+
+/// Refuses settings of a surface that no technique would use.
+pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -> Result<(), RenderError> {
+    let key = |key| ["surface", &surface.name, key];
+    let fault = |at, what: &str| Err(scene.fault(&key(at), what).into());
+    let is_mesh = surface.grid().is_none();
+    if is_mesh && surface.texture.is_none() && surface.lit == Some(false) {
+        return fault("lit", "a progressive mesh without a texture is always lit; omit lit");
+    }
+    if scene.has(&key("relief")) && carries_virtual(surface, owner) {
+        return fault("relief", "a relief needs a plain texture; this surface has a virtual one");
+    }
+    relief(scene, surface)?;
+    if !scene.has(&key("filter")) {
+        return Ok(());
+    }
+    let is_owner = owner.is_some_and(|owner| owner.name == surface.name);
+    if carries_virtual(surface, owner) && !is_owner {
+        return fault(
+            "filter",
+            "a shared texture has one filter; state it at the surface that owns the texture",
+        );
+    }
+    let filter = filter(scene, surface)?;
+    let for_plain = Filter {
+        kind: Filtering::Ellipse,
+        max_anisotropy: filter.max_anisotropy,
+        minor_texels: filter.minor_texels,
+        ..Filter::DEFAULT
+    };
+    if !is_owner && ![Filter::DEFAULT, Filter::ONE_SAMPLE, for_plain].contains(&filter) {
+        let what = "a plain texture has two filters: the sampler's trilinear filter, and kind = \"ellipse\" \
+                    with max_anisotropy and minor_texels; use one of these, or a virtual texture";
+        return fault("filter", what);
+    }
+    Ok(())
+}
+
+/// The filter of a surface's plain texture; other settings were refused before.
+pub(super) fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderError> {
+    if scene.has(&["surface", &surface.name, "relief"]) {
+        let keys: ReliefKeys = scene.read(&["surface", &surface.name, "relief"])?;
+        return Ok(PlainFilter::Relief(keys.method));
+    }
+    let filter = filter(scene, surface)?;
+    Ok(match filter.kind {
+        Filtering::Ellipse => PlainFilter::Ellipse([filter.max_anisotropy, filter.minor_texels]),
+        _ => PlainFilter::Trilinear,
+    })
+}
+
+/// A surface's relief, and the side of its plane.
+pub(super) fn relief(
+    scene: &Scene,
+    surface: &Surface,
+) -> Result<Option<(ReliefKeys, Relief, f64)>, RenderError> {
+    let table = ["surface", &surface.name, "relief"];
+    let Geometry::Plane(plane) = surface.geometry else { return Ok(None) };
+    if !scene.has(&table) {
+        return Ok(None);
+    }
+    let keys: ReliefKeys = scene.read(&table)?;
+    let at = |key| ["surface", &surface.name, "relief", key];
+    let picture = keys.path.as_ref().map(|path| {
+        let picture = PlainTexture::open(path);
+        picture.map_err(|error| RenderError::Plain { place: scene.place(&at("path")), error })
+    });
+    let heights = |picture: PlainTexture| {
+        (picture.size, picture.levels[0].chunks_exact(4).map(|texel| texel[0]).collect())
+    };
+    let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
+    let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
+    if keys.method == ReliefMethod::Trace && work(&relief) > MOST_WORK {
+        let what = "building the distance map of so many texels, or of a relief this deep, takes minutes; use a \
+                    picture of at most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
+        return Err(scene.fault(&at("depth_m"), what).into());
+    }
+    Ok(Some((keys, relief, plane.width_m)))
+}
+
+/// The plain texture in the table of the surface `of`; grey if `of` is `None`.
+pub(super) fn plain_texture(scene: &Scene, of: Option<&str>) -> Result<PlainTexture, RenderError> {
+    let Some(of) = of else { return Ok(PlainTexture::grey(ALBEDO)) };
+    let plain: Plain = scene.read(&["surface", of, "texture"])?;
+    let texture = match (plain.source, &plain.path) {
+        (PlainSource::File, path) => PlainTexture::open(path.as_ref().expect("checked")),
+        (PlainSource::Earth, _) => PlainTexture::earth(),
+        (PlainSource::Checker, _) => Ok(pattern(Pattern::Checker(32), [2048, 1024])),
+        (PlainSource::ZonePlate, _) => Ok(pattern(Pattern::ZonePlate, [1024; 2])),
+        (PlainSource::BrickWall, _) => Ok(colours(BRICK_WALL.picture())),
+        (PlainSource::Cliff, _) => Ok(colours(CLIFF.picture())),
+        (PlainSource::Bricks, _) => Ok(colours(generated(ReliefKind::Bricks))),
+        (PlainSource::Rock, _) => Ok(colours(generated(ReliefKind::Rock))),
+    };
+    let place = || scene.place(&["surface", of, "texture", "path"]);
+    texture.map_err(|error| RenderError::Plain { place: place(), error })
+}
+
+/// A test pattern, repeated along the longer side.
+fn pattern(pattern: Pattern, [width, height]: [u32; 2]) -> PlainTexture {
+    let bytes = pattern.texels(height);
+    let grey = |linear: u8| {
+        let byte = srgb::from_linear_f64(f64::from(linear) / 255.0);
+        [byte, byte, byte, 255]
+    };
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| y * height + x % height));
+    PlainTexture::new([width, height], places.flat_map(|at| grey(bytes[at as usize])).collect())
+}
+
+/// Texels along a side of a generated relief, and its colours.
+fn generated(kind: ReliefKind) -> (usize, Vec<[u8; 3]>) {
+    (side_of(kind), kind.picture(side_of(kind)))
+}
+
+fn colours((side, colours): (usize, Vec<[u8; 3]>)) -> PlainTexture {
+    PlainTexture::new([side as u32; 2], colours.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())
+}

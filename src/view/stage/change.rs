@@ -1,0 +1,221 @@
+//! A change of the window's scenes: planned for each side, prepared on a thread if it takes time, then installed.
+
+use super::{Choice, Second, Stage, open, options};
+use crate::view::job::{Job, JobProgress};
+use anyhow::Context;
+use ortelius::renderer::{Kept, LoadedSwitch, RenderError, Renderer, Switch};
+use ortelius::scene::Scene;
+
+/// How one side of the window gets another scene.
+enum Plan {
+    Stays,
+    Switches(Box<Switch>),
+    Opens,
+}
+
+/// What one side needs for its scene.
+enum Ready {
+    Nothing,
+    Switch(Box<LoadedSwitch>),
+    Renderer(Box<Renderer>),
+}
+
+/// The scene of a side, and what it needs.
+type Side<T> = (Scene, T);
+
+/// A change that a thread prepares.
+pub(super) struct Opening {
+    choice: Choice,
+    /// Both sides are opened again, whatever they show.
+    is_reload: bool,
+    job: Job<Vec<Side<Ready>>>,
+}
+
+/// A change whose preparation has ended.
+pub struct Opened {
+    pub is_reload: bool,
+    /// Its variant on the left.
+    pub variant: usize,
+    /// `None` if a later request has taken the change back.
+    pub kept: anyhow::Result<Option<Kept>>,
+}
+
+impl Stage {
+    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
+    /// while the thread works begins when it has ended.
+    pub(super) fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
+        let plans = self.plan(&self.wanted)?;
+        let in_place = |plan: &Plan| match plan {
+            Plan::Stays => true,
+            Plan::Switches(switch) => switch.kept() == Kept::Everything,
+            Plan::Opens => false,
+        };
+        if plans.iter().all(|(_, plan)| in_place(plan)) {
+            let load = |(scene, plan): Side<Plan>| Ok((scene, self.load(plan)?));
+            let sides = plans.into_iter().map(load).collect::<anyhow::Result<_>>()?;
+            return self.install(self.wanted.clone(), sides).map(Some);
+        }
+        if self.opening.is_none() {
+            self.open(plans, false)?;
+        }
+        Ok(None)
+    }
+
+    /// What loads at once.
+    fn load(&self, plan: Plan) -> anyhow::Result<Ready> {
+        match plan {
+            Plan::Stays => Ok(Ready::Nothing),
+            Plan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load()?))),
+            Plan::Opens => unreachable!("a scene is opened on a thread"),
+        }
+    }
+
+    /// The left side of a choice, and the right side if it has one.
+    fn plan(&self, choice: &Choice) -> anyhow::Result<Vec<Side<Plan>>> {
+        let second = self.second.as_ref().map(|second| (&second.scene, &second.renderer));
+        let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
+        let sides = sides.into_iter().filter_map(|(variant, shown)| Some((variant?, shown)));
+        let plan = |(variant, shown): (usize, Option<(&Scene, &Renderer)>)| {
+            let name = || format!("variant {}", self.variants[variant].name);
+            let scene = self.scene_of(choice, variant).with_context(name)?;
+            let options = options(self.renderer.size(), self.deterministic);
+            let plan = match shown {
+                None => Plan::Opens,
+                Some((now, _)) if *now == scene => Plan::Stays,
+                Some((now, renderer)) => {
+                    let switch = renderer.plan_switch(now, &scene, &options).with_context(name)?;
+                    switch.map_or(Plan::Opens, |switch| Plan::Switches(Box::new(switch)))
+                }
+            };
+            Ok((scene, plan))
+        };
+        sides.map(plan).collect()
+    }
+
+    /// The scene of a variant with the selected Pareto point and the manual changes.
+    fn scene_of(&self, choice: &Choice, variant: usize) -> anyhow::Result<Scene> {
+        let by_hand = choice.changes.iter().map(|(key, value)| format!("{key}={value}"));
+        let changes: Vec<String> =
+            self.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
+        Ok(self.base.with(&changes)?)
+    }
+
+    /// Starts the thread that prepares the wanted change.
+    fn open(&mut self, plans: Vec<Side<Plan>>, is_reload: bool) -> anyhow::Result<()> {
+        let (gpu, size, deterministic) = (self.gpu.clone(), self.renderer.size(), self.deterministic);
+        let choice = self.wanted.clone();
+        let variants = [Some(choice.left), choice.right].into_iter().flatten();
+        let names: Vec<String> = variants.map(|variant| self.variants[variant].name.clone()).collect();
+        #[cfg(test)]
+        let gate = self.gate.take();
+        let prepare = move |progress: &JobProgress| {
+            #[cfg(test)]
+            gate.iter().for_each(|gate| gate.recv().unwrap_or_default());
+            let side = |((scene, plan), name): (Side<Plan>, &String)| -> anyhow::Result<_> {
+                progress.check()?;
+                let ready = match plan {
+                    Plan::Stays => Ok(Ready::Nothing),
+                    Plan::Switches(switch) => switch.load().map(Box::new).map(Ready::Switch),
+                    Plan::Opens => open(&gpu, &scene, size, deterministic).map(Box::new).map(Ready::Renderer),
+                };
+                Ok((scene, ready.with_context(|| format!("variant {name}"))?))
+            };
+            plans.into_iter().zip(&names).map(side).collect()
+        };
+        let job = Job::start("opening", 1, prepare)?;
+        self.opening = Some(Opening { choice, is_reload, job });
+        Ok(())
+    }
+
+    /// Shows a choice, whose sides are ready.
+    fn install(&mut self, choice: Choice, sides: Vec<Side<Ready>>) -> anyhow::Result<Kept> {
+        let mut sides = sides.into_iter();
+        let (scene, ready) = sides.next().expect("there is a left side");
+        let mut kept = Kept::Everything;
+        if let Some(now) = bring(&mut self.renderer, ready)? {
+            (self.scene, kept) = (scene, now);
+        }
+        match (sides.next(), &mut self.second) {
+            (None, second) => *second = None,
+            (Some((scene, Ready::Renderer(mut renderer))), second) => {
+                fit(&mut renderer, self.renderer.size())?;
+                let variant = choice.right.expect("there is a right side");
+                *second = Some(Second { variant, scene, renderer: *renderer });
+            }
+            (Some((scene, ready)), Some(second)) => {
+                second.variant = choice.right.expect("there is a right side");
+                if let Some(now) = bring(&mut second.renderer, ready)? {
+                    (second.scene, kept) = (scene, kept.min(now));
+                }
+            }
+            // The right side was closed while the thread prepared it.
+            (Some(_), None) => {}
+        }
+        let right = self.second.as_ref().map(|second| second.variant);
+        self.shown = Choice { right, ..choice };
+        Ok(kept)
+    }
+
+    /// Shows what a thread has prepared, once; then begins with a request that arrived meanwhile. After an error, the
+    /// old picture stays, and what is wanted is what is shown.
+    pub fn take_opened(&mut self) -> Option<Opened> {
+        let has_ended = |opening: &mut Opening| opening.job.has_ended();
+        let Opening { choice, is_reload, job } = self.opening.take_if(has_ended)?;
+        let kept = job.wait().and_then(|sides| match is_reload || !self.is_shown(&self.wanted) {
+            true => self.install(choice.clone(), sides).map(Some),
+            false => Ok(None),
+        });
+        let opened = |kept| Some(Opened { is_reload, variant: choice.left, kept });
+        if kept.is_err() && self.wanted == choice {
+            self.wanted = self.shown.clone();
+        }
+        // What is shown cannot be opened again: trying once more would not end.
+        if kept.is_err() && choice == self.shown && self.wanted == self.shown {
+            return opened(kept);
+        }
+        match self.pursue() {
+            Err(error) => {
+                self.wanted = self.shown.clone();
+                opened(kept.and(Err(error)))
+            }
+            Ok(_) => opened(kept),
+        }
+    }
+
+    /// True if the window shows a choice, down to its settings.
+    fn is_shown(&self, choice: &Choice) -> bool {
+        let stays = |sides: Vec<Side<Plan>>| sides.iter().all(|(_, plan)| matches!(plan, Plan::Stays));
+        choice.right.is_some() == self.second.is_some() && self.plan(choice).is_ok_and(stays)
+    }
+
+    /// Opens both sides again, for example for new shaders. Requires that nothing is being opened. On an error, both
+    /// stay.
+    ///
+    /// # Errors
+    /// No thread.
+    pub fn reopen(&mut self) -> anyhow::Result<()> {
+        assert!(self.opening.is_none(), "one scene is opened at a time");
+        let second = self.second.as_ref().map(|second| second.scene.clone());
+        let scenes = std::iter::once(self.scene.clone()).chain(second);
+        self.open(scenes.map(|scene| (scene, Plan::Opens)).collect(), true)
+    }
+}
+
+/// Resizes a renderer that was opened for another size of the window.
+fn fit(renderer: &mut Renderer, size: [u32; 2]) -> Result<(), RenderError> {
+    if renderer.size() == size { Ok(()) } else { renderer.resize(size) }
+}
+
+/// Gives a renderer what it needs for another scene; `None` if it needs nothing. On an error, it stays as it was.
+fn bring(renderer: &mut Renderer, ready: Ready) -> Result<Option<Kept>, RenderError> {
+    match ready {
+        Ready::Nothing => Ok(None),
+        Ready::Switch(switch) => renderer.switch(*switch).map(Some),
+        Ready::Renderer(mut other) => {
+            fit(&mut other, renderer.size())?;
+            renderer.drain()?;
+            *renderer = *other;
+            Ok(Some(Kept::Nothing))
+        }
+    }
+}

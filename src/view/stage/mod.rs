@@ -1,0 +1,221 @@
+//! The scene in the window: its variants, manual changes to its settings, and one or two renderers. A change that a
+//! renderer cannot make in place is prepared on a thread; until it is ready, the window shows the old picture.
+
+mod change;
+#[cfg(test)]
+mod tests;
+
+pub use change::Opened;
+pub use ortelius::frame::HISTORY;
+
+use super::variants::{Variant, own_variants};
+use change::Opening;
+use ortelius::frame::Technique;
+use ortelius::picture::PixelFormat;
+use ortelius::renderer::{Kept, Options, RenderError, Renderer};
+use ortelius::scene::Scene;
+use ortelius::vk::Gpu;
+
+/// One scene on one device.
+pub struct Stage {
+    gpu: Gpu,
+    /// The scene without any variant or change.
+    base: Scene,
+    deterministic: bool,
+    pub variants: Vec<Variant>,
+    shown: Choice,
+    /// The last request. It differs from `shown` while a scene is opened.
+    wanted: Choice,
+    opening: Option<Opening>,
+    /// The scene of the shown variant.
+    pub scene: Scene,
+    pub renderer: Renderer,
+    pub second: Option<Second>,
+    /// The next opening waits for a message or the sender's end.
+    #[cfg(test)]
+    gate: Option<std::sync::mpsc::Receiver<()>>,
+}
+
+/// The variant on the right.
+pub struct Second {
+    pub variant: usize,
+    scene: Scene,
+    pub renderer: Renderer,
+}
+
+/// Which variants are shown, with which settings.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Choice {
+    left: usize,
+    right: Option<usize>,
+    /// The changes of the selected Pareto point. They override those of the variants.
+    front: Vec<String>,
+    /// Manual changes as (key, value). They override those of the variants and of the Pareto point.
+    changes: Vec<(String, String)>,
+}
+
+impl Stage {
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn new(
+        gpu: &Gpu,
+        base: Scene,
+        variants: Vec<Variant>,
+        size: [u32; 2],
+        deterministic: bool,
+    ) -> anyhow::Result<Stage> {
+        let variants = if variants.is_empty() { own_variants(&base) } else { variants };
+        let scene = base.with(&variants[0].changes)?;
+        let renderer = open(gpu, &scene, size, deterministic)?;
+        Ok(Stage {
+            gpu: gpu.clone(),
+            base,
+            deterministic,
+            variants,
+            shown: Choice::default(),
+            wanted: Choice::default(),
+            opening: None,
+            scene,
+            renderer,
+            second: None,
+            #[cfg(test)]
+            gate: None,
+        })
+    }
+
+    /// Index of the shown variant.
+    pub fn variant(&self) -> usize {
+        self.shown.left
+    }
+
+    /// Indices of the variants that were requested last.
+    pub fn wanted(&self) -> (usize, Option<usize>) {
+        (self.wanted.left, self.wanted.right)
+    }
+
+    /// The changes of the selected Pareto point.
+    pub fn front(&self) -> &[String] {
+        &self.shown.front
+    }
+
+    /// Requests a variant. On an error, the current one stays.
+    ///
+    /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. So do the other requests.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn show(&mut self, variant: usize) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.left = variant)
+    }
+
+    /// The index of the variant after `variant`.
+    pub fn next(&self, variant: usize) -> usize {
+        (variant + 1) % self.variants.len()
+    }
+
+    /// Requests the next variant on the right, or closes the one on the right.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn toggle_second(&mut self) -> anyhow::Result<Option<Kept>> {
+        let next = self.next(self.wanted.left);
+        self.request(|wanted| wanted.right = if wanted.right.is_none() { Some(next) } else { None })
+    }
+
+    /// Requests a variant on the right. On an error, nothing changes.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn show_beside(&mut self, variant: usize) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.right = Some(variant))
+    }
+
+    /// Replaces the selected Pareto point. On an error, the current one stays.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn take_setting(&mut self, changes: &[String]) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.front = changes.to_vec())
+    }
+
+    /// Sets a key of the scene to a TOML value, in every variant. On an error, the old value stays.
+    ///
+    /// # Errors
+    /// The scene does not allow this value; or as [`Renderer::open`].
+    pub fn set(&mut self, key: &str, value: &str) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| {
+            wanted.changes.retain(|(changed, _)| changed != key);
+            wanted.changes.push((key.to_owned(), value.to_owned()));
+        })
+    }
+
+    /// Drops a manual change: the key has the value of the scene, the variant or the Pareto point again.
+    ///
+    /// # Errors
+    /// As [`Stage::set`].
+    pub fn reset(&mut self, key: &str) -> anyhow::Result<Option<Kept>> {
+        self.request(|wanted| wanted.changes.retain(|(changed, _)| changed != key))
+    }
+
+    fn request(&mut self, change: impl FnOnce(&mut Choice)) -> anyhow::Result<Option<Kept>> {
+        let before = self.wanted.clone();
+        change(&mut self.wanted);
+        let done = self.pursue();
+        if done.is_err() {
+            self.wanted = before;
+            // The left side may have changed before the right side failed.
+            self.pursue()?;
+        }
+        done
+    }
+
+    /// True while a thread prepares a change.
+    pub fn is_opening(&self) -> bool {
+        self.opening.is_some()
+    }
+
+    /// Ends what is under way, so that the stage can be dropped soon.
+    pub fn end_waits(&mut self) {
+        let second = self.second.as_ref().map(|second| &second.renderer);
+        std::iter::once(&self.renderer).chain(second).for_each(|renderer| renderer.technique.end_waits()());
+        self.opening = None;
+    }
+
+    pub fn deterministic(&self) -> bool {
+        self.deterministic
+    }
+
+    /// Sets the frame size to `size` pixels.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        let second = self.second.as_mut().map(|second| &mut second.renderer);
+        std::iter::once(&mut self.renderer).chain(second).try_for_each(|renderer| renderer.resize(size))
+    }
+
+    /// Lifts or restores the time budgets of both renderers' streaming.
+    pub fn lift_budgets(&mut self, lifted: bool) {
+        let second = self.second.as_mut().map(|second| &mut second.renderer);
+        std::iter::once(&mut self.renderer)
+            .chain(second)
+            .for_each(|renderer| renderer.technique.lift_budgets(lifted));
+    }
+
+    /// True if the last pictures of both renderers are complete.
+    pub fn settled(&self) -> bool {
+        self.renderer.settled() && self.second.as_ref().is_none_or(|second| second.renderer.settled())
+    }
+}
+
+/// A new renderer of `size` pixels.
+///
+/// # Errors
+/// As [`Renderer::open`].
+pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
+    Renderer::on(gpu, scene, &options(size, deterministic))
+}
+
+fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
+    Options { target: PixelFormat::Srgb8, size: Some(size), deterministic, ..Options::default() }
+}
