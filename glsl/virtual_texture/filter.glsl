@@ -3,6 +3,8 @@
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 layout(constant_id = 16) const uint FADE_IN = 0;                // 1: new tiles are blended in over some frames
 layout(constant_id = 18) const uint SAMPLES = 1;  // taps per pixel of the stochastic filter
+// 1: the colour is the number of texels that the filter reads. A sample of two levels reads 8, one of a single level 4.
+layout(constant_id = 27) const uint COUNTS_TEXELS = 0;
 
 layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: the next coarser level
 
@@ -65,6 +67,10 @@ bool outside(ivec2 texel, int margin) {
 // One sample of both levels of a tile; `coarser` is the weight of the coarser level. `texels` is relative to the
 // payload's corner.
 vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
+    if (COUNTS_TEXELS == 1) {
+        if (FILTER == BILINEAR) return vec4(4.0);
+        return vec4(8.0);
+    }
     float side = float((1u << TILE_LOG2) + 2 * BORDER);
     vec2 own = (texels + float(BORDER)) / side;
     if ((BORDER & 1u) == 0u) return textureLod(j1, vec3(own, tile.slot), coarser);
@@ -101,7 +107,7 @@ vec4 tile_samples(Lookup lookup, Resident tile, float coarser) {
     vec4 sum = vec4(0.0);
     for (float n = 0.5; n < lookup.count; n++)
         sum += sample_anywhere(tile, lookup.ij, centre + (n / lookup.count - 0.5) * reach, coarser);
-    return sum / lookup.count;
+    return COUNTS_TEXELS == 1 ? sum : sum / lookup.count;
 }
 
 // One tap reads one texel (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024). Its
@@ -122,7 +128,7 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
     uint mip = tile.level < from ? 1 : 0;
     ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
     ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
-    return texelFetch(j1, ivec3(local, tile.slot), int(mip));
+    return COUNTS_TEXELS == 1 ? vec4(1.0) : texelFetch(j1, ivec3(local, tile.slot), int(mip));
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
@@ -138,7 +144,7 @@ vec4 chances(uvec4 start, uint n) {
 vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
     vec4 sum = vec4(0.0);
     for (uint n = 0; n < SAMPLES; n++) sum += tap(lookup, level, coarser, chances(start, n));
-    return sum / float(SAMPLES);
+    return COUNTS_TEXELS == 1 ? sum : sum / float(SAMPLES);
 }
 
 // Paper 3's filter. Texels beyond the tile's border are taken from their own tile.
@@ -162,7 +168,8 @@ vec4 tile_ellipse(Lookup lookup, Resident tile) {
     ellipse_corner = corner_of(tile, lookup.ij);
     bool whole = tile.level == max(WIDTH_LOG2, HEIGHT_LOG2);
     Spot spot = spot_in_tile(lookup.at, lookup.ij, tile.level);
-    return vec4(ellipse_mean(jacobian(lookup.footprint), ellipse(lookup.footprint), tile.level, whole, spot).colour, 1.0);
+    Mean mean = ellipse_mean(jacobian(lookup.footprint), ellipse(lookup.footprint), tile.level, whole, spot);
+    return COUNTS_TEXELS == 1 ? vec4(mean.fetched) : vec4(mean.colour, 1.0);
 }
 
 // The colour that one tile gives for a lookup.

@@ -9,13 +9,16 @@ use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Upload
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::texels::Texels;
 use ortelius::reference::pattern::Pattern;
-use ortelius::vk::{Feature, Format, Gpu, GpuOptions, ImageInfo, SamplerFilter, SamplerInfo, Watched};
+use ortelius::vk::{
+    Feature, Format, Gpu, GpuOptions, ImageInfo, PassTime, SamplerFilter, SamplerInfo, Watched, Work,
+};
 
 const WIDTH: u32 = 16_384;
 const PICTURE: [u32; 2] = [WIDTH, 9216];
 
 fn device() -> Watched {
-    Watched::open(&GpuOptions { wishes: &[Feature::Int64], ..GpuOptions::default() })
+    let wishes = &[Feature::Int64, Feature::PipelineStatistics];
+    Watched::open(&GpuOptions { wishes, ..GpuOptions::default() })
 }
 
 /// Planes with coordinates within 8192 texels, and two rows of each.
@@ -26,7 +29,25 @@ fn planes() -> impl Iterator<Item = (TiltedPlane, Band)> {
     })
 }
 
+/// The work that the device counts while a form draws texels.
+fn work(gpu: &Gpu, form: Form, plane: &TiltedPlane, band: Band) -> Work {
+    gpu.count_work(true);
+    let (_, passes) = run_counted(gpu, form, Output::Texels, plane, band);
+    gpu.count_work(false);
+    passes[0].work.expect("the device counts")
+}
+
 fn run(gpu: &Gpu, form: Form, output: Output, plane: &TiltedPlane, band: Band) -> CoordinatesPass {
+    run_counted(gpu, form, output, plane, band).0
+}
+
+fn run_counted(
+    gpu: &Gpu,
+    form: Form,
+    output: Output,
+    plane: &TiltedPlane,
+    band: Band,
+) -> (CoordinatesPass, Vec<PassTime>) {
     let image = gpu.image("ramp", ImageInfo::texture([64, 64], Format::Rgba8, 1)).unwrap();
     let texels: Vec<u8> =
         (0..64 * 64).flat_map(|n: u32| [n % 64 * 4, n / 64 * 4, 0, 255].map(|c| c as u8)).collect();
@@ -36,8 +57,8 @@ fn run(gpu: &Gpu, form: Form, output: Output, plane: &TiltedPlane, band: Band) -
     let pass = CoordinatesPass::new(gpu, form, output, plane, band, 64).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame.pass("coordinates", |cmd| pass.run(cmd, &image, &sampler)).unwrap();
-    frame.submit().unwrap().wait().unwrap();
-    pass
+    let passes = frame.submit().unwrap().wait().unwrap();
+    (pass, passes)
 }
 
 fn values(gpu: &Gpu, form: Form, output: Output, plane: &TiltedPlane, band: Band) -> Vec<[f32; 4]> {
@@ -239,6 +260,30 @@ fn every_form_draws_every_pixel_of_the_same_picture() {
         let far = found.iter().zip(&first).position(|pair| !near(pair));
         assert_eq!(far.map(|at| (at, found[at], first[at])), None, "{}", form.name());
     }
+}
+
+/// The counts of tm.17, compared with the device's statistics.
+#[test]
+fn a_forms_invocations_are_those_that_the_device_counts() {
+    let gpu = device();
+    assert!(gpu.has(Feature::PipelineStatistics), "the test needs a device that counts invocations");
+    let size = [320, 64];
+    let (plane, band) = (TiltedPlane::tilted(size, 60.0, 20.0, 64.0), Band { size, first_row: 0 });
+    for form in Form::ALL.into_iter().filter(|form| gpu.require(&needs(*form)).is_ok()) {
+        let work = work(&gpu, form, &plane, band);
+        let [invocations, _] = form.invocations_and_bytes(size);
+        // Threads without a pixel: those of 1024 lanes beyond 320 columns. Workgroups have 64 threads.
+        let idle = if form == Form::Walk(Walk::Lanes(1024)) { (1024 - 320) * 64 } else { 0 };
+        match work.dispatches {
+            0 => assert!(work.fragment_invocations >= invocations, "{}: {work:?}", form.name()),
+            _ => assert_eq!(work.compute_invocations, invocations + idle, "{}", form.name()),
+        }
+    }
+    let bytes = |form: Form| form.invocations_and_bytes(size)[1];
+    let pixels = 320 * 64;
+    assert_eq!([bytes(Form::Textbook), bytes(Form::RowConstants)], [0, 12 * pixels]);
+    assert_eq!(bytes(Form::RowConstantsBy(Walk::Restart(64))), 12 * pixels / 64);
+    assert_eq!(bytes(Form::Integer(Walk::Lanes(32))), 48 * 32 * 64);
 }
 
 /// With a thread for each pixel, this picture has more groups than one dimension of a dispatch may have.

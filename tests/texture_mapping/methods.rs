@@ -3,10 +3,12 @@
 use super::{SIZE, device, dumped, methods};
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::figures::agreement::compare;
-use ortelius::paper::texture_mapping::footprint::Determinant;
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{Ellipse, Method};
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
+use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::reference::pattern::Pattern;
 
 /// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
@@ -46,6 +48,34 @@ fn every_method_is_the_reference_up_to_rounding() {
         }
     }
     assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
+}
+
+/// The counts of tm.24 and tm.v1: the shader's texels, each with one weight, are those that have a weight in the reference.
+#[test]
+fn each_texel_that_the_shader_counts_has_a_weight_in_the_reference() {
+    let gpu = device();
+    let texels = Texels::new(512, Pattern::PinkNoise.texels(512));
+    let map = WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true };
+    let (best, paper) = (Ellipse::BEST, Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0));
+    let paper = paper.determinant(Determinant::AllPositive).axes(Axes::Corrected).k(0.8);
+    for (tilt, ellipse) in
+        [0.0, 30.0, 60.0, 75.0, 80.0].into_iter().flat_map(|tilt| [(tilt, best), (tilt, paper.map(map))])
+    {
+        let plane = Tilt::of(tilt).plane(SIZE[1]).rounded();
+        let found = dumped(&gpu, &Method::Ellipse(ellipse), &texels, &plane);
+        let (mut counted, mut weights, mut undecided) = (0, 0, 0);
+        for dumped in &found {
+            let pixel = dumped.pixel.expect("the plane fills the picture");
+            assert!(!dumped.empty && dumped.level < texels.coarsest(), "{tilt} degrees: {dumped:?}");
+            let levels = [dumped.level, texels.coarsest()];
+            counted += u64::from(dumped.fetched);
+            weights += ellipse::weights(&ellipse, &pixel, texels.coarsest(), dumped.level).len() as u64;
+            undecided += u64::from(ellipse::filtered(&ellipse, &pixel, levels, |_, _| 0.0).undecided);
+        }
+        println!("{tilt} degrees: {counted} texels, {weights} weights, {undecided} undecided");
+        assert!(counted.abs_diff(weights) <= undecided && 1000 * undecided < weights, "{tilt} degrees");
+    }
+    assert_eq!([map.entries_read(), WeightMap { linear: false, ..map }.entries_read()], [2, 1]);
 }
 
 #[test]

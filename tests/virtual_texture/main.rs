@@ -1,6 +1,7 @@
 //! Paper 1 on the device, compared with the reference: lists are equal as sets, texels are verified, caches degrade and
 //! recover. Validation and synchronisation validation are on in every test; any message fails it.
 
+mod counts;
 mod ellipse;
 mod extremes;
 mod filters;

@@ -1,10 +1,20 @@
-//! The ruler: every texel that texturing would filter is the one that the pixel's (s, t) and level require.
+//! The ruler: every texel that texturing would filter is the one that the pixel's (s, t) and level require. The
+//! instrumented shader counts as many texels as the f64 reference.
 
+use crate::truth::view_of;
 use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
+use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use ortelius::paper::texture_mapping::reference::ellipse::{levels, weights};
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh, texture};
-use ortelius::paper::virtual_texture::{PAPER, VirtualTexture, VirtualTextureSettings};
+use ortelius::paper::virtual_texture::reference::picture::sides;
+use ortelius::paper::virtual_texture::{
+    Compaction, Config, Dedup, Filtering, PAPER, TileAddress, VirtualTexture, VirtualTextureSettings,
+    texels_per_pixel,
+};
 use ortelius::picture::PixelFormat;
+use ortelius::reference::Sample;
+use ortelius::reference::filter::sample_count;
 
 #[test]
 fn every_texel_of_every_camera_of_the_ruler_is_right() {
@@ -89,4 +99,72 @@ fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
         Filter { max_anisotropy, ..Filter::DEFAULT }.beyond(border, tile_size).is_some()
     };
     assert_eq!([of(9, 2, 16), of(10, 2, 16), of(16, 8, 16), of(16, 2, 32)], [false, true, true, false]);
+}
+
+/// The texels that the shader and the f64 reference count per covered pixel. `reference`: of the ellipse, or of 8 for
+/// each of nA samples.
+fn counted(name: &str, camera: &str, filter: Filter, base: Config) -> [f64; 2] {
+    let (gpu, scene, size) = (device(), bordered(name, 4), [160, 90]);
+    let pose = pose(&scene, camera);
+    let mut renderer = open(&gpu, &scene, size, |settings| {
+        settings.streaming.gpu_tiles = 192;
+        settings.config = Config { filter, ..base };
+    });
+    renderer.settle(&pose).unwrap();
+    assert_eq!(renderer.technique.bias(), 0);
+    let pyramid = renderer.technique.source.pyramid();
+    let ellipse = Ellipse::BEST.most_ratio(filter.max_anisotropy as f32).minor_texels(2.0);
+    let ellipse = ellipse.within(pyramid.tile_size() / 2);
+    let of = |sample: &Sample| {
+        let (footprint, size) = (sides(sample, &pyramid), pyramid.level_size(0).map(f64::from));
+        let [longest, shortest] = footprint.lengths();
+        let ([ux, vx], [uy, vy]) = (footprint.r1, footprint.r2);
+        let (jacobian, centre) = ([[ux, uy], [vx, vy]], [sample.s * size[0], sample.t * size[1]]);
+        let pixel = PixelCentre { place: [0; 2], centre, jacobian, determinant: ux * vy - uy * vx };
+        let coarsest = pyramid.coarsest_level();
+        match filter.kind {
+            Filtering::Bilinear => 4.0,
+            Filtering::Trilinear => f64::from(8 * sample_count(longest, shortest, filter.max_anisotropy)),
+            Filtering::Stochastic => f64::from(filter.samples),
+            Filtering::Ellipse => {
+                weights(&ellipse, &pixel, coarsest, levels(&ellipse, &pixel, coarsest)[0]).len() as f64
+            }
+        }
+    };
+    let samples: Vec<f64> = view_of(&scene, &pose, size).samples().iter().flatten().map(of).collect();
+    let fetched = renderer.texels_fetched(&filter).unwrap();
+    let covered = fetched.iter().filter(|texels| **texels > 0).count();
+    assert!(covered.abs_diff(samples.len()) < 160 * 90 / 100, "{covered} and {} pixels", samples.len());
+    [texels_per_pixel(&fetched), samples.iter().sum::<f64>() / samples.len() as f64]
+}
+
+#[test]
+fn the_shader_counts_the_texels_of_every_filter_as_the_reference_does() {
+    let filter = |kind, max_anisotropy, samples| Filter { kind, max_anisotropy, samples, ..Filter::DEFAULT };
+    let filters = [
+        filter(Filtering::Bilinear, 1, 1),
+        filter(Filtering::Trilinear, 1, 1),
+        filter(Filtering::Stochastic, 1, 16),
+        filter(Filtering::Trilinear, 4, 1),
+        filter(Filtering::Trilinear, 16, 1),
+        filter(Filtering::Ellipse, 16, 1),
+    ];
+    let mut found = Vec::new();
+    for filter in filters {
+        let [shader, reference] = counted("plane", "tilted", filter, PAPER);
+        println!("{:?}, NA {}: {shader} and {reference} texels", filter.kind, filter.max_anisotropy);
+        // The first three have the same count in each pixel. Elsewhere the device's derivatives err by up to 1/256, which
+        // can change nA by one and an ellipse by the texels at its edge.
+        let most = if filter.max_anisotropy == 1 { 0.0 } else { 0.005 * reference };
+        assert!((shader - reference).abs() <= most, "{filter:?}: {shader} and {reference}");
+        found.push(shader);
+    }
+    assert_eq!(found[..3], [4.0, 8.0, 16.0]);
+    // Near misses that the comparison would reject.
+    assert!(found.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 0.01 * pair[0]), "{found:?}");
+    // A fused draw has no request image; its texels are counted over one that is drawn for the count.
+    let (dedup, compact, address) = (Dedup::FusedExact, Compaction::Append, TileAddress::OwnLevel);
+    let fused = Config { dedup, compact, address, ..PAPER };
+    let [fused, reference] = counted("earth", "oblique", filters[4], fused);
+    assert!((fused - reference).abs() <= 0.005 * reference, "{fused} and {reference}");
 }

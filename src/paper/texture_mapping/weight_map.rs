@@ -55,6 +55,11 @@ impl WeightMap {
         entries.chunks(each).map(packed).collect()
     }
 
+    /// Entries read for each weight.
+    pub fn entries_read(&self) -> u32 {
+        if self.linear { 2 } else { 1 }
+    }
+
     /// Bytes of the table.
     pub fn bytes(&self) -> u32 {
         let entries = match self.shape {

@@ -3,10 +3,11 @@
 use super::footprint::{BACKGROUND, FootprintDump, FootprintPass};
 use super::ruler::{RulerCheck, Verdicts};
 use super::technique::{VirtualTexture, VirtualTextureError};
-use super::{RequestFormat, reach};
+use super::texturing::Texturing;
+use super::{Config, RequestFormat, config::Filter, reach};
 use crate::frame::{Onto, Run, Seen, Target};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{self, Depth, Gpu, Image};
+use crate::vk::{self, Depth, Format, Gpu, Image, ImageInfo};
 
 /// Inputs and outputs of stage 1 for each pixel, from the top left.
 pub struct FootprintPicture {
@@ -18,6 +19,12 @@ pub struct FootprintPicture {
     pub triples: Vec<[u32; 3]>,
     /// The neighbouring tiles that the filter also needs, as bits of [`reach`].
     pub reaches: Vec<u32>,
+}
+
+/// The mean of [`Run::texels_fetched`] over the covered pixels; NaN if there are none.
+pub fn texels_per_pixel(fetched: &[u32]) -> f64 {
+    let covered = fetched.iter().filter(|texels| **texels > 0).count();
+    fetched.iter().map(|&texels| f64::from(texels)).sum::<f64>() / covered as f64
 }
 
 /// An image's first level as 32-bit words.
@@ -79,6 +86,16 @@ impl Run<VirtualTexture> {
         self.technique.footprint(&self.gpu, self.target())
     }
 
+    /// The number of texels that `filter` fetches from the tile pool in each pixel of the last frame, counted by the
+    /// shader ([`Texturing::counting`]); 0 for the background. `filter` has the settings' `max_anisotropy`.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn texels_fetched(&mut self, filter: &Filter) -> Result<Vec<u32>, VirtualTextureError> {
+        self.drain()?;
+        self.technique.texels_fetched(&self.gpu, self.target(), filter)
+    }
+
     /// Checks the last frame on a `ruler` texture: is every fetched texel the right one?
     ///
     /// # Errors
@@ -138,6 +155,28 @@ impl VirtualTexture {
         let derivatives = floats(&dump.derivatives)?;
         let (triples, reaches) = read_reaches(gpu, stage1, &pyramid)?.into_iter().unzip();
         Ok(FootprintPicture { coordinates, derivatives, triples, reaches })
+    }
+
+    /// As [`Run::texels_fetched`].
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn texels_fetched(
+        &self,
+        gpu: &Gpu,
+        target: &Target,
+        filter: &Filter,
+    ) -> Result<Vec<u32>, VirtualTextureError> {
+        let config = Config { filter: *filter, ..self.settings.config };
+        let own = self.own_stage1(gpu, target)?;
+        let (stage1, pyramid, format) = (self.stage1_or(&own), self.source.pyramid(), Format::Rgba32Float);
+        let counts = gpu.image("texels fetched", ImageInfo::target(target.size(), format))?;
+        let counting = Texturing::counting(gpu, &pyramid, &config, stage1, &self.resident, format)?;
+        let seen = self.last_seen(target).onto(Onto::Cleared([0.0; 3]));
+        gpu.run_pass("texels fetched", |cmd| counting.draw(cmd, stage1, &self.resident, &seen, &counts))?;
+        let bytes = gpu.read_image(&counts)?;
+        let count = |pixel: &[u8]| bytemuck::pod_read_unaligned::<f32>(&pixel[..4]) as u32;
+        Ok(bytes.chunks_exact(16).map(count).collect())
     }
 
     /// As [`Run::ruler_verdicts`].

@@ -78,7 +78,7 @@ pub mod visible_list;
 pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 pub use compare::{Again, PlainComparison};
 pub use config::{Config, ONE_SAMPLE, PAPER, VirtualTextureSettings, needs};
-pub use dump::{FootprintPicture, read_requests, read_words};
+pub use dump::{FootprintPicture, read_requests, read_words, texels_per_pixel};
 pub use record::FrameRecord;
 pub use technique::{VirtualTexture, VirtualTextureError};
 pub use variants::{MaskLayout, Unfit, all_needs};

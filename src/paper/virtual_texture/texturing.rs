@@ -80,9 +80,37 @@ impl Texturing {
         resident: &TilePool,
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Texturing> {
-        let constants = constants(config, resident);
+        Texturing::built(gpu, pyramid, config, stage1, &constants(config, resident), (target, lit))
+    }
+
+    /// An instrumented build. A pixel's colour is the number of texels that its filter reads: 8 for a sample of two
+    /// levels, 4 for one of a single level, 1 for a random texel, and all texels with a weight for the ellipse.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn counting(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        stage1: &FootprintPass,
+        resident: &TilePool,
+        target: Format,
+    ) -> Result<Texturing> {
+        let mut constants = constants(config, resident);
+        constants.push(("COUNTS_TEXELS", 1));
+        Texturing::built(gpu, pyramid, config, stage1, &constants, (target, None))
+    }
+
+    fn built(
+        gpu: &Gpu,
+        pyramid: &Pyramid,
+        config: &Config,
+        stage1: &FootprintPass,
+        constants: &[(&'static str, u32)],
+        (target, lit): (Format, Option<LightColours>),
+    ) -> Result<Texturing> {
         let info = GraphicsInfo {
-            specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), &constants),
+            specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), constants),
             depth: Some(Depth::Equal),
             colors: &[target],
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &texturing_frag::SHADERS[0])

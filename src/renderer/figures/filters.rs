@@ -8,6 +8,7 @@ use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use crate::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::Texels;
+use crate::paper::virtual_texture::texels_per_pixel;
 use crate::picture::error::{Difference, compare_where};
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
@@ -39,7 +40,8 @@ pub const FILTERS: Figure = Figure {
             curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on the textured surface. \
             Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
             cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
-            (quick) or 1280 x 720 pixels and divided by their number.",
+            (quick) or 1280 x 720 pixels and divided by their number. Beside both times stand the texels that the \
+            filter fetches per covered pixel, counted by an instrumented shader.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
@@ -53,6 +55,7 @@ pub const FILTERS: Figure = Figure {
         Plot::bars(TILES),
         Plot::bars(TIME).log_y().floor("empty pass"),
         Plot::bars(TEXTURING).log_y(),
+        Plot::bars(TEXELS).log_y(),
     ],
     claims: &[
         Claim::ours(
@@ -138,6 +141,9 @@ const WORST: &str = "worst pixel";
 const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
 const TEXTURING: &str = "texturing, per pixel of the picture";
+/// Counts beside [`TIME`] and [`TEXTURING`].
+const TEXELS: &str = "texels fetched per pixel";
+const TEXELS_OF_TEXTURING: &str = "texels fetched per pixel, larger picture";
 
 /// Each variant's name, and its changes to the scene.
 const VARIANTS: [(&str, &[&str]); 8] = [
@@ -197,6 +203,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let record = renderer.records.last().and_then(|record| record.texture.as_ref());
         let tiles = record.context("a settled frame has a record")?.visible.len();
         rows.push(Row::number(*name, TILES, "tiles", tiles as f64));
+        rows.push(texels(name, TEXELS, renderer)?);
         let file =
             format!("scene.filters-{}-{}", cell.scene.replace('/', "-"), name.replace([' ', ',', '\''], "-"));
         bench.picture(&file, &Srgb8Picture::from(&picture))?;
@@ -214,13 +221,24 @@ fn texturing(bench: &mut Bench, gpu: &Gpu, scene: &Scene, pose: &Pose) -> anyhow
     let compared = |(name, _): &(&str, &[&str])| [TRILINEAR, SIXTEEN, OWN].contains(name);
     let variants = VARIANTS.into_iter().filter(compared);
     let mut shown = settled(gpu, scene, pose, size, variants)?;
+    let counts = shown.iter().map(|(name, renderer)| texels(name, TEXELS_OF_TEXTURING, renderer));
+    let counts = counts.collect::<anyhow::Result<Vec<_>>>()?;
     let timed = bench.interleave(gpu, contenders(&mut shown, pose))?;
     let per_pixel = 1e6 / (f64::from(size[0]) * f64::from(size[1]));
     let row = |timed: &Timed| {
         let rounds: Vec<f64> = timed.pass_of_rounds("texturing")?.iter().map(|ms| ms * per_pixel).collect();
         Some(Row::of_rounds(&timed.variant, TEXTURING, "ns", Some(rounds)))
     };
-    Ok(timed.iter().filter_map(row).collect())
+    Ok(timed.iter().filter_map(row).chain(counts).collect())
+}
+
+/// The texels that a settled renderer's filter fetches per covered pixel.
+fn texels(name: &str, quantity: &str, renderer: &Renderer) -> anyhow::Result<Row> {
+    let texture =
+        renderer.technique.texture.as_ref().context("the figure's scenes have a virtual texture")?;
+    let filter = texture.settings.config.filter;
+    let fetched = texture.texels_fetched(&renderer.gpu, renderer.target(), &filter)?;
+    Ok(Row::number(name, quantity, "texels", texels_per_pixel(&fetched)))
 }
 
 /// One frame of each renderer.

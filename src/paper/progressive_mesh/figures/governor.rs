@@ -22,6 +22,7 @@ const VARIANTS: [&str; 3] = [WITHOUT, INTEGRAL, PLANNED];
 
 const TIME: &str = "frame time";
 const FACTOR: &str = "error over the scene's own";
+const FACES: &str = "faces drawn";
 const FRAMES: &str = "frame time after the first 30 frames";
 const WITHIN: &str = "frames within the budget";
 const NEARLY: &str = "frames within 1.1 times the budget";
@@ -193,6 +194,12 @@ fn rows_of_runs(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyho
     let mut rows = vec![
         Row::new(variant, TIME, "ms", series(times(first).context("timed before")?)),
         Row::new(variant, FACTOR, "", series(first.iter().map(|record| record.error_factor).collect())),
+        Row::new(
+            variant,
+            FACES,
+            "faces",
+            series(first.iter().map(|record| record.change.faces as f64).collect()),
+        ),
         Row::new(variant, FRAMES, "ms", Value::Summary(Summary::of(&all).context("a path has frames")?)),
     ];
     rows.extend([

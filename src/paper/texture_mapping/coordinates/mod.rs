@@ -140,6 +140,27 @@ impl Form {
             Form::Integer(walk) => format!("integers, {}", walk.name()),
         }
     }
+
+    /// Counts for a picture of `size` pixels that no device changes: the invocations that have pixels, and the bytes of
+    /// the rows' constants that they read for coordinates.
+    pub fn invocations_and_bytes(self, size: [u32; 2]) -> [u64; 2] {
+        // Numerators and denominator at the row's first pixel in f32; integers also read the steps.
+        const START: u64 = 3 * 4;
+        const INTEGERS: u64 = 2 * 3 * 8;
+        let [width, height] = size;
+        let threads = |walk: Walk| {
+            let has_pixels = |lane: &u32| walk.columns(*lane, width).2 > 0;
+            (0..walk.lanes(width)).filter(has_pixels).count() as u64 * u64::from(height)
+        };
+        let (invocations, bytes) = match self {
+            Form::Varyings | Form::NoPerspective | Form::Textbook => (threads(Walk::Restart(1)), 0),
+            Form::TextbookBy(walk) => (threads(walk), 0),
+            Form::RowConstants => (threads(Walk::Restart(1)), START),
+            Form::RowConstantsBy(walk) | Form::Walk(walk) => (threads(walk), START),
+            Form::Integer(walk) => (threads(walk), INTEGERS),
+        };
+        [invocations, invocations * bytes]
+    }
 }
 
 impl Walk {

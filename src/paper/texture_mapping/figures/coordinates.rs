@@ -28,7 +28,8 @@ pub const COORDINATES: Figure = Figure {
             runs of 64`, `row constants, 32 lanes`). Textbook coordinates run in the same threads, with the part that \
             a row shares computed once (`textbook, runs of 64`, `textbook, 32 lanes`). Other compute shaders walk the \
             rows by formulas (7) and (8) of the thesis, with and without restarts. The set-up of the rows in f64 on \
-            the host is reported separately. Derivatives are timed without a texture fetch: as differences to the \
+            the host is reported separately. Each form writes 4 bytes per pixel. Beside the times stand the invocations \
+            that have pixels, and the bytes of the rows' constants that they read. Derivatives are timed without a texture fetch: as differences to the \
             coordinates of two neighbours, and as quotients whose numerators come from the row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
@@ -103,6 +104,9 @@ pub const COORDINATES: Figure = Figure {
 const TIME: &str = "coordinates and a texel";
 const DERIVATIVES: &str = "derivatives";
 const SET_UP: &str = "set-up on the host";
+/// Counts beside [`TIME`], of the whole picture.
+const INVOCATIONS: &str = "invocations that have pixels";
+const BYTES: &str = "bytes of the rows' constants read";
 
 const TEXTBOOK: Pick = one(TIME, "textbook");
 const ROW_CONSTANTS: Pick = one(TIME, "row constants, runs of 64");
@@ -172,7 +176,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (mut rows, mut forms, mut methods) = (Vec::new(), Vec::new(), Vec::new());
     for form in FORMS {
         match CoordinatesPass::new(&gpu, form, Output::Texels, &plane, band, SIDE) {
-            Ok(own) => forms.push(contender(&gpu, form.name(), own, &source)),
+            Ok(own) => {
+                let [invocations, bytes] = form.invocations_and_bytes(size).map(|count| count as f64);
+                rows.push(Row::number(form.name(), INVOCATIONS, "invocations", invocations));
+                rows.push(Row::number(form.name(), BYTES, "bytes", bytes));
+                forms.push(contender(&gpu, form.name(), own, &source));
+            }
             Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
                 rows.push(Row::missing(form.name(), TIME, lack.to_string()));
             }

@@ -24,8 +24,9 @@ pub const SHAPE: Figure = Figure {
             rows (columns) as the axes. \"Diameter 1\" is the other reading of formula (4)'s base: its diameter, not \
             its radius, is one pixel. \"Blind to shape\" uses the weights of a circle. The truths are formula (4)'s \
             kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also compared with its own \
-            kernel, a disc. A line shows each truth's own error. The pictures show planes of `pink-noise` and \
-            `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels.",
+            kernel, a disc. A line shows each truth's own error. The shader counts the texels that it fetches; each \
+            takes one weight, by the formula or from one or two entries of a map. The pictures show planes of \
+            `pink-noise` and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
     paper: &["as printed, rows", "as printed, columns", ROWS_MAP],
@@ -108,6 +109,9 @@ const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
 const TIME: &str = "time per pixel";
+/// Counts that no device changes: of the shader, and times the entries of a map for each weight.
+const TEXELS: &str = "texels fetched per pixel";
+const ENTRIES: &str = "entries of the weight map read per pixel";
 
 fn variants() -> Vec<(String, Ellipse)> {
     let formula = PAPER_BY_LEVEL.axes(Axes::Corrected).k(0.8).most_ratio(64.0);
@@ -160,6 +164,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         for (quantity, truth) in [(NMSE, &formula_4), (BOX, &of_box), (OWN, own)] {
             let nmse = errors(&shown.picture, truth)?.nmse;
             rows.push(Row::new(&*name, quantity, "", Value::Number(nmse)));
+        }
+        let entries = ellipse.map.map_or(0.0, |map| f64::from(map.entries_read()));
+        for (quantity, unit, count) in [(TEXELS, "texels", 1.0), (ENTRIES, "entries", entries)] {
+            rows.push(Row::number(&*name, quantity, unit, count * shown.fetched));
         }
         match formulas.iter().find(|(of, _)| *of == Ellipse { map: None, ..ellipse }) {
             None => formulas.push((ellipse, shown.picture)),

@@ -108,9 +108,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (((address, time), quantity), list) in addresses.into_iter().zip(LENGTHS).zip(lists) {
         let length = list.len();
-        let counts = |name: &str, compact| {
+        let counts = |name: &str, config: &Config| {
             let (_, ending) = time.split_once(',').expect("it names the tile address");
-            of_stage_3((name, compact), &list, &stage1.pyramid, &format!(",{ending}"))
+            of_stage_3((name, config), &list, &stage1.pyramid, &format!(",{ending}"))
         };
         rows.push(Row::number(REFERENCE, quantity, "triples", length as f64));
         let mut pairs = Vec::new();
@@ -119,7 +119,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             match Pair::new(&stage1, &name, Config { list_capacity, ..config }) {
                 Err(why) => rows.push(Row::missing(name, time, why)),
                 Ok(pair) => {
-                    rows.extend(counts(&name, config.compact));
+                    rows.extend(counts(&name, &config));
                     rows.push(Row::number(name, quantity, "triples", pair.triples(&stage1)?.len() as f64));
                     pairs.push(pair);
                 }
@@ -130,7 +130,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.extend(timed.iter().map(|timed| timed.row(time)));
         rows.extend(fused_append(bench, &cell.scene, &stage1, address, [time, quantity])?);
         if cell.scene != NOISE {
-            rows.extend(counts(Compaction::FusedAppend.name(), Compaction::FusedAppend));
+            let config = Config { compact: Compaction::FusedAppend, address, ..PAPER };
+            rows.extend(counts(config.compact.name(), &config));
         }
     }
     Ok(rows)

@@ -2,10 +2,15 @@
 //! that shaders read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size
 //! of a device's subgroups, is replaced by the reason. A test is a load from the tile mask that avoids an atomic if the
 //! bit is set already.
+//! [`of_list`] counts both stages of a frame.
 
 use crate::figure::{Row, Value};
-use crate::math::pyramid::Pyramid;
-use crate::paper::virtual_texture::{Compaction, Dedup};
+use crate::math::pyramid::{Pyramid, TileId};
+use crate::paper::virtual_texture::dedup::DedupPass;
+use crate::paper::virtual_texture::footprint::FootprintPass;
+use crate::paper::virtual_texture::tile_mask::TileMask;
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, MaskLayout, TileAddress, reference};
+use crate::vk::Gpu;
 use std::collections::BTreeSet;
 
 /// Quantities of stage 2: texels of the request image, tests before atomics, and atomics in the device's memory.
@@ -13,12 +18,16 @@ pub const TEXELS: &str = "texels fetched";
 pub const TESTS: &str = "tests of the tile mask";
 pub const ATOMICS: &str = "atomics";
 
+/// Quantity of a draw that textures: texels that the filter reads from the tile pool, mean over the covered pixels.
+pub const TEXELS_PER_PIXEL: &str = "texels fetched per pixel";
+
 /// Quantities of stage 3, also [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.
 pub const WORDS: &str = "words of the tile mask read";
 pub const WRITTEN: &str = "bytes written to the list";
 
 const RACE: &str = "depends on the order in which the device runs the invocations";
 const SUBGROUP: &str = "depends on the number of invocations in a subgroup, which differs between devices";
+const OVERDRAWN: &str = "fragments that are hidden later also mark: depends on the order of the triangles";
 
 /// An exact count, or why there is none.
 type Count = Result<u64, &'static str>;
@@ -75,12 +84,43 @@ impl Requests<'_> {
     }
 }
 
-/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`.
+/// The rows of both stages of a frame whose request image is `requests`. `footprint` is the stage 1 of a variant that is
+/// not fused. Read-back has no rows: its only count, the bytes copied, is stored with its time.
+///
+/// # Errors
+/// Out of memory.
+pub fn of_list(
+    gpu: &Gpu,
+    (name, config): (&str, &Config),
+    requests: &Requests<'_>,
+    footprint: Option<&FootprintPass>,
+) -> crate::vk::Result<Vec<Row>> {
+    let Requests { triples, size, pyramid } = requests;
+    let [groups, texels] = match footprint {
+        _ if config.list != Listing::Device => return Ok(Vec::new()),
+        Some(footprint) => DedupPass::new(gpu, pyramid, config, footprint)?.groups_and_texels(*size),
+        None => [0, 0],
+    };
+    let list = match config.address {
+        TileAddress::Level0 => Vec::from_iter(reference::distinct_triples(triples, pyramid)),
+        TileAddress::OwnLevel => {
+            let tiles = reference::visible_tiles(triples, pyramid);
+            tiles.iter().map(|tile| [tile.level, tile.row, tile.column]).collect()
+        }
+    };
+    let stage_2 = of_stage_2((name, config.dedup), requests, [groups, texels], ", stage 2");
+    // Without the depth prepass, the list also has hidden tiles.
+    let exact =
+        (config.dedup != Dedup::Fused).then(|| of_stage_3((name, config), &list, pyramid, ", stage 3"));
+    Ok(stage_2.into_iter().chain(exact.into_iter().flatten()).collect())
+}
+
+/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`. `ending`: of each quantity.
 pub fn of_stage_2(
     (name, dedup): (&str, Dedup),
     requests: &Requests<'_>,
-    texels: u64,
-    groups: u64,
+    [groups, texels]: [u64; 2],
+    ending: &str,
 ) -> [Row; 3] {
     let pixels = requests.streamed_pixels();
     let rows_of_pixels = |n: u32| [n % 8, n / 8];
@@ -100,26 +140,38 @@ pub fn of_stage_2(
         Dedup::SharedHash => (Err(RACE), Err(RACE)),
         Dedup::Bitset => (Ok(groups * requests.pyramid.tile_count().div_ceil(32)), Err(RACE)),
         Dedup::MarkBytes => (Ok(pixels), Ok(0)),
-        Dedup::Fused | Dedup::FusedExact => unreachable!("{}: not a pass", dedup.name()),
+        // Fragments of the draw that textures.
+        Dedup::FusedExact => (Ok(pixels), Err(RACE)),
+        Dedup::Fused => (Err(OVERDRAWN), Err(OVERDRAWN)),
     };
-    [
-        row(name, TEXELS.into(), "texels", Ok(texels)),
-        row(name, TESTS.into(), "tests", tests),
-        row(name, ATOMICS.into(), "atomics", atomics),
-    ]
+    let count = |quantity: &str, unit, count| row(name, format!("{quantity}{ending}"), unit, count);
+    [count(TEXELS, "texels", Ok(texels)), count(TESTS, "tests", tests), count(ATOMICS, "atomics", atomics)]
 }
 
-/// The rows of a variant of stage 3 that makes the list `triples` from a mask with a word for each tile of level 0.
-/// `ending` is appended to the name of each quantity.
+/// The word of the tile mask that holds the mark of a triple.
+fn word_of([q, i, j]: [u32; 3], pyramid: &Pyramid, config: &Config) -> u64 {
+    let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
+    let cell = u64::from(i) * columns + u64::from(j);
+    let place = match config.address {
+        TileAddress::Level0 => u64::from(q) * columns * rows + cell,
+        TileAddress::OwnLevel => pyramid.tile_index(TileId { level: q, row: i, column: j }),
+    };
+    match config.dedup.layout() {
+        MaskLayout::Texels => cell,
+        MaskLayout::Bits => place / 32,
+        MaskLayout::Bytes => place / 4,
+    }
+}
+
+/// The rows of a variant of stage 3 that makes the list `triples`. `ending` is appended to the name of each quantity.
 pub fn of_stage_3(
-    (name, compact): (&str, Compaction),
+    (name, config): (&str, &Config),
     triples: &[[u32; 3]],
     pyramid: &Pyramid,
     ending: &str,
 ) -> [Row; 3] {
-    let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-    let words = columns * rows;
-    let marked = BTreeSet::from_iter(triples.iter().map(|&[_, i, j]| u64::from(i) * columns + u64::from(j)));
+    let (compact, words) = (config.compact, TileMask::words_of(pyramid, config));
+    let marked = BTreeSet::from_iter(triples.iter().map(|&triple| word_of(triple, pyramid, config)));
     // Invocations of `workgroup` and `ordered` read 16 words each. Workgroups have 64 invocations.
     let lots = |of: u64| BTreeSet::from_iter(marked.iter().map(|word| word / of));
     let words_of = |of: u64| lots(of).into_iter().map(|lot| (words - lot * of).min(of)).sum::<u64>();
@@ -147,6 +199,7 @@ pub fn of_stage_3(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paper::virtual_texture::PAPER;
 
     /// 512 x 256 tiles of level 0, in 9 streamed levels.
     fn pyramid() -> Pyramid {
@@ -166,7 +219,8 @@ mod tests {
         const NONE: [u32; 3] = [u32::MAX; 3];
         let count = |triples: &[[u32; 3]], size: [u32; 2], dedup: Dedup| {
             let pyramid = pyramid();
-            numbers(of_stage_2((dedup.name(), dedup), &Requests { triples, size, pyramid: &pyramid }, 64, 3))
+            let requests = Requests { triples, size, pyramid: &pyramid };
+            numbers(of_stage_2((dedup.name(), dedup), &requests, [3, 64], ""))
         };
         // Two rows: A B A B ... in both. Rows change at every pixel, quads at every second one.
         let stripes: Vec<[u32; 3]> = (0..16).map(|n| if n % 2 == 0 { A } else { B }).collect();
@@ -179,6 +233,7 @@ mod tests {
         // 3 workgroups, and a bit for each of 174,762 tiles.
         assert_eq!(of(Dedup::Bitset)[1], Some(3.0 * 5462.0));
         assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
+        assert_eq!([of(Dedup::FusedExact)[1], of(Dedup::Fused)[1]], [Some(16.0), None]);
         // From its lower left pixel a quad reads A B B A, and the quad before it ends with A. So a square has 1 + 16 x
         // 2 changes. Squares below the picture repeat its last row: the same again, 7 times. In the 56 squares beside
         // it, every pixel is a B.
@@ -196,10 +251,11 @@ mod tests {
 
     #[test]
     fn stage_3_reads_marked_words_again_and_adds_once_for_each() {
-        let of = |compact: Compaction, triples: &[[u32; 3]]| {
-            numbers(of_stage_3((compact.name(), compact), triples, &pyramid(), ""))
+        let rows = |config: Config, triples: &[[u32; 3]]| {
+            numbers(of_stage_3((config.compact.name(), &config), triples, &pyramid(), ""))
                 .map(Option::unwrap_or_default)
         };
+        let of = |compact, triples: &[[u32; 3]]| rows(Config { compact, ..PAPER }, triples);
         // Two marks in one word; one mark 5 words further; one mark in the next row, 512 words further but in the same
         // workgroup; and one mark in the last word.
         let triples = [[0, 0, 3], [1, 0, 3], [0, 0, 8], [0, 1, 3], [0, 255, 511]];
@@ -210,7 +266,15 @@ mod tests {
         assert_eq!(of(Compaction::Ordered, &triples), [words + 2.0 * 2.0 * 1024.0, 0.0, 60.0]);
         assert_eq!(of(Compaction::FusedAppend, &triples), [0.0, 5.0, 20.0]);
         assert_eq!(of(Compaction::Append, &[]), [words, 0.0, 0.0]);
-        let missing = of_stage_3(("subgroup", Compaction::Subgroup), &triples, &pyramid(), ", own-level");
+        // A bit or a byte for each of 174,762 tiles. The marks are 3, 8, 515, 131,072 and 131,073.
+        let own_level = [[0, 0, 3], [0, 0, 8], [0, 1, 3], [1, 0, 0], [1, 0, 1]];
+        for (dedup, words, atomics) in [(Dedup::Bitset, 5462.0, 3.0), (Dedup::MarkBytes, 43_691.0, 4.0)] {
+            let address = TileAddress::OwnLevel;
+            let config = Config { dedup, address, compact: Compaction::Append, ..PAPER };
+            assert_eq!(rows(config, &own_level), [words, atomics, 60.0]);
+        }
+        let subgroup = Config { compact: Compaction::Subgroup, ..PAPER };
+        let missing = of_stage_3(("subgroup", &subgroup), &triples, &pyramid(), ", own-level");
         assert_eq!((&*missing[1].quantity, missing[1].value.number()), ("atomics, own-level", None));
     }
 }

@@ -143,8 +143,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             }
             pass => pass?,
         };
-        let [groups, texels] = pass.groups_and_texels(stage1.size);
-        rows.extend(of_stage_2((&name, config.dedup), &requests, texels, groups));
+        rows.extend(of_stage_2((&name, config.dedup), &requests, pass.groups_and_texels(stage1.size), ""));
         contenders.push(passes(gpu, name, move |frame| {
             frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, Slot::FIRST))
         }));

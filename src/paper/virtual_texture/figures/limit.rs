@@ -2,6 +2,7 @@
 
 use super::common::{SceneView, passes, pixels_of};
 use super::cost::{LIST, list_of_rounds, list_row};
+use super::counts::{Requests, of_list};
 use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
@@ -10,7 +11,9 @@ use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed, Val
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress};
+use crate::paper::virtual_texture::{
+    Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, read_requests,
+};
 use crate::stats::Summary;
 use crate::vk::{BufferUse, TexelCopy};
 use anyhow::Context;
@@ -27,7 +30,9 @@ pub const LIMIT: Figure = Figure {
             addresses, all others own-level ones. The fused variants have no request image: their time is the \
             difference between their texturing draw and the same draw without marking. \"host-hash\" and \
             \"host-bitmap\" are read-back: the copy and the host's pass over it. No time includes reading the list \
-            back. All variants take turns; ratios and differences are taken in each round.",
+            back. All variants take turns; ratios and differences are taken in each round. Beside the times stand the \
+            texels of the request image, the words of the tile mask, the tests, atomics and bytes of the list, counted \
+            from the request image.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],
@@ -164,6 +169,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let missing = fused.missing.iter();
     rows.extend(missing.map(|(name, why)| Row::missing(&**name, LIST, why.clone())));
     rows.extend(times(bench, &stage1, &pairs, &mut fused)?);
+    rows.extend(fused.counts()?);
+    let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
+    let requests = Requests { triples: &read_requests(gpu, footprint, pyramid)?, size, pyramid };
+    for pair in &pairs {
+        rows.extend(of_list(gpu, (&pair.name, &pair.config), &requests, Some(footprint))?);
+    }
     Ok(rows)
 }
 

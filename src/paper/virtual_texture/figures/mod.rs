@@ -4,7 +4,7 @@ mod address;
 pub mod common;
 mod compact;
 mod cost;
-mod counts;
+pub mod counts;
 mod dedup;
 pub mod extremes;
 mod feedback;

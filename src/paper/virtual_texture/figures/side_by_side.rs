@@ -4,6 +4,7 @@ pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
 use super::common::{SceneView, passes};
 use super::cost::{self, FRAME};
+use super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
 use crate::figure::{Bench, Contender, Row};
 use crate::frame::Run;
 use crate::frame::{Seen, Shape, Slot, View};
@@ -17,7 +18,7 @@ use crate::paper::virtual_texture::texturing::Plain;
 use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
-use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs, texels_per_pixel};
 use crate::picture::PixelFormat;
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
@@ -226,6 +227,36 @@ impl SideBySide {
             rows.push(count("visible tiles", record.visible.len(), "tiles"));
         }
         rows
+    }
+}
+
+impl SideBySide {
+    /// A row [`TEXELS_PER_PIXEL`] for each session.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn texels(&mut self) -> anyhow::Result<Vec<Row>> {
+        let of = |(name, session): &mut (String, Run<VirtualTexture>)| {
+            let filter = session.technique.settings.config.filter;
+            let texels = texels_per_pixel(&session.texels_fetched(&filter)?);
+            Ok(Row::number(&**name, TEXELS_PER_PIXEL, "texels", texels))
+        };
+        self.sessions.iter_mut().map(of).collect()
+    }
+
+    /// [`SideBySide::texels`], and the counts of each session's list.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn counts(&mut self) -> anyhow::Result<Vec<Row>> {
+        let (mut rows, pyramid) = (self.texels()?, self.source.pyramid());
+        for (name, session) in &mut self.sessions {
+            let triples = session.requests()?;
+            let VirtualTexture { settings, .. } = &session.technique;
+            let requests = Requests { triples: &triples, size: settings.size, pyramid: &pyramid };
+            rows.extend(of_list(&self.gpu, (name, &settings.config), &requests, session.technique.stage1())?);
+        }
+        Ok(rows)
     }
 }
 

@@ -23,11 +23,11 @@ pub const NA: Figure = Figure {
             NA, the hardware's limit, which is 16 on today's GPUs. Figures of the list and of the frame have NA = 16; \
             figures of streaming, feedback and extreme inputs have NA = 1. This figure shows what NA changes, against \
             the camera's tilt: the visible tiles (mean over the path), the memory of the largest visible set, the \
-            times of stages 2 and 3 and of the settled frame, and the tiles copied per frame with an LRU cache of \
-            twice the largest visible set. Tiles have a border of 4 texels. Samples beyond it are looked up in the \
-            neighbouring tile, which stage 1 then requests. With a border of 16 no sample lies beyond it. Seams are \
-            the largest difference of a pixel between these two borders, on white noise. Pictures of 320 x 180 pixels \
-            with tiles of 128 texels (quick), or of 640 x 360 with tiles of 256, show as many tiles as 1280 x 720 with \
+            times of stages 2 and 3 and of the settled frame, the texels that a covered pixel fetches (counted by an \
+            instrumented shader), and the tiles copied per frame with an LRU cache of twice the largest visible set. \
+            Tiles have a border of 4 texels. Samples beyond it are looked up in the neighbouring tile, which stage 1 \
+            then requests. With a border of 16 no sample lies beyond it. Seams are the largest difference of a pixel \
+            between these two borders, on white noise. Pictures of 320 x 180 pixels with tiles of 128 texels (quick), or of 640 x 360 with tiles of 256, show as many tiles as 1280 x 720 with \
             the paper's 512.",
     scenes: &["earth/pan", "plane/pan"],
     variants: || NAS.map(|(name, _)| name).into_iter().chain([WITHIN]).map(str::to_owned).collect(),
@@ -198,11 +198,13 @@ fn times(bench: &Bench, view: &View) -> anyhow::Result<Vec<Row>> {
     let mut frames = SideBySide::settled(bench, place, view.size, (&combinations, &[]), |_| ())?;
     let gpu = frames.gpu.clone();
     let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let texels = frames.texels()?;
     let missing = frames.missing.iter().map(|(name, why)| Row::missing(&**name, FRAME, why.clone()));
     Ok(timed
         .iter()
         .flat_map(|of| [Some(of.row(FRAME)), cost::list_row(of, &timed)])
         .flatten()
         .chain(missing)
+        .chain(texels)
         .collect())
 }
