@@ -2,7 +2,8 @@
 //! renderer cannot make in place is prepared on a thread; until it is ready, the window shows the old picture.
 
 use super::job::{Job, JobProgress};
-use super::variants::{Variant, own_variants};
+use super::variants::Variant;
+use super::views::OpenView;
 use anyhow::Context;
 pub use ortelius::frame::HISTORY;
 use ortelius::frame::Technique;
@@ -14,10 +15,9 @@ use ortelius::vk::Gpu;
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// The scene without any variant or change.
-    base: Scene,
+    /// At least one.
+    pub views: Vec<OpenView>,
     deterministic: bool,
-    pub variants: Vec<Variant>,
     shown: Choice,
     /// The last request. It differs from `shown` while a scene is opened.
     wanted: Choice,
@@ -41,6 +41,8 @@ pub struct Second {
 /// Which variants are shown, with which settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Choice {
+    view: usize,
+    /// The view's variants.
     left: usize,
     right: Option<usize>,
     /// The changes of the selected Pareto point. They override those of the variants.
@@ -84,23 +86,31 @@ pub struct Opened {
 }
 
 impl Stage {
-    /// # Errors
-    /// As [`Renderer::open`].
-    pub fn new(
+    /// One view.
+    #[cfg(test)]
+    fn new(
         gpu: &Gpu,
         base: Scene,
         variants: Vec<Variant>,
         size: [u32; 2],
         deterministic: bool,
     ) -> anyhow::Result<Stage> {
-        let variants = if variants.is_empty() { own_variants(&base) } else { variants };
-        let scene = base.with(&variants[0].changes)?;
+        let camera = *base.camera(&base.view.camera)?;
+        Stage::of(gpu, vec![OpenView::new(String::new(), base, camera, variants)], size, deterministic)
+    }
+
+    /// Opens the first view.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn of(gpu: &Gpu, views: Vec<OpenView>, size: [u32; 2], deterministic: bool) -> anyhow::Result<Stage> {
+        let first = views.first().expect("there is at least one view");
+        let scene = first.scene.with(&first.variants[0].changes)?;
         let renderer = open(gpu, &scene, size, deterministic)?;
         Ok(Stage {
             gpu: gpu.clone(),
-            base,
+            views,
             deterministic,
-            variants,
             shown: Choice::default(),
             wanted: Choice::default(),
             opening: None,
@@ -110,6 +120,39 @@ impl Stage {
             #[cfg(test)]
             gate: None,
         })
+    }
+
+    /// Index of the shown view, and of the one that was requested last.
+    pub fn view(&self) -> [usize; 2] {
+        [self.shown.view, self.wanted.view]
+    }
+
+    /// The variants of the view that was requested last.
+    pub fn variants(&self) -> &[Variant] {
+        &self.views[self.wanted.view].variants
+    }
+
+    /// Requests a view, with the variants of the same names. Manual changes and the Pareto point stay if it is a view of
+    /// the same scene. On an error, the current view stays.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn show_view(&mut self, view: usize) -> anyhow::Result<Option<Kept>> {
+        let (before, next) = (&self.views[self.wanted.view], &self.views[view]);
+        let same = |variant: usize| next.variant(&before.variants[variant].name).unwrap_or(0);
+        let choice = Choice {
+            view,
+            left: same(self.wanted.left),
+            right: self.wanted.right.map(same),
+            ..Choice::default()
+        };
+        let choice = match before.scene.name == next.scene.name {
+            true => {
+                Choice { front: self.wanted.front.clone(), changes: self.wanted.changes.clone(), ..choice }
+            }
+            false => choice,
+        };
+        self.request(|wanted| *wanted = choice)
     }
 
     /// Index of the shown variant.
@@ -139,7 +182,7 @@ impl Stage {
 
     /// The index of the variant after `variant`.
     pub fn next(&self, variant: usize) -> usize {
-        (variant + 1) % self.variants.len()
+        (variant + 1) % self.variants().len()
     }
 
     /// Requests the next variant on the right, or closes the one on the right.
@@ -233,7 +276,7 @@ impl Stage {
         let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
         let sides = sides.into_iter().filter_map(|(variant, shown)| Some((variant?, shown)));
         let plan = |(variant, shown): (usize, Option<(&Scene, &Renderer)>)| {
-            let name = || format!("variant {}", self.variants[variant].name);
+            let name = || format!("variant {}", self.views[choice.view].variants[variant].name);
             let scene = self.scene_of(choice, variant).with_context(name)?;
             let options = options(self.renderer.size(), self.deterministic);
             let plan = match shown {
@@ -252,9 +295,10 @@ impl Stage {
     /// The scene of a variant with the selected Pareto point and the manual changes.
     fn scene_of(&self, choice: &Choice, variant: usize) -> anyhow::Result<Scene> {
         let by_hand = choice.changes.iter().map(|(key, value)| format!("{key}={value}"));
+        let view = &self.views[choice.view];
         let changes: Vec<String> =
-            self.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
-        Ok(self.base.with(&changes)?)
+            view.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
+        Ok(view.scene.with(&changes)?)
     }
 
     /// Starts the thread that prepares the wanted change.
@@ -262,7 +306,7 @@ impl Stage {
         let (gpu, size, deterministic) = (self.gpu.clone(), self.renderer.size(), self.deterministic);
         let choice = self.wanted.clone();
         let variants = [Some(choice.left), choice.right].into_iter().flatten();
-        let names: Vec<String> = variants.map(|variant| self.variants[variant].name.clone()).collect();
+        let names: Vec<String> = variants.map(|variant| self.variants()[variant].name.clone()).collect();
         #[cfg(test)]
         let gate = self.gate.take();
         let prepare = move |progress: &JobProgress| {
@@ -429,6 +473,7 @@ fn bring(renderer: &mut Renderer, ready: Ready) -> Result<Option<Kept>, RenderEr
 
 #[cfg(test)]
 mod tests {
+    use super::super::variants::own_variants;
     use super::*;
     use ortelius::frame::Records;
     use ortelius::vk::{Feature, GpuOptions, Watched};
@@ -575,7 +620,7 @@ mod tests {
         assert!(loads(&mut stage) > 0);
         let first = stage.renderer.picture_bytes().unwrap();
         stage.show(1).unwrap();
-        assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants[1].name);
+        assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants()[1].name);
         assert!(first == stage.renderer.picture_bytes().unwrap());
         stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
         let fresh = open(&gpu, &stage.scene, [64, 36], true).unwrap();
