@@ -119,7 +119,7 @@ fn every_figure_shows_its_views_and_variants_or_says_why_it_has_no_picture() {
     const EARTH: Show = Show::views(|| vec![View::new("a", "earth/oblique", [""; 0])]);
     let with = |show: Show| not_shown(&Figure { show, ..SWEPT });
     assert_eq!(with(EARTH.variants(variants)), None);
-    assert!(with(Show::scenes(&[])).unwrap().contains("views {}"));
+    assert!(with(Show::views(Vec::new)).unwrap().contains("views {}"));
     assert!(with(EARTH.variants(|| vec![Setting::new("triple", [""; 0])])).unwrap().contains("no variant"));
     let wrong = with(EARTH.variants(|| vec![Setting::new("single", ["surface.NAME.filter.kind=none"])]));
     assert!(wrong.unwrap().contains("a, single: "));
