@@ -40,7 +40,7 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
-    /// Show a scene in a window: fly through it, switch and compare variants, change every setting
+    /// Show a scene, or all views of a figure, in a window: fly through it, switch and compare variants, change every setting
     #[cfg(feature = "window")]
     View(Box<command::view::ViewArgs>),
     /// List all figures; with -v also their claims

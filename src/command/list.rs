@@ -63,6 +63,13 @@ fn print_figure(figure: &Figure, whole: bool) -> anyhow::Result<()> {
     let about = figure.about.split_whitespace().collect::<Vec<_>>().join(" ");
     say(format_args!("    {about}"))?;
     say(format_args!("    A quick run leaves out {}.", figure.quick_leaves_out()))?;
+    match figure.without_picture() {
+        Some(words) => say(format_args!("    `ortelius view`: {words}."))?,
+        None => {
+            let views: Vec<String> = figure.views().into_iter().map(|view| view.name).collect();
+            say(format_args!("    `ortelius view {}` shows {}.", figure.id, views.join("; ")))?;
+        }
+    }
     figure.claims.iter().try_for_each(|claim| {
         say(format_args!("    - {} ({}): {}", claim.id, origin(claim.from), claim.text))
     })
@@ -88,6 +95,8 @@ fn described(family: &str, figure: &Figure) -> serde_json::Value {
         "about": figure.about,
         "scenes": figure.scenes,
         "variants": (figure.variants)(),
+        "views": figure.views().into_iter().map(|view| view.name).collect::<Vec<_>>(),
+        "without_picture": figure.without_picture(),
         "quick_leaves_out": figure.quick_leaves_out(),
         "sweep": figure.sweep.map(|s| json!({"name": s.name, "quick": s.quick, "full": s.full})),
         "claims": claims,

@@ -5,10 +5,11 @@ use super::device::DeviceArgs;
 use super::progress::Bar;
 use anyhow::bail;
 use clap::Args;
+use ortelius::figure::View;
 use ortelius::file::cache_folder;
 use ortelius::math::camera::Pose;
 use ortelius::picture::PixelFormat;
-use ortelius::renderer::figures::FAMILIES;
+use ortelius::renderer::figures::shown;
 use ortelius::renderer::report::RunSection;
 use ortelius::renderer::{auto, sections};
 use ortelius::scene::camera::{Camera, GroundPoint};
@@ -21,7 +22,8 @@ use std::path::Path;
 pub struct SceneArgs {
     /// A scene file, or the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
     /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock). Or the name of a figure (`ortelius
-    /// list`), whose first view is then shown. Or a report, whose run is then repeated; options override the report
+    /// list`): `view` shows all of its views, other commands the first. Or a report, whose run is then repeated;
+    /// options override the report
     pub scene: String,
     /// Pixels, WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
@@ -43,7 +45,7 @@ pub struct SceneArgs {
 }
 
 /// A camera on the command line. Missing values come from --camera, or from the scene's view.
-#[derive(Args, Clone, Copy, PartialEq)]
+#[derive(Args, Clone, Copy, Default, PartialEq)]
 pub struct EyeArgs {
     /// Geodetic latitude of the camera in degrees
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
@@ -106,25 +108,40 @@ impl SceneArgs {
         Ok(format!("nothing to write: add -o {name}.png, --report, a dump, or --explain"))
     }
 
-    /// If a figure is named: the shipped scene of its first view, with that view's camera or path.
-    fn of_figure(&self) -> anyhow::Result<SceneArgs> {
-        let mut figures = FAMILIES.iter().flat_map(|(_, figures)| figures.iter());
-        let Some(figure) = figures.find(|figure| figure.id == self.scene) else { return Ok(self.clone()) };
-        let views = figure.scenes.iter().filter_map(|view| view.split_once('/'));
-        let Some((scene, view)) = views.into_iter().find(|(scene, _)| Scene::embedded(scene).is_ok()) else {
-            bail!(Usage(format!(
-                "figure {} renders no scene; it has {}",
-                figure.id,
-                figure.scenes.join(", ")
-            )));
+    /// If a figure is named: its views, each as a shipped scene with the view's changes and its camera or path. The
+    /// camera of the command line is that of the first view.
+    ///
+    /// # Errors
+    /// The figure has no picture.
+    pub(super) fn views(&self) -> anyhow::Result<Vec<(String, SceneArgs)>> {
+        let Some(figure) = shown::find(&self.scene) else { return Ok(Vec::new()) };
+        if let Some(words) = figure.without_picture() {
+            bail!(Usage(words));
+        }
+        let others = SceneArgs { camera: None, path: None, eye: EyeArgs::default(), ..self.clone() };
+        let of = |(n, view): (usize, View)| {
+            let args = if n == 0 { self } else { &others };
+            Ok((view.name.clone(), args.of_view(&view)?))
         };
-        let is_path = Scene::embedded(scene)?.paths.contains_key(view);
-        let own = (!is_path).then(|| view.to_owned());
+        figure.views().into_iter().enumerate().map(of).collect()
+    }
+
+    /// If a figure is named: its first view.
+    fn of_figure(&self) -> anyhow::Result<SceneArgs> {
+        let first = self.views()?.into_iter().next();
+        Ok(first.map_or_else(|| self.clone(), |(_, view)| view))
+    }
+
+    fn of_view(&self, view: &View) -> anyhow::Result<SceneArgs> {
+        let scene = Scene::embedded(&view.scene)?;
+        let own = |is_path| view.eye.clone().filter(|eye| scene.paths.contains_key(eye) == is_path);
         let [camera, path] = match (&self.camera, &self.path) {
-            (None, None) => [own, is_path.then(|| view.to_owned())],
+            (None, None) => [false, true].map(own),
             (camera, path) => [camera.clone(), path.clone()],
         };
-        Ok(SceneArgs { scene: scene.to_owned(), camera, path, ..self.clone() })
+        let changes = shown::named(&view.changes, &scene);
+        let overrides = changes.iter().chain(&self.overrides).cloned().collect();
+        Ok(SceneArgs { scene: view.scene.clone(), camera, path, overrides, ..self.clone() })
     }
 }
 

@@ -3,8 +3,9 @@
 use super::device::DeviceArgs;
 use super::request::{RunRequest, SceneArgs};
 use super::trade;
-use crate::view::{self, Opening, Variant};
+use crate::view::{self, OpenView, Opening, Variant};
 use clap::{Args, ValueEnum};
+use ortelius::renderer::figures::shown;
 use ortelius::vk::PresentMode;
 use std::path::PathBuf;
 
@@ -12,9 +13,9 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: the scene's own,
-    /// other filters of a virtual texture, and every other value of variant.dedup, compact and list, of a mesh's
-    /// geometry.apply and order, of relief.method, or of filter.kind
+    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: a figure's variants, as far
+    /// as they are settings; otherwise the scene's own, other filters of a virtual texture, and every other value of
+    /// variant.dedup, compact and list, of a mesh's geometry.apply and order, of relief.method, or of filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display,
@@ -57,15 +58,16 @@ enum Present {
 
 pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
     let request = RunRequest::of_scene(&args.scene, &args.device)?;
-    let camera = request.camera()?;
-    let variant =
-        |text: &String| Variant { name: text.clone(), changes: text.split(',').map(str::to_owned).collect() };
+    let views = match args.scene.views()? {
+        views if views.is_empty() => vec![opened(args, "", &request)?],
+        views => views_of_figure(args, views)?,
+    };
     view::open(Opening {
-        camera,
+        name: shown::find(&args.scene.scene)
+            .map_or_else(|| request.scene.name.clone(), |figure| figure.id.to_owned()),
+        views,
         size: request.run.size,
         deterministic: request.run.deterministic,
-        scene: request.scene,
-        variants: args.variant.iter().map(variant).collect(),
         present: match (args.present, args.measure.is_some()) {
             (Some(Present::Fifo), _) | (None, false) => vec![PresentMode::Fifo],
             (Some(Present::Mailbox), _) => vec![PresentMode::Mailbox],
@@ -81,4 +83,36 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         validate: args.device.validate,
         folder: args.output.clone(),
     })
+}
+
+/// A view with the variants of the command line, or else of the figure, or else of its scene.
+fn opened(args: &ViewArgs, name: &str, request: &RunRequest) -> anyhow::Result<OpenView> {
+    let of_line =
+        |text: &String| Variant { name: text.clone(), changes: text.split(',').map(str::to_owned).collect() };
+    let of_line: Vec<Variant> = args.variant.iter().map(of_line).collect();
+    let settings = shown::find(&args.scene.scene).map(|figure| (figure.show.variants)()).unwrap_or_default();
+    let of_figure = settings.into_iter().map(|setting| Variant {
+        changes: shown::named(&setting.changes, &request.scene),
+        name: setting.name,
+    });
+    let variants = if of_line.is_empty() { of_figure.collect() } else { of_line };
+    Ok(OpenView::new(name.to_owned(), request.scene.clone(), request.camera()?, variants))
+}
+
+/// All views of a figure. Those that do not fit the options of the command line are left out with a warning, except the
+/// first.
+fn views_of_figure(args: &ViewArgs, views: Vec<(String, SceneArgs)>) -> anyhow::Result<Vec<OpenView>> {
+    let mut found = Vec::new();
+    for (name, scene) in views {
+        let request = RunRequest::of_scene(&scene, &args.device);
+        let view = request.and_then(|request| {
+            let view = opened(args, &name, &request)?;
+            Ok(request.run.path.into_iter().fold(view, OpenView::along))
+        });
+        match view {
+            Err(error) if !found.is_empty() => tracing::warn!("view {name} is left out: {error:#}"),
+            view => found.push(view?),
+        }
+    }
+    Ok(found)
 }

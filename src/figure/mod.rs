@@ -21,6 +21,7 @@ mod renamed;
 mod results;
 mod run;
 mod same;
+mod show;
 mod store;
 mod table;
 mod trade;
@@ -38,6 +39,7 @@ pub use page::of_results as page_of_results;
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Results};
 pub use run::{Failure, Partition, Run, RunError, RunProgress, Tally};
 pub use same::{Choices, Same};
+pub use show::{Setting, Show, View, Views};
 pub use store::{CellResult, LeftOut, Lock, Outcome, Store, StoreError};
 pub use table::{Machine, Row, Table, TableRecord, Value};
 pub use trade::{Budgeted, Errors, Refused, Trade, Traded};
@@ -65,6 +67,8 @@ pub struct Figure {
     /// Scenes that are too large for quick runs.
     pub full_only: &'static [&'static str],
     pub sweep: Option<Sweep>,
+    /// What a window shows of it.
+    pub show: Show,
     /// Measures one cell, all variants interleaved. Rows may come in any order.
     pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,
     pub plots: &'static [Plot],
@@ -199,6 +203,7 @@ impl Figure {
         ours: &[],
         full_only: &[],
         sweep: None,
+        show: Show::scenes(&[]),
         measure: |_, _| Ok(Vec::new()),
         plots: &[],
         claims: &[],

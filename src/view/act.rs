@@ -115,6 +115,9 @@ impl Live {
             | Action::PrintMemory => self.hand_out(action)?,
             Action::Reload => self.reload.start()?,
             Action::NextVariant
+            | Action::NextView
+            | Action::PreviousView
+            | Action::View(_)
             | Action::Show(_)
             | Action::ShowBeside(_)
             | Action::Compare
@@ -197,6 +200,9 @@ impl Live {
             Action::Compare => (self.stage.toggle_second()?, self.variants()),
             Action::ShowBeside(variant) => (self.stage.show_beside(variant)?, self.variants()),
             Action::Show(variant) => (self.stage.show(variant)?, self.variants()),
+            Action::View(view) => self.show_view(view)?,
+            Action::NextView => self.show_view(self.view_after(1))?,
+            Action::PreviousView => self.show_view(self.view_after(-1))?,
             _ => {
                 let (wanted, _) = self.stage.wanted();
                 (self.show_from(self.stage.next(wanted))?, self.variants())
@@ -220,6 +226,7 @@ impl Live {
             self.edition += 1;
             (self.levels, self.faces, self.steps) = (None, None, None);
         }
+        self.follow_view();
         self.show_message(text);
     }
 
@@ -227,6 +234,7 @@ impl Live {
     pub(super) fn take_opened(&mut self) -> anyhow::Result<()> {
         let Some(Opened { is_reload, variant, kept }) = self.stage.take_opened() else { return Ok(()) };
         self.echo = ECHO;
+        self.follow_view();
         let replaced = self.change.replaced.take_if(|_| is_reload);
         match (kept, replaced) {
             (Ok(_), Some((_, count))) => {
@@ -287,18 +295,19 @@ impl Live {
 
     /// Requests the first variant from `next` on that fits the scene. Others are skipped with a warning.
     fn show_from(&mut self, mut next: usize) -> anyhow::Result<Option<Kept>> {
-        loop {
+        for _ in 1..self.stage.variants().len() {
             match self.stage.show(next) {
                 Err(error) if next != self.stage.variant() => tracing::warn!("{error:#}"),
                 shown => return shown,
             }
             next = self.stage.next(next);
         }
+        self.stage.show(next)
     }
 
     /// The variants that were requested last.
     fn variants(&self) -> String {
-        let name = |variant: usize| &self.stage.variants[variant].name;
+        let name = |variant: usize| &self.stage.variants()[variant].name;
         match self.stage.wanted() {
             (left, Some(right)) => format!("variant: {} | {}", name(left), name(right)),
             (left, None) => format!("variant: {}", name(left)),

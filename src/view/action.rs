@@ -20,6 +20,9 @@ pub enum Action {
     PrintPixel,
     PrintMemory,
     NextVariant,
+    NextView,
+    PreviousView,
+    View(usize),
     Show(usize),
     Compare,
     /// Opens a variant beside the current one.
@@ -75,7 +78,7 @@ impl Comparison {
 }
 
 /// Keys that trigger an action when pressed.
-pub const KEYS: [(Key, &str, Action); 20] = [
+pub const KEYS: [(Key, &str, Action); 22] = [
     (Key::F1, "help", Action::Help),
     (Key::F2, "panels", Action::Panels),
     (Key::F5, "recompile the shaders", Action::Reload),
@@ -84,6 +87,8 @@ pub const KEYS: [(Key, &str, Action); 20] = [
     (Key::F11, "full screen", Action::FullScreen),
     (Key::F12, "screenshot, and a report that reproduces it", Action::Screenshot),
     (Key::Space, "next variant", Action::NextVariant),
+    (Key::PageDown, "next view of the figure", Action::NextView),
+    (Key::PageUp, "previous view of the figure", Action::PreviousView),
     (Key::X, "compare with the next variant; drag the divider", Action::Compare),
     (Key::V, "comparison: both pictures, their difference, FLIP", Action::NextComparison),
     (Key::G, "next overlay", Action::NextOverlay),

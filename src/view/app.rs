@@ -79,7 +79,7 @@ impl App {
     fn start(&mut self, events: &ActiveEventLoop) -> anyhow::Result<()> {
         let [width, height] = self.opening.size;
         let attributes = Window::default_attributes()
-            .with_title(format!("Ortelius: {}", self.opening.scene.name))
+            .with_title(format!("Ortelius: {}", self.opening.name))
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes).map_err(|error| NoDisplay(error.to_string()))?;
         let window = Arc::new(window);

@@ -8,7 +8,7 @@ use egui::{DragValue, Slider, Ui};
 pub fn variants(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     let stage = shown.stage;
     let second = stage.second.as_ref().map(|second| second.variant);
-    for (n, variant) in stage.variants.iter().enumerate() {
+    for (n, variant) in stage.variants().iter().enumerate() {
         ui.horizontal(|ui| {
             let beside = ui.selectable_label(second == Some(n), "right");
             if beside.on_hover_text("show this variant on the right").clicked() {

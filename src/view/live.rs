@@ -47,6 +47,8 @@ const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
     pub(super) stage: Stage,
+    /// Index of the view whose camera, path and bookmarks are taken over.
+    pub(super) view: usize,
     pub(super) change: LastChange,
     pub(super) film: Option<Job<PathBuf>>,
     pub(super) shot: Option<Job<PathBuf>>,
@@ -123,9 +125,8 @@ impl Live {
         let size: [u32; 2] = window.inner_size().into();
         let modes = (opening.present.clone(), opening.measure.is_some());
         let screen = Screen::new(gpu, gpu.surface(&window)?, size, modes)?;
-        let variants = opening.variants.clone();
         let picture = screen.swapchain.size().map(|side| side.max(1));
-        let stage = Stage::new(gpu, opening.scene.clone(), variants, picture, opening.deterministic)?;
+        let stage = Stage::of(gpu, opening.views.clone(), picture, opening.deterministic)?;
         let context = egui::Context::default();
         // Nothing fades in: a change is complete in one frame, and equal input gives equal pictures.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -144,15 +145,16 @@ impl Live {
             measure,
             cost: FrameCost::default(),
             records_alone: false,
-            player: Player::new(&stage.scene),
+            player: stage.views[0].player(),
+            eye: Eye::new(stage.views[0].camera),
             stage,
+            view: 0,
             change: LastChange::default(),
             film: None,
             shot: None,
             screen,
             input,
             textures: TexturesDelta::default(),
-            eye: Eye::new(opening.camera),
             hold: None,
             panels,
             bookmarks,

@@ -39,25 +39,24 @@ mod steer;
 mod streamed;
 mod terrain;
 mod variants;
+mod views;
 
 pub use measure::STEPS;
 pub use variants::Variant;
+pub use views::OpenView;
 
 use ortelius::figure::Trade;
-use ortelius::scene::Scene;
-use ortelius::scene::camera::Camera;
 use ortelius::vk::PresentMode;
 use std::path::PathBuf;
 
 /// What to show, and how to show it.
 pub struct Opening {
-    pub scene: Scene,
-    pub camera: Camera,
+    /// The name of the scene or of the figure.
+    pub name: String,
+    /// At least one. The window opens with the first, and its first variant.
+    pub views: Vec<OpenView>,
     /// Pixels.
     pub size: [u32; 2],
-    /// The window opens with the first variant. If the list is empty, it becomes the scene's own variant and
-    /// the variants of its paper.
-    pub variants: Vec<Variant>,
     /// The first that the window supports is taken.
     pub present: Vec<PresentMode>,
     pub deterministic: bool,

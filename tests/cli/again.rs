@@ -34,11 +34,15 @@ fn same_again(folder: &TempDir, arguments: &[&str], ending: &str) -> TempDir {
 fn a_figure_stands_for_its_first_view() {
     let folder = folder();
     let small = ["--size", "64x36", "--deterministic", "-o"];
+    let papers = ["-Dsurface.land.filter={}", "-Dsurface.land.texture.border=16"];
     rendered(&folder, &[&["vt.limit"][..], &small, &["figure.png"]].concat());
-    rendered(&folder, &[&["earth", "--camera", "headline"][..], &small, &["scene.png"]].concat());
+    rendered(&folder, &[&["earth", "--camera", "headline"][..], &papers, &small, &["scene.png"]].concat());
     assert!(bytes(&folder, "figure.png") == bytes(&folder, "scene.png"));
-    let (code, line) = render_failure(&folder, &["pm.order", "-o", "a.png"]);
-    assert!(code == 2 && line.contains("pm.order renders no scene"), "{line}");
+    rendered(&folder, &[&["earth", "--camera", "headline"][..], &small, &["own.png"]].concat());
+    assert!(bytes(&folder, "figure.png") != bytes(&folder, "own.png"), "the figure has the paper's filter");
+    let (code, line) = render_failure(&folder, &["pm.build", "-o", "a.png"]);
+    assert!(code == 2 && line.contains("pm.build has no picture: it times the building"), "{line}");
+    assert!(line.contains("the nearest scene is bunny"), "{line}");
 }
 
 #[test]

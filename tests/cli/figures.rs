@@ -51,6 +51,9 @@ fn the_list_accepts_figures_and_families_as_reproduce_does() {
     };
     let id = ortelius::renderer::figures::FAMILIES[0].1[0].id;
     assert_eq!([whole(&[id]), whole(&["-v"]), whole(&[]), whole(&["pm.order"])], [true, true, false, false]);
+    let words = |id| String::from_utf8(run(&folder, &["list", id]).stdout).unwrap();
+    assert!(words("vt.address").contains("`ortelius view vt.address` shows globe/africa; earth/oblique."));
+    assert!(words("pm.build").contains("figure pm.build has no picture: it times the building"));
     let (code, line) = failure(&mut ortelius(&folder, &["list", "pm.ordre"]));
     assert_eq!(code, 2, "{line}");
     holds(&line, &["\"pm.ordre\"", "nearest is pm.order"]);

@@ -3,7 +3,7 @@
 use ortelius::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, every, one,
 };
-use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Sweep, Value};
+use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Show, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::stats::Summary;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,6 +20,7 @@ pub const SWEPT: Figure = Figure {
     ours: &[],
     full_only: &[],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
+    show: Show::scenes(&[]),
     measure: swept,
     plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
     claims: &[
@@ -51,6 +52,7 @@ pub const BARS: Figure = Figure {
     ours: &["fast"],
     full_only: &[],
     sweep: None,
+    show: Show::scenes(&[]),
     measure: bars,
     plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
     claims: &[Claim::ours(
@@ -80,6 +82,7 @@ pub const MANY: Figure = Figure {
         quick: &[4096.0, 16384.0, 65536.0, 262144.0, 1048576.0],
         full: &[1.0],
     }),
+    show: Show::scenes(&[]),
     measure: many,
     plots: &[Plot::sweep("dedup").log_x().log_y().floor("empty pass"), Plot::bars("points emitted").log_y()],
     claims: &[Claim::ours(
@@ -100,6 +103,7 @@ pub const DIES: Figure = Figure {
     ours: &[],
     full_only: &[],
     sweep: None,
+    show: Show::scenes(&[]),
     measure: |_, cell| match &*cell.scene {
         "globe" => std::process::abort(),
         _ => Ok(vec![number("only", "size", 1.0)]),
@@ -119,6 +123,7 @@ pub const FAILS: Figure = Figure {
     ours: &[],
     full_only: &[],
     sweep: None,
+    show: Show::scenes(&[]),
     measure: |_, cell| match &*cell.scene {
         "earth" => anyhow::bail!("the disk is on fire"),
         "globe" => panic!("left {} right {}", 1, 2),
@@ -177,6 +182,7 @@ pub const SLOW: Figure = Figure {
     ours: &[],
     full_only: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
+    show: Show::scenes(&[]),
     measure: |bench, cell| {
         wait_for_the_kill_after_enough_cells();
         picture(bench, &format!("made.slow-{}-{}", cell.scene, cell.x.unwrap_or(0.0)))?;

@@ -2,9 +2,10 @@
 
 use super::family::{BARS, FAILS, SWEPT};
 use ortelius::figure::claim::{At, Bound, Claim, Origin, Part, Pick, Term, Test, Who, one};
-use ortelius::figure::{Effort, Family, Figure, choose};
+use ortelius::figure::{Effort, Family, Figure, Setting, Show, View, Views, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
-use ortelius::renderer::figures::FAMILIES;
+use ortelius::renderer::figures::{FAMILIES, shown};
+use ortelius::renderer::sections;
 use ortelius::scene::Scene;
 use std::collections::BTreeSet;
 
@@ -68,6 +69,63 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
             }
         }
     }
+}
+
+/// A figure whose views or variants do not open, and why; or one that has neither views nor a reason.
+fn not_shown(figure: &Figure) -> Option<String> {
+    let fault = |what: String| Some(format!("{}: {what}", figure.id));
+    let (views, settings) = (figure.views(), (figure.show.variants)());
+    if let Views::Nothing { why, nearest } = figure.show.views {
+        let exists = Scene::embedded(nearest).is_ok() && !why.is_empty() && settings.is_empty();
+        return if exists { None } else { fault(format!("{nearest:?} for {why:?}")) };
+    }
+    let names: BTreeSet<&String> = views.iter().map(|view| &view.name).collect();
+    if views.is_empty() || names.len() != views.len() {
+        return fault(format!("views {names:?}"));
+    }
+    let variants = (figure.variants)();
+    if let Some(unknown) = settings.iter().find(|setting| !variants.contains(&setting.name)) {
+        return fault(format!("no variant {}", unknown.name));
+    }
+    let distinct: BTreeSet<_> = settings.iter().map(|setting| &setting.changes).collect();
+    if distinct.len() != settings.len() {
+        return fault(format!("two variants are the same settings: {distinct:?}"));
+    }
+    for view in &views {
+        let scene = match shown::scene_of(view) {
+            Ok(scene) => scene,
+            Err(error) => return fault(format!("{}: {error}", view.name)),
+        };
+        let has_eye = |eye: &String| scene.camera(eye).is_ok() || scene.path(eye).is_ok();
+        if !view.eye.iter().all(has_eye) {
+            return fault(format!("{}: no camera or path {:?}", view.name, view.eye));
+        }
+        for setting in &settings {
+            let changed = scene.with(&shown::named(&setting.changes, &scene));
+            if let Err(error) = changed.and_then(|changed| sections::check(&changed)) {
+                return fault(format!("{}, {}: {error}", view.name, setting.name));
+            }
+        }
+    }
+    None
+}
+
+#[test]
+fn every_figure_shows_its_views_and_variants_or_says_why_it_has_no_picture() {
+    for figure in FAMILIES.iter().flat_map(|(_, figures)| *figures) {
+        assert_eq!(not_shown(figure), None);
+    }
+    let variants = || vec![Setting::new("single", ["view.width=64"])];
+    const EARTH: Show = Show::views(|| vec![View::new("a", "earth/oblique", [""; 0])]);
+    let with = |show: Show| not_shown(&Figure { show, ..SWEPT });
+    assert_eq!(with(EARTH.variants(variants)), None);
+    assert!(with(Show::views(Vec::new)).unwrap().contains("views {}"));
+    assert!(with(EARTH.variants(|| vec![Setting::new("triple", [""; 0])])).unwrap().contains("no variant"));
+    let wrong = with(EARTH.variants(|| vec![Setting::new("single", ["surface.NAME.filter.kind=none"])]));
+    assert!(wrong.unwrap().contains("a, single: "));
+    let nowhere = Show::views(|| vec![View::new("a", "earth/nowhere", [""; 0])]);
+    assert!(with(nowhere).unwrap().contains("no camera or path"));
+    assert!(with(Show::nothing("it computes", "nowhere")).unwrap().contains("\"nowhere\""));
 }
 
 fn picks(test: &Test) -> Vec<Pick> {

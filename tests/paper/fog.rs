@@ -1,5 +1,5 @@
 use ortelius::figure::claim::{Bound, Claim, Test, one};
-use ortelius::figure::{Cell, Figure, Row, Value};
+use ortelius::figure::{Cell, Figure, Row, Show, Value};
 use ortelius::frame::{Memory, Progress, Slot, Stalled, Target, Technique, View};
 use ortelius::scene::{Language, Scene, Table, settings};
 use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
@@ -55,6 +55,7 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     ours: &[],
     full_only: &[],
     sweep: None,
+    show: Show::scenes(&[]),
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
     plots: &[],
     claims: &[Claim::ours(

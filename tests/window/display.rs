@@ -31,6 +31,8 @@ pub mod key {
     pub const F: u8 = 41;
     pub const G: u8 = 42;
     pub const SPACE: u8 = 65;
+    pub const PAGE_UP: u8 = 112;
+    pub const PAGE_DOWN: u8 = 117;
     pub const W: u8 = 25;
     pub const X: u8 = 53;
     pub const V: u8 = 55;

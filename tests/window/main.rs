@@ -13,6 +13,7 @@ mod present;
 mod program;
 mod reload;
 mod renderdoc;
+mod views;
 mod walk;
 
 use display::{Display, key};

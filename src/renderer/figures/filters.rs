@@ -2,7 +2,7 @@
 
 use super::kernel_truth::{Seen, Surface};
 use crate::figure::claim::{Bound::Above, Bound::AtMost, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Timed};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Timed};
 use crate::math::camera::Pose;
 use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
 use crate::paper::texture_mapping::reference::ellipse::{filtered, levels};
@@ -47,6 +47,7 @@ pub const FILTERS: Figure = Figure {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
         shown.chain([EXACT, FLOOR].map(str::to_owned)).collect()
     },
+    show: Show::scenes(&[]).variants(|| VARIANTS.map(|(name, changes)| Setting::new(name, changes.iter().copied())).into()),
     measure,
     plots: &[
         Plot::bars(NMSE).log_y().floor(FLOOR),

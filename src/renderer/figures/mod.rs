@@ -2,6 +2,7 @@
 
 mod filters;
 mod kernel_truth;
+pub mod shown;
 
 use crate::figure::Family;
 use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};

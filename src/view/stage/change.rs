@@ -76,7 +76,7 @@ impl Stage {
         let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
         let sides = sides.into_iter().filter_map(|(variant, shown)| Some((variant?, shown)));
         let plan = |(variant, shown): (usize, Option<(&Scene, &Renderer)>)| {
-            let name = || format!("variant {}", self.variants[variant].name);
+            let name = || format!("variant {}", self.views[choice.view].variants[variant].name);
             let scene = self.scene_of(choice, variant).with_context(name)?;
             let options = options(self.renderer.size(), self.deterministic);
             let plan = match shown {
@@ -95,9 +95,10 @@ impl Stage {
     /// The scene of a variant with the selected Pareto point and the manual changes.
     fn scene_of(&self, choice: &Choice, variant: usize) -> anyhow::Result<Scene> {
         let by_hand = choice.changes.iter().map(|(key, value)| format!("{key}={value}"));
+        let view = &self.views[choice.view];
         let changes: Vec<String> =
-            self.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
-        Ok(self.base.with(&changes)?)
+            view.variants[variant].changes.iter().chain(&choice.front).cloned().chain(by_hand).collect();
+        Ok(view.scene.with(&changes)?)
     }
 
     /// Starts the thread that prepares the wanted change.
@@ -105,7 +106,7 @@ impl Stage {
         let (gpu, size, deterministic) = (self.gpu.clone(), self.renderer.size(), self.deterministic);
         let choice = self.wanted.clone();
         let variants = [Some(choice.left), choice.right].into_iter().flatten();
-        let names: Vec<String> = variants.map(|variant| self.variants[variant].name.clone()).collect();
+        let names: Vec<String> = variants.map(|variant| self.variants()[variant].name.clone()).collect();
         #[cfg(test)]
         let gate = self.gate.take();
         let prepare = move |progress: &JobProgress| {

@@ -8,7 +8,8 @@ mod tests;
 pub use change::Opened;
 pub use ortelius::frame::HISTORY;
 
-use super::variants::{Variant, own_variants};
+use super::variants::Variant;
+use super::views::OpenView;
 use change::Opening;
 use ortelius::frame::Technique;
 use ortelius::picture::PixelFormat;
@@ -19,10 +20,9 @@ use ortelius::vk::Gpu;
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// The scene without any variant or change.
-    base: Scene,
+    /// At least one.
+    pub views: Vec<OpenView>,
     deterministic: bool,
-    pub variants: Vec<Variant>,
     shown: Choice,
     /// The last request. It differs from `shown` while a scene is opened.
     wanted: Choice,
@@ -46,6 +46,8 @@ pub struct Second {
 /// Which variants are shown, with which settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Choice {
+    view: usize,
+    /// The view's variants.
     left: usize,
     right: Option<usize>,
     /// The changes of the selected Pareto point. They override those of the variants.
@@ -55,8 +57,8 @@ struct Choice {
 }
 
 impl Stage {
-    /// # Errors
-    /// As [`Renderer::open`].
+    /// One view.
+    #[cfg(test)]
     pub fn new(
         gpu: &Gpu,
         base: Scene,
@@ -64,14 +66,22 @@ impl Stage {
         size: [u32; 2],
         deterministic: bool,
     ) -> anyhow::Result<Stage> {
-        let variants = if variants.is_empty() { own_variants(&base) } else { variants };
-        let scene = base.with(&variants[0].changes)?;
+        let camera = *base.camera(&base.view.camera)?;
+        Stage::of(gpu, vec![OpenView::new(String::new(), base, camera, variants)], size, deterministic)
+    }
+
+    /// Opens the first view.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn of(gpu: &Gpu, views: Vec<OpenView>, size: [u32; 2], deterministic: bool) -> anyhow::Result<Stage> {
+        let first = views.first().expect("there is at least one view");
+        let scene = first.scene.with(&first.variants[0].changes)?;
         let renderer = open(gpu, &scene, size, deterministic)?;
         Ok(Stage {
             gpu: gpu.clone(),
-            base,
+            views,
             deterministic,
-            variants,
             shown: Choice::default(),
             wanted: Choice::default(),
             opening: None,
@@ -81,6 +91,39 @@ impl Stage {
             #[cfg(test)]
             gate: None,
         })
+    }
+
+    /// Index of the shown view, and of the one that was requested last.
+    pub fn view(&self) -> [usize; 2] {
+        [self.shown.view, self.wanted.view]
+    }
+
+    /// The variants of the view that was requested last.
+    pub fn variants(&self) -> &[Variant] {
+        &self.views[self.wanted.view].variants
+    }
+
+    /// Requests a view, with the variants of the same names. Manual changes and the Pareto point stay if it is a view of
+    /// the same scene. On an error, the current view stays.
+    ///
+    /// # Errors
+    /// As [`Renderer::open`].
+    pub fn show_view(&mut self, view: usize) -> anyhow::Result<Option<Kept>> {
+        let (before, next) = (&self.views[self.wanted.view], &self.views[view]);
+        let same = |variant: usize| next.variant(&before.variants[variant].name).unwrap_or(0);
+        let choice = Choice {
+            view,
+            left: same(self.wanted.left),
+            right: self.wanted.right.map(same),
+            ..Choice::default()
+        };
+        let choice = match before.scene.name == next.scene.name {
+            true => {
+                Choice { front: self.wanted.front.clone(), changes: self.wanted.changes.clone(), ..choice }
+            }
+            false => choice,
+        };
+        self.request(|wanted| *wanted = choice)
     }
 
     /// Index of the shown variant.
@@ -110,7 +153,7 @@ impl Stage {
 
     /// The index of the variant after `variant`.
     pub fn next(&self, variant: usize) -> usize {
-        (variant + 1) % self.variants.len()
+        (variant + 1) % self.variants().len()
     }
 
     /// Requests the next variant on the right, or closes the one on the right.

@@ -1,5 +1,6 @@
 //! A window without a display: what a request changes at once, on a thread, and not at all.
 
+use super::super::variants::own_variants;
 use super::*;
 use ortelius::frame::Records;
 use ortelius::vk::{Feature, GpuOptions, Watched};
@@ -146,7 +147,7 @@ fn another_variant_finds_the_caches_full() {
     assert!(loads(&mut stage) > 0);
     let first = stage.renderer.picture_bytes().unwrap();
     stage.show(1).unwrap();
-    assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants[1].name);
+    assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants()[1].name);
     assert!(first == stage.renderer.picture_bytes().unwrap());
     stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
     let fresh = open(&gpu, &stage.scene, [64, 36], true).unwrap();

@@ -11,11 +11,11 @@ use super::orders::{
     CLASSICAL, CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, ORDERS, PAPER, TAIL_10, TAIL_23,
     WITH_SCANS, costs, moved_per_split, number, ordered, simplified,
 };
-use super::scans;
+use super::{face_orders, models, scans};
 use crate::figure::claim::{
     Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places, Test, best, one,
 };
-use crate::figure::{Bench, Cell, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use rayon::prelude::*;
@@ -44,6 +44,7 @@ pub const AVERAGE: Figure = Figure {
     ours: &[TAIL_23],
     full_only: &[scans::LARGE],
     sweep: None,
+    show: Show::views(|| models(&WITH_SCANS)).variants(face_orders),
     measure,
     plots: &[Plot::bars(FIFO_16), Plot::bars(MOVED).log_y()],
     claims: &[

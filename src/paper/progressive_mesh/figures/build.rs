@@ -4,7 +4,7 @@ use super::super::choices::FaceOrder;
 use super::super::mesh::ProgressiveMesh;
 use super::scans;
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use anyhow::Context;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -28,6 +28,7 @@ pub const BUILD: Figure = Figure {
         quick: &[11_102.0, 47_794.0, 202_520.0],
         full: &[11_102.0, 47_794.0, 202_520.0, 871_414.0],
     }),
+    show: Show::nothing("it times the building of .pmesh files", "bunny"),
     measure,
     plots: &[Plot::sweep(TIME).log_x().log_y(), Plot::sweep(MEMORY).log_x().log_y()],
     claims: &[

@@ -5,10 +5,10 @@ use super::super::mesh::{Level, ProgressiveMesh};
 use super::super::run::level_for_error;
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::{number, ordered};
-use super::scans;
 use super::surfaces::{Size, distances};
+use super::{models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use anyhow::Context;
 use glam::DVec3;
 
@@ -30,6 +30,7 @@ pub const CONTINUITY: Figure = Figure {
     variants: || BuildEffort::ALL.iter().map(|effort| effort.name().into()).collect(),
     ours: &["best"],
     full_only: &[scans::LARGE],
+    show: Show::views(|| models(CONTINUITY.scenes)),
     measure,
     plots: &[Plot::curves(FACES, "wanted error, diagonals").log_x().log_y(), Plot::bars(NONE)],
     claims: &[

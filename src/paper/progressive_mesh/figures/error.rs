@@ -2,10 +2,10 @@
 
 use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::CLOSED;
-use super::scans;
 use super::surfaces::{Size, baseline, distances};
+use super::{models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use anyhow::Context;
 use glam::DVec3;
 
@@ -34,6 +34,7 @@ pub const ERROR: Figure = Figure {
         quick: &[50.0, 25.0, 10.0, 5.0],
         full: &[50.0, 25.0, 10.0, 5.0, 2.0, 1.0],
     }),
+    show: Show::views(|| models(ERROR.scenes)),
     measure,
     plots: &[
         Plot::sweep(MEAN).log_x().log_y(),

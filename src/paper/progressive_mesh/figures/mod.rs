@@ -20,8 +20,9 @@ mod size;
 mod surfaces;
 mod texture;
 
-use crate::figure::{Bench, Figure};
+use crate::figure::{Bench, Figure, Setting, View};
 use crate::frame::Run;
+use crate::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
@@ -50,6 +51,35 @@ pub const FIGURES: &[&Figure] = &[
 fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a str)> {
     let (scene, eye) = name.split_once('/').with_context(|| format!("{name:?} is not SCENE/CAMERA"))?;
     Ok((Scene::load_with(scene, changes)?, eye))
+}
+
+/// Views of models in the scene `bunny`. Scans are left out unless they have been fetched.
+fn models(models: &[&str]) -> Vec<View> {
+    seen(&models.iter().map(|model| format!("{model}/near")).collect::<Vec<_>>())
+}
+
+/// As [`models`], by MODEL/CAMERA.
+fn seen<S: AsRef<str>>(views: &[S]) -> Vec<View> {
+    let view = |name: &S| {
+        let (model, camera) = name.as_ref().split_once('/')?;
+        scans::check_fetched(model).ok()?;
+        let source = format!("surface.bunny.geometry.source={model}");
+        Some(View::new(name.as_ref(), &format!("bunny/{camera}"), [source]))
+    };
+    views.iter().filter_map(view).collect()
+}
+
+/// The orders of faces as settings of the scene `bunny`.
+fn face_orders() -> Vec<Setting> {
+    let order = |name| Setting::new(name, [format!("surface.bunny.geometry.order={name}")]);
+    FaceOrder::ALL.iter().map(|one| order(one.name())).collect()
+}
+
+/// Names of the two metrics, as settings of the scene `bunny`.
+fn metrics(names: [&str; 2]) -> Vec<Setting> {
+    let metrics = names.into_iter().zip([ErrorMetric::Geometry, ErrorMetric::Appearance]);
+    let change = |metric: ErrorMetric| [format!("surface.bunny.geometry.metric={}", metric.name())];
+    metrics.map(|(name, metric)| Setting::new(name, change(metric))).collect()
 }
 
 /// A session of a scene on the run's device. `change` edits the settings last.

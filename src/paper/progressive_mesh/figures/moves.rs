@@ -3,9 +3,10 @@
 use super::super::cache::{Cache, sampled_levels};
 use super::super::order::{Groups, OrderOptions};
 use super::super::simplify::Collapses;
+use super::models;
 use super::orders::{CLOSED, PAPER, costs, moved_per_split, ordered, simplified};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
@@ -31,6 +32,7 @@ pub const MOVES: Figure = Figure {
         quick: &[5.0, 10.0, 16.0, 23.0, 40.0],
         full: &[4.0, 5.0, 7.0, 10.0, 13.0, 16.0, 19.0, 23.0, 30.0, 40.0, 60.0],
     }),
+    show: Show::views(|| models(&CLOSED)),
     measure,
     plots: &[Plot::sweep(COST).log_x(), Plot::sweep(MOVED).log_x().log_y()],
     claims: &[

@@ -7,9 +7,9 @@ use super::orders::{
     CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, costs, ordered,
     simplified,
 };
-use super::scans;
+use super::{face_orders, models, scans};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 
 pub const ORDER: Figure = Figure {
     id: "pm.order",
@@ -32,6 +32,7 @@ pub const ORDER: Figure = Figure {
     ours: &[TAIL_23],
     full_only: &[scans::LARGE],
     sweep: None,
+    show: Show::views(|| models(&WITH_SCANS)).variants(face_orders),
     measure,
     plots: &[plot("FIFO-12"), plot("FIFO-16"), plot("FIFO-24"), plot("FIFO-32"), plot("batches")],
     claims: &[

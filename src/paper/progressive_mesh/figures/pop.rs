@@ -1,8 +1,8 @@
 //! pm.pop: how much the picture jumps when levels change, with and without geomorphing.
 
-use super::session;
+use super::{seen, session};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::surface::pace::{PIXELS_PER_FRAME, step};
@@ -60,6 +60,7 @@ pub const POP: Figure = Figure {
     variants,
     paper: &[AT_ONCE],
     ours: &["geomorph"],
+    show: Show::views(|| seen(POP.scenes)).variants(settings),
     measure,
     plots: &[
         Plot::curves(ALONG, "error, pixels").log_x(),
@@ -123,6 +124,16 @@ pub const POP: Figure = Figure {
 
 fn variants() -> Vec<String> {
     VARIANTS.map(|(name, ..)| name.to_string()).into()
+}
+
+/// The variants as settings of the scene. Without a limit the picture may change by any amount.
+fn settings() -> Vec<Setting> {
+    let changes = |morphs, limit: Option<f64>| {
+        let limit = limit.unwrap_or(1e6);
+        [format!("geomorph={morphs}"), format!("pixels_per_frame={limit:?}")]
+            .map(|change| format!("surface.bunny.geometry.{change}"))
+    };
+    VARIANTS.map(|(name, morphs, limit)| Setting::new(name, changes(morphs, limit))).into()
 }
 
 /// The error of the first frame in pixels. It is coarser than practical settings, because visible changes are largest

@@ -12,10 +12,10 @@ use super::super::simplify::{SimplifyOptions, simplify};
 use super::super::stand::{Stand, stands};
 use super::super::surface::vertices::{face_normals, normals};
 use super::pop::{SAMPLES, averaged};
-use super::scans;
 use super::surfaces::distances;
+use super::{metrics, scans, seen};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use crate::math::camera::Pose;
 use crate::model;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
@@ -54,6 +54,7 @@ pub const SHADING: Figure = Figure {
     ours: &[AWARE],
     full_only: &[],
     sweep: Some(Sweep { name: "wanted error, pixels", quick: &WANTED, full: &WANTED }),
+    show: Show::views(|| seen(SHADING.scenes)).variants(|| metrics([PAPER, AWARE])),
     measure,
     plots: &[
         Plot::sweep(VISIBLE).log_x(),

@@ -6,9 +6,9 @@ use super::orders::{
     CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_10, TAIL_23, WITH_SCANS, ordered,
     simplified,
 };
-use super::scans;
+use super::{face_orders, models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
 
 pub const SIZE: Figure = Figure {
     id: "pm.size",
@@ -30,6 +30,8 @@ pub const SIZE: Figure = Figure {
     ours: &["tail-23"],
     full_only: &[scans::LARGE],
     sweep: None,
+    show: Show::views(|| models(&WITH_SCANS))
+        .variants(|| face_orders().into_iter().filter(|order| variants().contains(&order.name)).collect()),
     measure,
     plots: &[Plot::bars(FILE), Plot::bars(MEMORY)],
     claims: &[

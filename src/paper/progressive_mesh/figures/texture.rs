@@ -3,10 +3,10 @@
 use super::super::choices::ErrorMetric;
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::orders::number;
-use super::scans;
 use super::surfaces::Size;
+use super::{metrics, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, View};
 use crate::model::{Model, Raw, clean, mesh};
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -32,6 +32,7 @@ pub const TEXTURE: Figure = Figure {
     ours: &[AWARE],
     full_only: &[],
     sweep: Some(Sweep { name: "faces left, %", quick: &[25.0, 5.0], full: &[50.0, 25.0, 10.0, 5.0, 2.0] }),
+    show: Show::views(views).variants(|| metrics([BY_DISTANCE, AWARE])),
     measure,
     plots: &[Plot::sweep(PIXELS).log_x().log_y(), Plot::sweep(SHIFT).log_x().log_y()],
     claims: &[
@@ -70,6 +71,12 @@ const MEAN: &str = "mean shift";
 const SHIFT: &str = "shift at 99.9 % of the surface, of the model";
 const STATED: &str = "stated error";
 const FACES: &str = "faces";
+
+/// What a window shows: the knot with a texture. The globe is no shipped model, and the valley's file has one metric.
+fn views() -> Vec<View> {
+    let changes = ["geometry.source=knot", "texture={kind='plain', source='checker'}"];
+    vec![View::new("knot", "bunny/near", changes.map(|change| format!("surface.bunny.{change}")))]
+}
 
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let part = cell.x.context("the sweep has values")? / 100.0;

@@ -3,9 +3,10 @@
 use super::coordinates::size_of;
 use super::lab::Lab;
 use super::methods::PAPER_BY_LEVEL;
+use super::shown::tilted_boards;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::method::Coordinates;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::error::compare;
@@ -33,6 +34,7 @@ pub const ANISOTROPIC: Figure = Figure {
         quick: &[0.02, 0.05],
         full: &[0.1, 0.3, 0.5, 0.7, 0.9],
     }),
+    show: Show::views(|| tilted_boards(&[0.0, 30.0, 60.0, 80.0])),
     measure,
     plots: &[Plot::sweep(TIME).floor("empty pass"), Plot::sweep(TEXELS)],
     claims: &[

@@ -1,9 +1,10 @@
 //! tm.17: time of every form of the coordinates, by screen area and tilt.
 
 use super::contender::pass;
+use super::shown::tilted_boards;
 use crate::figure::claim::Bound::AtLeast;
 use crate::figure::claim::{Pick, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
 use crate::paper::texture_mapping::plane::TiltedPlane;
@@ -42,6 +43,7 @@ pub const COORDINATES: Figure = Figure {
         quick: &[0.25, 0.5, 0.9],
         full: &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
     }),
+    show: Show::views(|| tilted_boards(&[0.0, 30.0, 60.0, 80.0])),
     measure,
     plots: &[plot(TIME), plot(DERIVATIVES)],
     claims: &[

@@ -1,9 +1,10 @@
 //! tm.drift: error of each form of the coordinates against f64, along rows of up to 16,384 pixels.
 
 use super::coordinates::noise;
+use super::shown::NONE;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Places, Test, one};
-use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Show, Sweep, View};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
@@ -32,6 +33,11 @@ pub const DRIFT: Figure = Figure {
         name: "row, pixels",
         quick: &[1920.0, 16384.0],
         full: &[1920.0, 3840.0, 8192.0, 16384.0],
+    }),
+    show: Show::views(|| {
+        [(NEAR, "plane-tilt/tilted"), (HORIZON, "plane-tilt/grazing")]
+            .map(|(name, scene)| View::new(name, scene, NONE))
+            .into()
     }),
     measure,
     plots: &[plot(LARGEST), plot(MEDIAN), plot(DERIVATIVE)],

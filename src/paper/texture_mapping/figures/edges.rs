@@ -2,8 +2,9 @@
 
 use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, errors};
 use super::shape::pattern_of;
+use super::shown::patterns;
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::reference::ellipse::kept;
@@ -25,6 +26,7 @@ pub const EDGES: Figure = Figure {
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
+    show: Show::views(|| patterns(TILTS)),
     measure,
     plots: &[
         Plot::sweep(NMSE).log_y().floor(FLOOR),

@@ -3,8 +3,9 @@
 use super::agreement::{Agreement, compare_fragments};
 use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors};
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, RADIAL_64};
+use super::shown::ellipse_and_trilinear;
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value, View};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{Ellipse, Method};
@@ -39,6 +40,7 @@ pub const EXTREMES: Figure = Figure {
     variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
     paper: &["as printed, rows"],
     ours: &["ellipse"],
+    show: Show::views(views).variants(ellipse_and_trilinear),
     measure,
     plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],
     claims: &[
@@ -101,6 +103,19 @@ const OVERDRAWN: Tilt = Tilt {
     texels_per_pixel: 1.0,
     half_view_degrees: 0.5,
 };
+
+/// What a window shows: the extremes that are a camera over the board of the scene `plane-tilt`.
+fn views() -> Vec<View> {
+    let grazing = "east_m=0.0, north_m=-31.0, altitude_m=0.5";
+    let cameras = [
+        ("tilt-89.999", format!("{grazing}, tilt_deg=89.999")),
+        ("horizon", format!("{grazing}, tilt_deg=90.0")),
+        // 50 pixels per texel of 1/16 m in a picture of 1080 rows.
+        ("magnified", "east_m=0.0, north_m=0.0, altitude_m=1.2".to_owned()),
+    ];
+    let change = |camera| [format!("cameras.grazing={{{camera}}}")];
+    cameras.map(|(name, camera)| View::new(name, "plane-tilt/grazing", change(camera))).into()
+}
 
 fn variants() -> Vec<(&'static str, Method)> {
     let ellipses = [

@@ -14,6 +14,7 @@ mod parallax;
 mod pareto;
 mod relief;
 mod shape;
+mod shown;
 mod temporal;
 
 use crate::figure::Figure;

@@ -1,9 +1,10 @@
 //! tm.23: object-space texturing against filters in the screen plane, by object area and tilt.
 
 use super::methods::{OBJECT_SPACE, PAPER_BY_LEVEL};
+use super::shown::{ellipse_and_trilinear, tilted_boards};
 use crate::figure::claim::{Better, Bound::Above, Bound::AtLeast, Bound::Equal, Bound::Within};
 use crate::figure::claim::{Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
@@ -38,6 +39,7 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
         quick: &[0.0, 45.0, 75.0, 85.0, 89.0],
         full: &[0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 80.0, 85.0, 87.0, 89.0],
     }),
+    show: Show::views(|| tilted_boards(&[0.0, 45.0, 75.0, 85.0, 89.0])).variants(ellipse_and_trilinear),
     measure,
     plots: &[
         Plot::sweep(TIME).log_y().floor("empty pass"),

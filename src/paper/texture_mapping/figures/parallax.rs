@@ -1,9 +1,10 @@
 //! tm.25: error and cost of filtered parallax mapping.
 
 use super::contender::pass;
+use super::shown::{relief_methods, reliefs};
 use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
 use crate::figure::claim::{Places, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMap};
 use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
 use crate::paper::texture_mapping::relief::pass::FilteredRelief;
@@ -40,6 +41,7 @@ pub const PARALLAX: Figure = Figure {
         quick: &[15.0, 30.0, 60.0],
         full: &[15.0, 30.0, 45.0, 60.0, 80.0],
     }),
+    show: Show::views(reliefs).variants(relief_methods),
     measure,
     plots: &[
         Plot::sweep(ERROR).log_y().floor(FLOOR),

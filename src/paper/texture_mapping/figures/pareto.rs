@@ -2,8 +2,9 @@
 
 use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean};
 use super::methods::{self, OURS};
+use super::shown::{ellipses_and_trilinear, filtered_surfaces};
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Value};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
@@ -28,6 +29,7 @@ pub const PARETO: Figure = Figure {
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
     ours: &[OURS],
+    show: Show::views(filtered_surfaces).variants(ellipses_and_trilinear),
     measure,
     plots: &[
         Plot::curves(BY_TEXELS, "texels fetched per pixel").log_x().log_y().floor(FLOOR),

@@ -1,9 +1,10 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
 use super::contender::pass;
+use super::shown::traced_reliefs;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
@@ -37,6 +38,7 @@ pub const RELIEF: Figure = Figure {
         quick: &[15.0, 30.0, 60.0, 80.0],
         full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
     }),
+    show: Show::views(traced_reliefs),
     measure,
     plots: &[Plot::sweep(STEPS), Plot::sweep(GAIN), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
     claims: &[
@@ -92,6 +94,7 @@ pub const MAP_BUILD: Figure = Figure {
     ours: &["refined, guaranteed"],
     full_only: &[],
     sweep: Some(Sweep { name: "texels a side", quick: &[16.0, 32.0], full: &[16.0, 32.0, 64.0, 128.0] }),
+    show: Show::nothing("it times the building of distance maps", "relief-rock"),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
     claims: &[Claim::ours(

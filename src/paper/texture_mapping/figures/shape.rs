@@ -2,8 +2,9 @@
 
 use super::lab::{FLOOR, FORMULA_4, Lab, errors};
 use super::methods::{PAPER_BY_LEVEL, RADIAL_64, SQUARED_128};
+use super::shown::patterns;
 use crate::figure::claim::{Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Sweep, Value};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{Ellipse, Method};
 use crate::paper::texture_mapping::plane::Tilt;
@@ -33,6 +34,7 @@ pub const SHAPE: Figure = Figure {
     ours: &[FORMULA],
     full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: TILTS, full: TILTS }),
+    show: Show::views(|| patterns(TILTS)),
     measure,
     plots: &[
         Plot::sweep(NMSE).log_y().floor(FLOOR),

@@ -3,8 +3,9 @@
 use super::lab::{FLOOR, GAUSSIAN, Lab};
 use super::methods::{self, OURS};
 use super::shape::pattern_of;
+use super::shown::{ellipses_and_trilinear, moving};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Value};
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::reference::supersample::Truth;
@@ -24,6 +25,7 @@ pub const TEMPORAL: Figure = Figure {
     ours: &["ellipse"],
     full_only: &[],
     sweep: Some(Sweep { name: "tilt, degrees", quick: &[60.0, 80.0], full: &[0.0, 30.0, 60.0, 75.0, 80.0] }),
+    show: Show::views(moving).variants(ellipses_and_trilinear),
     measure,
     plots: &[Plot::sweep(FLICKER).log_y().floor(FLOOR), Plot::sweep(MOTION).log_y()],
     claims: &[Claim::ours(

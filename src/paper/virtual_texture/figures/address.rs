@@ -1,10 +1,10 @@
 //! vt.address: length and cost of the list with level-0 and with own-level tile addresses.
 
-use super::common::pixels_of;
+use super::common::{PAPERS, pixels_of, setting};
 use super::list_on_the_host::{ON_THE_HOST, host_pass};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Show, Sweep, Timed};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
 
@@ -28,6 +28,8 @@ pub const ADDRESS: Figure = Figure {
         quick: &[360.0, 720.0, 1080.0],
         full: &[360.0, 540.0, 720.0, 1080.0, 1440.0, 2160.0],
     }),
+    show: Show::scenes(PAPERS)
+        .variants(|| configs().map(|(name, config)| setting(name, &config)).into()),
     measure,
     plots: &[
         Plot::sweep(LENGTH).log_y(),
@@ -70,21 +72,25 @@ fn variants() -> Vec<String> {
     NAMES.map(String::from).into()
 }
 
+fn configs() -> [(&'static str, Config); 2] {
+    let [level_0, own_level] = [TileAddress::Level0, TileAddress::OwnLevel];
+    [(NAMES[0], Config { address: level_0, ..PAPER }), (NAMES[1], Config { address: own_level, ..PAPER })]
+}
+
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw_at(bench, &cell.scene, pixels_of(cell.x.expect("the sweep has values")))?;
-    let (gpu, pyramid, addresses) =
-        (&stage1.gpu, &stage1.pyramid, [TileAddress::Level0, TileAddress::OwnLevel]);
-    let pair = |(name, address)| {
-        Pair::new(&stage1, name, Config { request_format: Some(RequestFormat::Packed), address, ..PAPER })
+    let (gpu, pyramid) = (&stage1.gpu, &stage1.pyramid);
+    let pair = |(name, config)| {
+        Pair::new(&stage1, name, Config { request_format: Some(RequestFormat::Packed), ..config })
     };
-    let pairs = match NAMES.into_iter().zip(addresses).map(pair).collect::<Result<Vec<_>, _>>() {
+    let pairs = match configs().into_iter().map(pair).collect::<Result<Vec<_>, _>>() {
         Ok(pairs) => pairs,
         Err(why) => return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into()),
     };
     let lists: Vec<_> = pairs.iter().map(|pair| pair.triples(&stage1)).collect::<anyhow::Result<_>>()?;
     let mut rows = Vec::new();
     let first_resident = pyramid.first_resident_level();
-    let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], addresses[n], first_resident));
+    let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], pairs[n].config.address, first_resident));
     for (n, name) in NAMES.into_iter().enumerate() {
         let number = |quantity, unit, count: usize| Row::number(name, quantity, unit, count as f64);
         let alone = tiles[n].iter().filter(|tile| tiles[1 - n].binary_search(tile).is_err()).count();
@@ -94,7 +100,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let contenders = pairs.iter().enumerate().map(|(n, pair)| {
         let mut on_the_device = pair.contender(&stage1);
-        let (triples, address) = (&lists[n], addresses[n]);
+        let (triples, address) = (&lists[n], pair.config.address);
         let run = move || {
             let mut times = (on_the_device.run)()?;
             times.push(host_pass(|| distinct_tiles(triples, address, first_resident)));

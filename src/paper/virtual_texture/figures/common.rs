@@ -1,11 +1,11 @@
 //! Shared by this paper's figures: scenes by name, sessions on the run's device, single passes to be timed.
 
-use crate::figure::{Bench, Contender};
+use crate::figure::{Bench, Contender, Setting};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
-use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs};
+use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextureSettings, needs};
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::Path;
@@ -15,6 +15,30 @@ use anyhow::Context;
 /// A border that contains the paper's 16 samples. As in the paper, a pixel then needs the tile of its triple alone: no
 /// sample lies in a neighbouring tile.
 const PAPERS_BORDER: &str = "surface.land.texture.border=16";
+
+/// The changes of a shipped scene that [`SceneView::find`] makes.
+pub const PAPERS: &[&str] = &["surface.land.filter={}", PAPERS_BORDER];
+
+/// One sample per pixel, as `one_sample_scene`.
+pub const ONE_SAMPLE: &[&str] = &["surface.land.filter={max_anisotropy=1}"];
+
+/// The keys of `[variant]` in which a method that lists the visible tiles differs from the paper's.
+pub fn setting(name: impl Into<String>, config: &Config) -> Setting {
+    let keys = |of: &Config| {
+        [
+            format!("dedup={}", of.dedup.name()),
+            format!("block_log2={}", of.block_log2),
+            format!("memo={}", of.memo),
+            format!("address={}", of.address.name()),
+            format!("compact={}", of.compact.name()),
+            format!("compact_block_log2={}", of.compact_block_log2),
+            format!("list={}", of.list.name()),
+            format!("feedback_log2={}", of.feedback_log2),
+        ]
+    };
+    let differing = keys(config).into_iter().zip(keys(&PAPER)).filter(|(own, papers)| own != papers);
+    Setting::new(name, differing.map(|(own, _)| format!("variant.{own}")))
+}
 
 /// A shipped scene with the paper's filter, in tiles with a border of 16 texels, and one of the scene's cameras
 /// (`earth/oblique`) or paths (`earth/pan`).
@@ -108,4 +132,30 @@ pub fn passes<'a>(
         Ok(frame.submit()?.wait()?)
     };
     Contender { variant: variant.into(), run: Box::new(run) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::virtual_texture::config::one_sample_scene;
+
+    #[test]
+    fn windows_show_the_scenes_that_figures_measure() {
+        let changed = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+            Scene::embedded("earth").unwrap().with(&changes).unwrap()
+        };
+        assert_eq!(changed(PAPERS), SceneView::find("earth/oblique").unwrap().scene);
+        assert_eq!(changed(ONE_SAMPLE), one_sample_scene("earth").unwrap());
+        assert_ne!(changed(PAPERS), changed(ONE_SAMPLE));
+    }
+
+    #[test]
+    fn a_setting_states_what_differs_from_the_paper() {
+        assert!(setting("paper", &PAPER).changes.is_empty());
+        let own = Config { memo: !PAPER.memo, block_log2: 1, ..PAPER };
+        let changes =
+            [format!("variant.block_log2={}", own.block_log2), format!("variant.memo={}", own.memo)];
+        assert_eq!(setting("own", &own).changes, changes);
+    }
 }

@@ -1,11 +1,11 @@
 //! vt.compact: stage 3 in all its variants.
 
-use super::common::SceneView;
+use super::common::{self, SceneView, setting};
 use super::counts::of_stage_3;
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
-use crate::figure::{Bench, Cell, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show};
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
 use anyhow::Context;
@@ -31,6 +31,7 @@ pub const COMPACT: Figure = Figure {
     },
     paper: &["transform-feedback, blocks of 2 x 2", "transform-feedback, blocks of 4 x 4"],
     ours: &["append"],
+    show: Show::scenes(common::PAPERS).variants(settings),
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],
     claims: &[
@@ -94,6 +95,14 @@ fn variants(address: TileAddress) -> Vec<(String, Config)> {
     blocks
         .chain(compute_passes().map(|compact| (compact.name().to_string(), Config { compact, ..marked })))
         .collect()
+}
+
+/// The variants as settings of a scene, with level-0 tile addresses.
+fn settings() -> Vec<Setting> {
+    let compact = Compaction::FusedAppend;
+    let fused = (compact.name().to_owned(), Config { dedup: Dedup::FusedExact, compact, ..PAPER });
+    let all = variants(TileAddress::Level0).into_iter().chain([fused]);
+    all.map(|(name, config)| setting(name, &config)).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

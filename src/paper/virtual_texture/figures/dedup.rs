@@ -1,12 +1,12 @@
 //! vt.dedup: stage 2 in all its variants.
 
-use super::common::passes;
+use super::common::{PAPERS, passes, setting};
 use super::counts::{Requests, of_stage_2};
 use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
 };
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Slot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
@@ -43,6 +43,7 @@ pub const DEDUP: Figure = Figure {
         "geometry, p = 4, memo",
     ],
     ours: &["runs"],
+    show: Show::scenes(PAPERS).variants(settings),
     measure,
     plots: &[
         Plot::bars(TIME).log_y().floor("empty pass"),
@@ -120,6 +121,18 @@ fn variants() -> Vec<(String, Config)> {
     // Stage 3 does not run here; append fits all layouts of the mask.
     let marked = |dedup| Config { dedup, compact: Compaction::Append, ..PAPER };
     blocks.chain(others().map(|dedup| (dedup.name().to_string(), marked(dedup)))).collect()
+}
+
+/// The variants as settings of a scene. The bitset needs own-level tile addresses.
+fn settings() -> Vec<Setting> {
+    let fused = Dedup::ALL.iter().copied().filter(|dedup| dedup.fused());
+    let fused =
+        fused.map(|dedup| (dedup.name().to_owned(), Config { dedup, compact: Compaction::Append, ..PAPER }));
+    let addressed = |(name, config): (String, Config)| match config.dedup {
+        Dedup::Bitset => setting(name, &Config { address: TileAddress::OwnLevel, ..config }),
+        _ => setting(name, &config),
+    };
+    variants().into_iter().chain(fused).map(addressed).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

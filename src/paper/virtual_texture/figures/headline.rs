@@ -1,9 +1,9 @@
 //! vt.headline: the paper's only number, the frame rate of its headline scene, with the camera at rest and moving.
 
-use super::common::{SceneView, pixels_of};
-use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations};
+use super::common::{PAPERS, SceneView, pixels_of};
+use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations, settings};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
@@ -31,6 +31,7 @@ pub const HEADLINE: Figure = Figure {
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],
     ours: &["fused, exact"],
+    show: Show::scenes(PAPERS).variants(|| settings(&contenders())),
     measure,
     plots: &[
         Plot::bars(STANDING),

@@ -1,13 +1,13 @@
 //! vt.limit: the time of stages 2 and 3 relative to a lower bound, one copy of the request image.
 
-use super::common::{SceneView, passes, pixels_of};
+use super::common::{PAPERS, SceneView, passes, pixels_of, setting};
 use super::cost::{LIST, list_of_rounds, list_row};
 use super::counts::{Requests, of_list};
 use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Sweep, Timed, Value};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Sweep, Timed, Value};
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
@@ -39,6 +39,7 @@ pub const LIMIT: Figure = Figure {
     ours: &["runs"],
     full_only: &[],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
+    show: Show::scenes(PAPERS).variants(settings),
     measure,
     plots: &[
         Plot::bars(LIST).log_y().floor(COPY),
@@ -93,6 +94,15 @@ fn variants() -> Vec<String> {
     let host = [Listing::HostHash, Listing::HostBitmap].map(|list| list.name().to_string());
     let staged = [THE_PAPER.to_string()].into_iter().chain(on_the_device());
     staged.chain(fused_names()).chain(host).chain([COPY.to_string()]).collect()
+}
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    let staged = Dedup::staged().map(|dedup| setting(dedup.name(), &Config { dedup, ..COMPUTE }));
+    let fused = fused().into_iter().map(|combination| setting(combination.name, &combination.config));
+    let host = [Listing::HostHash, Listing::HostBitmap];
+    let host = host.map(|list| setting(list.name(), &Config { list, ..COMPUTE }));
+    [setting(THE_PAPER, &PAPER)].into_iter().chain(staged).chain(fused).chain(host).collect()
 }
 
 /// The tiles that a pair lists, sorted. With own-level tile addresses, repeats are kept.

@@ -1,10 +1,10 @@
 //! vt.pipeline: the whole frame, pass by pass, of the paper's method, later variants and the baselines.
 
-use super::common::{SceneView, pixels_of};
+use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
-use super::side_by_side::{Combination, PLAIN, SideBySide, THE_PAPER, UNLISTED, combinations};
+use super::side_by_side::{Combination, PLAIN, SideBySide, THE_PAPER, UNLISTED, combinations, settings};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, best, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
 
 pub const PIPELINE: Figure = Figure {
     id: "vt.pipeline",
@@ -24,6 +24,7 @@ pub const PIPELINE: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["fused, exact"],
+    show: Show::scenes(PAPERS).variants(|| settings(&combinations())),
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],
     claims: &[

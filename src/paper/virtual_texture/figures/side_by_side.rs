@@ -2,10 +2,10 @@
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
-use super::common::{SceneView, passes};
+use super::common::{SceneView, passes, setting};
 use super::cost::{self, FRAME};
 use super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
-use crate::figure::{Bench, Contender, Row};
+use crate::figure::{Bench, Contender, Row, Setting};
 use crate::frame::Run;
 use crate::frame::{Seen, Shape, Slot, View};
 use crate::math::camera::Pose;
@@ -84,6 +84,11 @@ pub fn combinations() -> Vec<Combination> {
         exact("read-back, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
         exact("read-back, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
     ]
+}
+
+/// The combinations as settings of a scene.
+pub fn settings(combinations: &[Combination]) -> Vec<Setting> {
+    combinations.iter().map(|combination| setting(combination.name, &combination.config)).collect()
 }
 
 /// Sessions of all combinations that the device can run.

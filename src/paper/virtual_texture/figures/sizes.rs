@@ -1,11 +1,11 @@
 //! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the sizes of the picture, of the tiles
 //! and of the texture.
 
-use super::common::{SceneView, pixels_of};
+use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
-use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations};
+use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
 use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, View};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
@@ -30,6 +30,7 @@ pub const RESOLUTION: Figure = Figure {
         quick: &[360.0, 540.0, 720.0],
         full: &[360.0, 540.0, 720.0, 1080.0, 1440.0, 2160.0],
     }),
+    show: Show::scenes(PAPERS).variants(|| settings(&contenders())),
     measure: |bench, cell| {
         let rows = cell.x.expect("a sweep");
         let place = SceneView::find(&cell.scene)?;
@@ -74,6 +75,8 @@ pub const TILE_SIZE: Figure = Figure {
         quick: &[128.0, 256.0, 512.0, 1024.0],
         full: &[64.0, 128.0, 256.0, 512.0, 1024.0],
     }),
+    show: Show::views(|| swept(&TILE_SIZE, "tiles of", |side| vec![tile_size(side)]))
+        .variants(|| settings(&contenders())),
     measure: measure_tile_size,
     plots: &[
         Plot::sweep(WORKING_SET).log_x().log_y().floor(EMPTY),
@@ -111,6 +114,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
         quick: &[12.0, 16.0, 18.0, 20.0],
         full: &[12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0, 19.0, 20.0],
     }),
+    show: Show::views(|| swept(&TEXTURE_SIZE, "width_log2", texture_size)).variants(|| settings(&contenders())),
     measure: measure_texture_size,
     plots: &[
         Plot::sweep(FRAME).log_y().floor(EMPTY),
@@ -207,10 +211,29 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
     Ok(rows)
 }
 
+fn tile_size(side: u32) -> String {
+    format!("surface.land.texture.tile_size={side}")
+}
+
+fn texture_size(width_log2: u32) -> Vec<String> {
+    let sizes = [("width", width_log2), ("height", width_log2 - 1)];
+    sizes.map(|(side, log2)| format!("surface.land.texture.{side}_log2={log2}")).into()
+}
+
+/// What a window shows: the figure's scenes at each value of the quick sweep.
+fn swept(figure: &Figure, what: &str, changes: fn(u32) -> Vec<String>) -> Vec<View> {
+    let values = || figure.values(Effort::Quick).into_iter().flatten();
+    let view = |scene: &str, value: f64| {
+        let papers = PAPERS.iter().map(|change| (*change).to_owned());
+        View::new(format!("{scene}, {what} {value}"), scene, papers.chain(changes(value as u32)))
+    };
+    figure.scenes.iter().flat_map(|scene| values().map(move |value| view(scene, value))).collect()
+}
+
 fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let side = cell.x.expect("a sweep") as u32;
     let mut place = SceneView::find(&cell.scene)?;
-    place.scene = place.scene.with(&[format!("surface.land.texture.tile_size={side}")])?;
+    place.scene = place.scene.with(&[tile_size(side)])?;
     let pixel_rows = pixel_rows(bench);
     // If a tile has a quarter of the area, up to four times as many are visible. Devices have at least 2048 layers.
     let most = if pixel_rows > 540.0 { 192 } else { 96 };
@@ -221,9 +244,7 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
 fn measure_texture_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let width_log2 = cell.x.expect("a sweep") as u32;
     let mut place = SceneView::find(&cell.scene)?;
-    let sizes = [("width", width_log2), ("height", width_log2 - 1)];
-    let changes = sizes.map(|(side, log2)| format!("surface.land.texture.{side}_log2={log2}"));
-    place.scene = place.scene.with(&changes)?;
+    place.scene = place.scene.with(&texture_size(width_log2))?;
     let pixel_rows = pixel_rows(bench);
     measure(bench, place, pixel_rows, 96)
 }

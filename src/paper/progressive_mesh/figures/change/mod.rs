@@ -3,12 +3,13 @@
 mod ways;
 mod written;
 
+use super::models;
 use super::orders::simplified;
 use crate::figure::claim::{
     At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Bound::Within,
     Claim, Places, Test, best, each, every, one,
 };
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep, Timed};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
@@ -44,6 +45,7 @@ pub const CHANGE: Figure = Figure {
     variants,
     ours: &["tail-23"],
     sweep: Some(Sweep { name: "step, % of all splits (at least one)", quick: &STEPS, full: &STEPS }),
+    show: Show::views(|| models(&["bunny", "torus:96"])).variants(ways::settings),
     measure,
     plots: &[
         Plot::sweep(WRITTEN).log_x().log_y(),

@@ -1,7 +1,7 @@
 //! The methods that are timed: those of scenes, and two others.
 
 use super::{DEVICE, HOST, Meshes};
-use crate::figure::Contender;
+use crate::figure::{Contender, Setting};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
 use crate::paper::progressive_mesh::config;
@@ -60,6 +60,16 @@ pub const WAYS: [WriteMethod; 12] = [
     of_scene(FaceOrder::Discrete),
     WriteMethod { name: COPY, order: None, by: By::Copy },
 ];
+
+/// The methods that are settings of the scene `bunny`.
+pub fn settings() -> Vec<Setting> {
+    let setting = |way: &WriteMethod| {
+        let By::Scene(apply) = way.by else { return None };
+        let keys = [("order", way.order?.name()), ("apply", apply.name())];
+        Some(Setting::new(way.name, keys.map(|(key, value)| format!("surface.bunny.geometry.{key}={value}"))))
+    };
+    WAYS.iter().filter_map(setting).collect()
+}
 
 /// A method on the device, and the levels of its walk.
 pub struct Way<'a> {

@@ -5,7 +5,7 @@ mod lines;
 
 use super::scans;
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
 use execute::{
     COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
 };
@@ -38,6 +38,7 @@ pub const CPU: Figure = Figure {
     ours: &[FLAT_SWAPS],
     full_only: &[scans::LARGE],
     sweep: None,
+    show: Show::nothing("it times the host's work on levels of detail", "bunny"),
     measure,
     plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY)],
     claims: &[

@@ -1,7 +1,8 @@
 //! pm.draw: the effect of the order of faces on the device's draw time.
 
+use super::{face_orders, models};
 use crate::figure::claim::{Better, Bound::AtLeast, Bound::Within, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row};
+use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row, Show};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model;
@@ -85,6 +86,7 @@ pub const DRAW: Figure = Figure {
     variants,
     paper: &["paper"],
     ours: &["tail-23"],
+    show: Show::views(|| models(&["knot"])).variants(face_orders),
     measure,
     plots: &[Plot::bars(SHADED), Plot::bars(TIME)],
     claims: &[

@@ -5,7 +5,7 @@ mod cases;
 use super::super::simplify::{Simplified, SimplifyOptions, simplify};
 use super::surfaces::baseline;
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::model::clean;
 use crate::reference::distance::Triangles;
 use cases::{CASES, Hostile, mesh};
@@ -30,6 +30,7 @@ pub const EXTREMES: Figure = Figure {
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     ours: &["ours"],
+    show: Show::nothing("it simplifies damaged meshes and measures distances", "bunny"),
     measure,
     plots: &[Plot::bars(FACES).floor(TARGET)],
     claims: &[

@@ -9,8 +9,9 @@ pub use contenders::variants;
 pub use examine::{Examination, Examiner, Outcome, Settled};
 pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
+use super::common::{ONE_SAMPLE, setting};
 use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Row, Show, Value, View};
 use crate::paper::virtual_texture::all_needs;
 use anyhow::Context;
 
@@ -38,6 +39,8 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     scenes: &NAMES,
     variants: || variants().into_iter().map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
+    show: Show::views(views)
+        .variants(|| variants().into_iter().map(|(name, config)| setting(name, &config)).collect()),
     measure,
     claims: &[
         Claim::paper(
@@ -93,6 +96,17 @@ const NAMES: [&str; EXTREMES.len()] = {
     }
     names
 };
+
+/// The extremes that a scene can show at any size. The others are synthetic meshes, sizes, or refused.
+fn views() -> Vec<View> {
+    let shown = |extreme: &&Extreme| {
+        let is_scene = matches!(extreme.landscape, Landscape::Scene);
+        is_scene && extreme.size == scenes::SIZE && extreme.expected != Expected::Refused
+    };
+    let changes = |extreme: &Extreme| ONE_SAMPLE.iter().chain(extreme.changes).copied().collect::<Vec<_>>();
+    let views = EXTREMES.iter().filter(shown);
+    views.map(|extreme| View::new(extreme.name, extreme.scene, changes(extreme))).collect()
+}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let extreme = Extreme::find(&cell.scene).with_context(|| format!("no extreme {:?}", cell.scene))?;

@@ -59,7 +59,8 @@ pub struct Sight {
     pub mesh: Mesh,
 }
 
-const SIZE: [u32; 2] = [640, 360];
+/// The size of most extremes, in pixels.
+pub const SIZE: [u32; 2] = [640, 360];
 
 const fn plain(
     name: &'static str,

@@ -5,11 +5,11 @@ mod cut;
 mod times;
 mod watch;
 
-use super::common::{SceneView, pixels_of};
+use super::common::{ONE_SAMPLE, SceneView, pixels_of, setting};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
-use crate::paper::virtual_texture::RequestFormat;
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
 use crate::paper::virtual_texture::config::Filter;
+use crate::paper::virtual_texture::{Config, Listing, PAPER, RequestFormat};
 use watch::{SUBSAMPLINGS, Watch, name};
 
 pub const FEEDBACK: Figure = Figure {
@@ -30,6 +30,7 @@ pub const FEEDBACK: Figure = Figure {
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[360.0, 720.0, 1080.0] }),
+    show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
     plots: &[
         Plot::curves(RECALL, "frames after a cut").log_x(),
@@ -72,6 +73,14 @@ const MOVING_RECALL: &str = "recall of one moving frame";
 const MOVING_PRECISION: &str = "precision of a moving cycle";
 const TIME: &str = "gather, copy and list";
 const ALL_PIXELS: &str = "all pixels";
+
+/// The variants as settings of a scene: one pixel in 2^n.
+fn settings() -> Vec<Setting> {
+    let all_pixels = (ALL_PIXELS.to_owned(), 0);
+    let variants = SUBSAMPLINGS.into_iter().map(|log2| (name(log2), log2)).chain([all_pixels]);
+    let config = |feedback_log2| Config { list: Listing::Feedback, feedback_log2, ..PAPER };
+    variants.map(|(name, log2)| setting(name, &config(log2))).collect()
+}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(cell.x.expect("the sweep has values"));

@@ -3,7 +3,7 @@
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides};
@@ -27,6 +27,7 @@ pub const FILTER: Figure = Figure {
             because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
+    show: Show::scenes(&[]).variants(|| VARIANTS.map(|variant| variant.setting(BORDER)).into()),
     measure,
     plots: &[
         Plot::bars(AREA_NMSE).log_y(),

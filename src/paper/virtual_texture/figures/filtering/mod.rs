@@ -6,7 +6,7 @@ pub mod na;
 pub mod seams;
 
 use super::common::{Opened, SceneView};
-use crate::figure::{Bench, Contender};
+use crate::figure::{Bench, Contender, Setting};
 use crate::frame::{Run, Seen, View};
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::Filter;
@@ -46,6 +46,16 @@ impl Variant {
             (Filtering::Stochastic, taps) => format!("{taps} taps{along}"),
             (Filtering::Ellipse, _) => format!("ellipse{along}"),
         }
+    }
+}
+
+impl Variant {
+    /// As settings of a scene.
+    fn setting(&self, border: u32) -> Setting {
+        let (kind, most, samples) = (self.filter.name(), self.max_anisotropy, self.taps);
+        let filter =
+            format!("surface.land.filter={{kind='{kind}', max_anisotropy={most}, samples={samples}}}");
+        Setting::new(self.name(), [filter, format!("surface.land.texture.border={border}")])
     }
 }
 

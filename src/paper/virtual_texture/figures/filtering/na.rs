@@ -1,6 +1,6 @@
 //! vt.na: the cost of NA, the largest number of samples along a footprint, at any tilt.
 
-use super::super::common::SceneView;
+use super::super::common::{ONE_SAMPLE, SceneView};
 use super::super::cost::{self, FRAME, LIST};
 use super::super::side_by_side::{Combination, SideBySide};
 use super::super::streaming::Route;
@@ -8,7 +8,7 @@ use super::{Shown, Variant};
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
 };
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Sweep};
+use crate::figure::{self, Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
 use crate::paper::virtual_texture::{Config, Filtering, PAPER};
@@ -37,6 +37,7 @@ pub const NA: Figure = Figure {
         quick: &[0.0, 80.0],
         full: &[0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0],
     }),
+    show: Show::views(views).variants(settings),
     measure,
     plots: &[
         Plot::sweep(VISIBLE).log_y(),
@@ -106,34 +107,59 @@ impl View {
         let camera = CAMERAS.iter().find(|(name, _)| *name == cell.scene).context("a scene of the figure")?.1;
         let tilt = cell.x.context("a sweep")?;
         let (size, tile, step) = bench.effort_of(([320, 180], 128, 16), ([640, 360], 256, 2));
-        let changes = vec![
-            format!("cameras.{camera}.tilt_deg={tilt}"),
-            format!("cameras.{camera}.magnification=1.0"),
-            "surface.land.texture.source=ruler".into(),
-            format!("surface.land.texture.tile_size={tile}"),
-            "cache.gpu_tiles=1024".into(),
-            "cache.host_tiles=1024".into(),
-            // Settling is not timed.
-            "cache.upload_tiles_per_frame=64".into(),
-            "variant.dedup=tile-memo".into(),
-            "variant.compact=append".into(),
-            "variant.address=own-level".into(),
-        ];
-        Ok(View { name: cell.scene.clone(), changes, size, step })
+        Ok(View { name: cell.scene.clone(), changes: changes(camera, tilt, tile), size, step })
     }
 
     fn with(&self, na: u32, border: u32) -> anyhow::Result<Route> {
-        let more = [
-            format!("surface.land.filter.max_anisotropy={na}"),
-            format!("surface.land.texture.border={border}"),
-        ];
-        Route::find(&self.name, &[&self.changes[..], &more].concat())
+        Route::find(&self.name, &[&self.changes[..], &sampled(na, border)].concat())
     }
 
     fn place(&self, na: u32, border: u32) -> anyhow::Result<SceneView> {
         let Route { scene, path } = self.with(na, border)?;
         Ok(SceneView { scene, pose: path.pose(0), path: Some(path) })
     }
+}
+
+/// The scene with a camera's tilt and tiles of `tile` texels.
+fn changes(camera: &str, tilt: f64, tile: u32) -> Vec<String> {
+    vec![
+        format!("cameras.{camera}.tilt_deg={tilt}"),
+        format!("cameras.{camera}.magnification=1.0"),
+        "surface.land.texture.source=ruler".into(),
+        format!("surface.land.texture.tile_size={tile}"),
+        "cache.gpu_tiles=1024".into(),
+        "cache.host_tiles=1024".into(),
+        // Settling is not timed.
+        "cache.upload_tiles_per_frame=64".into(),
+        "variant.dedup=tile-memo".into(),
+        "variant.compact=append".into(),
+        "variant.address=own-level".into(),
+    ]
+}
+
+fn sampled(na: u32, border: u32) -> [String; 2] {
+    [format!("surface.land.filter.max_anisotropy={na}"), format!("surface.land.texture.border={border}")]
+}
+
+/// What a window shows: both paths with the tilts and the tiles of a quick run.
+fn views() -> Vec<figure::View> {
+    let tilts = || NA.sweep.into_iter().flat_map(|sweep| sweep.quick);
+    let view = |(scene, camera): (&str, &str), tilt: f64| {
+        let one_sample = ONE_SAMPLE.iter().map(|change| (*change).to_owned());
+        figure::View::new(
+            format!("{scene}, tilt {tilt}"),
+            scene,
+            one_sample.chain(changes(camera, tilt, 128)),
+        )
+    };
+    CAMERAS.into_iter().flat_map(|camera| tilts().map(move |tilt| view(camera, *tilt))).collect()
+}
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    let narrow = NAS.map(|(name, na)| (name, sampled(na, BORDERS[0])));
+    let all = narrow.into_iter().chain([(WITHIN, sampled(16, BORDERS[1]))]);
+    all.map(|(name, changes)| Setting::new(name, changes)).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

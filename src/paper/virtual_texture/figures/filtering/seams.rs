@@ -3,7 +3,7 @@
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
 use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Claim, Pick, Test, each};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;
@@ -25,6 +25,10 @@ pub const SEAMS: Figure = Figure {
             count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
+    show: Show::scenes(&[]).variants(|| {
+        // The smallest borders that the figure measures: they show seams.
+        VARIANTS.map(|variant| variant.setting(if variant.max_anisotropy == 1 { 0 } else { 2 })).into()
+    }),
     measure,
     plots: &[
         Plot::curves(WORST, BORDER_AXIS),

@@ -1,9 +1,10 @@
 //! vt.budget: recovery of the picture after a cut, for several upload budgets.
 
+use super::super::common::ONE_SAMPLE;
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
@@ -54,6 +55,7 @@ pub const BUDGET: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
+    show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
     plots: &[
         Plot::curves(ERROR, "frame").log_y(),
@@ -80,6 +82,15 @@ pub const BUDGET: Figure = Figure {
     ],
     ..Figure::BASE
 };
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    let changes = |budget: &Budget| {
+        let order = budget.order.name();
+        [format!("cache.upload_budget_ms={:?}", budget.upload_ms), format!("cache.order={order}")]
+    };
+    BUDGETS.iter().map(|budget| Setting::new(budget.name, changes(budget))).collect()
+}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;

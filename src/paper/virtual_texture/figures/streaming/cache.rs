@@ -1,9 +1,9 @@
 //! vt.cache: sizes of the two caches, and the replacement policy.
 
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
-use super::{Blank, PATHS, Route, extent};
+use super::{Blank, PATHS, RULER, Route, extent};
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
 use crate::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
@@ -39,6 +39,7 @@ pub const CACHE: Figure = Figure {
     scenes: &PATHS,
     variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     ours: &["LRU, stand-ins kept (as built)"],
+    show: Show::scenes(RULER),
     measure,
     plots: &[
         Plot::curves(FAULTS, "N1 / largest visible set").log_y(),

@@ -1,9 +1,10 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
+use super::super::common::ONE_SAMPLE;
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{picture, session};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
@@ -46,6 +47,7 @@ pub const DISK: Figure = Figure {
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],
+    show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
     plots: &[
         Plot::curves(ERROR, "time, ms").log_x().log_y(),
@@ -73,6 +75,13 @@ pub const DISK: Figure = Figure {
     ],
     ..Figure::BASE
 };
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    let down = format!("disk.fails_for_s={DOWN_S:?}");
+    let disks = [(HEALTHY, None), (SLOW, Some("disk.delay_ms=50.0".to_owned())), (DOWN, Some(down))];
+    disks.map(|(name, change)| Setting::new(name, change)).into()
+}
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;

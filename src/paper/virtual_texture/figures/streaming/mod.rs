@@ -51,6 +51,13 @@ const PATHS: [&str; 6] = [
 /// level 0), and a pan moves by a quarter of the pixels.
 const UNMAGNIFIED: &str = "cameras.headline.magnification=1.0";
 
+/// The ruler's tiles of 256 texels, with one sample per pixel.
+const RULER: &[&str] = &[
+    "surface.land.filter={max_anisotropy=1}",
+    "surface.land.texture.source=ruler",
+    "surface.land.texture.tile_size=256",
+];
+
 /// A cheap variant with an exact list; the figures do not depend on the variant.
 const LISTS: Config =
     Config { dedup: Dedup::TestOr, compact: Compaction::Append, address: TileAddress::OwnLevel, ..PAPER };
@@ -124,8 +131,7 @@ impl Route {
     /// # Errors
     /// As [`Route::find`].
     fn of_ruler(name: &str, changes: &[&str]) -> anyhow::Result<Route> {
-        let changes =
-            ["surface.land.texture.source=ruler", "surface.land.texture.tile_size=256"].iter().chain(changes);
+        let changes = RULER.iter().chain(changes);
         Route::find(name, &changes.map(|change| change.to_string()).collect::<Vec<_>>())
     }
 

@@ -1,8 +1,9 @@
 //! vt.pop: the jumps of pixel values when tiles arrive, without and with fade-in.
 
+use super::super::common::ONE_SAMPLE;
 use super::{Route, UNMAGNIFIED, linear, session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::open_texture;
@@ -40,6 +41,7 @@ pub const POP: Figure = Figure {
     scenes: &["earth/pan", "earth/dive"],
     variants,
     paper: &["at once (the paper)"],
+    show: Show::scenes(VIEW).variants(settings),
     measure,
     plots: &[Plot::curves(ALONG, "frame"), Plot::bars(BEHIND)],
     claims: &[Claim::ours(
@@ -49,6 +51,15 @@ pub const POP: Figure = Figure {
     )],
     ..Figure::BASE
 };
+
+/// What a window shows: the tiles of a quick run, without magnification.
+const VIEW: &[&str] =
+    &[ONE_SAMPLE[0], "surface.land.texture.tile_size=128", UNMAGNIFIED, "cache.gpu_tiles=512"];
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    FADES.map(|(frames, name)| Setting::new(name, [format!("cache.fade_in_frames={frames}")])).into()
+}
 
 fn variants() -> Vec<String> {
     FADES.map(|(_, name)| name.to_owned()).to_vec()

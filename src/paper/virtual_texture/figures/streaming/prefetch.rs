@@ -1,9 +1,9 @@
 //! vt.prefetch: the number of visible tiles that are missing, without and with prefetch.
 
 use super::cache::Nowhere;
-use super::{Blank, Route, UNMAGNIFIED, extent};
+use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Value};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::FrameRecord;
 use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
@@ -37,6 +37,7 @@ pub const PREFETCH: Figure = Figure {
             360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants,
+    show: Show::scenes(VIEW).variants(settings),
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
     claims: &[
@@ -53,6 +54,13 @@ pub const PREFETCH: Figure = Figure {
     ],
     ..Figure::BASE
 };
+
+const VIEW: &[&str] = &[RULER[0], RULER[1], RULER[2], UNMAGNIFIED];
+
+/// The variants as settings of a scene.
+fn settings() -> Vec<Setting> {
+    AHEAD.map(|(frames, name)| Setting::new(name, [format!("cache.prefetch_frames={frames}")])).into()
+}
 
 fn variants() -> Vec<String> {
     AHEAD.map(|(_, name)| name.to_owned()).to_vec()

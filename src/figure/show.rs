@@ -1,0 +1,110 @@
+//! What a window shows of a figure: views of shipped scenes, and those of the figure's variants that are settings of a
+//! scene.
+
+use super::Figure;
+
+/// What a window shows of a figure.
+#[derive(Clone, Copy)]
+pub struct Show {
+    pub views: Views,
+    /// Variants of the figure that are settings of its views, in the figure's order. If there are none, the window has
+    /// those of the view's scene.
+    pub variants: fn() -> Vec<Setting>,
+}
+
+/// Where a figure's views come from.
+#[derive(Clone, Copy)]
+pub enum Views {
+    /// Every scene of the figure that is named SCENE/CAMERA or SCENE/PATH, with these changes.
+    Scenes(&'static [&'static str]),
+    /// The figure's own list.
+    Listed(fn() -> Vec<View>),
+    /// The figure computes without a picture.
+    Nothing {
+        /// What it computes, as a clause: "it times ...".
+        why: &'static str,
+        /// The shipped scene whose subject is nearest.
+        nearest: &'static str,
+    },
+}
+
+/// A shipped scene as a figure sees it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct View {
+    pub name: String,
+    /// A shipped scene.
+    pub scene: String,
+    /// One of the scene's cameras or paths; `None`: the scene's own view.
+    pub eye: Option<String>,
+    /// In the syntax of `-D`. `surface.NAME` is the scene's first surface.
+    pub changes: Vec<String>,
+}
+
+/// A variant as settings of a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// The variant's name in the figure.
+    pub name: String,
+    /// As [`View::changes`].
+    pub changes: Vec<String>,
+}
+
+impl Show {
+    pub const fn scenes(changes: &'static [&'static str]) -> Show {
+        Show { views: Views::Scenes(changes), variants: Vec::new }
+    }
+
+    pub const fn views(views: fn() -> Vec<View>) -> Show {
+        Show { views: Views::Listed(views), variants: Vec::new }
+    }
+
+    pub const fn nothing(why: &'static str, nearest: &'static str) -> Show {
+        Show { views: Views::Nothing { why, nearest }, variants: Vec::new }
+    }
+
+    pub const fn variants(self, variants: fn() -> Vec<Setting>) -> Show {
+        Show { variants, ..self }
+    }
+}
+
+impl View {
+    /// `scene`: SCENE, SCENE/CAMERA or SCENE/PATH.
+    pub fn new<S: Into<String>>(
+        name: impl Into<String>,
+        scene: &str,
+        changes: impl IntoIterator<Item = S>,
+    ) -> View {
+        let (scene, eye) = match scene.split_once('/') {
+            Some((scene, eye)) => (scene, Some(eye.to_owned())),
+            None => (scene, None),
+        };
+        let changes = changes.into_iter().map(Into::into).collect();
+        View { name: name.into(), scene: scene.to_owned(), eye, changes }
+    }
+}
+
+impl Setting {
+    pub fn new<S: Into<String>>(name: impl Into<String>, changes: impl IntoIterator<Item = S>) -> Setting {
+        Setting { name: name.into(), changes: changes.into_iter().map(Into::into).collect() }
+    }
+}
+
+impl Figure {
+    /// The views that a window shows, in order.
+    pub fn views(&self) -> Vec<View> {
+        match self.show.views {
+            Views::Scenes(changes) => {
+                let views = self.scenes.iter().filter(|scene| scene.contains('/'));
+                views.map(|scene| View::new(*scene, scene, changes.iter().copied())).collect()
+            }
+            Views::Listed(views) => views(),
+            Views::Nothing { .. } => Vec::new(),
+        }
+    }
+
+    /// For a figure without a picture: one line that says so and names the nearest scene.
+    pub fn without_picture(&self) -> Option<String> {
+        let Views::Nothing { why, nearest } = self.show.views else { return None };
+        Some(format!("figure {} has no picture: {why}; the nearest scene is {nearest}", self.id))
+    }
+}

@@ -1,0 +1,104 @@
+//! What a window shows of the figures: shipped scenes with the subject of a figure, and its methods that a scene can
+//! name.
+
+use crate::figure::{Setting, View};
+use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::relief::ReliefKind;
+use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
+
+/// No changes.
+pub const NONE: [&str; 0] = [];
+
+/// A flat scene with its camera `tilted` 24 m from the board's centre. At the shipped sizes a texel is 1/16 m.
+fn tilted(name: String, scene: &str, degrees: f64) -> View {
+    const DISTANCE_M: f64 = 24.0;
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (north, up) = (-DISTANCE_M * sin, DISTANCE_M * cos);
+    let place = format!("east_m=0.0, north_m={north:.6}, altitude_m={up:.6}, tilt_deg={degrees:?}");
+    View::new(name, &format!("{scene}/tilted"), [format!("cameras.tilted={{{place}}}")])
+}
+
+/// The checker board at several tilts.
+pub fn tilted_boards(degrees: &[f64]) -> Vec<View> {
+    degrees.iter().map(|&tilt| tilted(format!("tilt {tilt}"), "plane-tilt", tilt)).collect()
+}
+
+/// The checker board and the zone plate at several tilts. Scenes have no 1/f noise; the zone plate has all of its
+/// frequencies, too.
+pub fn patterns(degrees: &[f64]) -> Vec<View> {
+    let of = |(pattern, scene): (&str, &str), tilt| tilted(format!("{pattern}, tilt {tilt}"), scene, tilt);
+    let scenes = [("checker", "plane-tilt"), ("zone plate", "zone-plate")];
+    scenes.into_iter().flat_map(|scene| degrees.iter().map(move |&tilt| of(scene, tilt))).collect()
+}
+
+/// The figure's planes, and the curved surfaces of the shipped scenes.
+pub fn filtered_surfaces() -> Vec<View> {
+    let curved = ["sphere/whole", "sphere/pole", "tunnel/inside", "tunnel/wall"];
+    let curved = curved.map(|scene| View::new(scene, scene, NONE));
+    patterns(&[0.0, 60.0, 80.0]).into_iter().chain(curved).collect()
+}
+
+/// Paths, on which filters flicker.
+pub fn moving() -> Vec<View> {
+    let paths = ["plane-tilt/pan", "tunnel/flight"].map(|scene| View::new(scene, scene, NONE));
+    paths.into_iter().chain(patterns(&[60.0, 80.0])).collect()
+}
+
+/// A filter of a plain texture.
+fn filter(name: &str, keys: &str) -> Setting {
+    Setting::new(name, [format!("surface.NAME.filter={{{keys}}}")])
+}
+
+/// The ellipse with at least one texel across, and a ratio of at most 16: the most that a scene allows.
+fn ellipse(name: &str, most_ratio: u32) -> Setting {
+    filter(name, &format!("kind='ellipse', max_anisotropy={most_ratio}, minor_texels=1"))
+}
+
+pub fn ellipse_and_trilinear() -> Vec<Setting> {
+    vec![ellipse("ellipse", 16), filter("trilinear", "")]
+}
+
+pub fn ellipses_and_trilinear() -> Vec<Setting> {
+    vec![ellipse("ellipse, ratio 16", 16), ellipse("ellipse, ratio 4", 4), filter("trilinear", "")]
+}
+
+/// The generated reliefs, whose depth is a quarter of their width, in one of the shipped scenes.
+fn generated() -> impl Iterator<Item = View> {
+    let view = |kind: ReliefKind| {
+        let (scene, colours) = match kind {
+            ReliefKind::Bricks | ReliefKind::Pillars => ("relief-brick/low", "bricks"),
+            ReliefKind::Spikes | ReliefKind::Rock => ("relief-rock/low", "rock"),
+        };
+        let map = format!("surface.NAME.relief.map={}", kind.name());
+        let texture = format!("surface.NAME.texture.source={colours}");
+        View::new(kind.name(), scene, [map, texture, "surface.NAME.relief.depth_m=1.0".to_owned()])
+    };
+    ReliefKind::ALL.into_iter().map(view)
+}
+
+/// The shipped reliefs, then the generated ones.
+pub fn reliefs() -> Vec<View> {
+    let shipped = ["relief-brick/low", "relief-rock/low", "relief-brick/above", "relief-rock/above"];
+    shipped.map(|scene| View::new(scene, scene, NONE)).into_iter().chain(generated()).collect()
+}
+
+fn method(method: ReliefMethod) -> String {
+    format!("surface.NAME.relief.method={}", method.name())
+}
+
+/// The generated reliefs, traced.
+pub fn traced_reliefs() -> Vec<View> {
+    let traced = |view: View| {
+        let changes = view.changes.into_iter().chain([method(ReliefMethod::Trace)]).collect();
+        View { changes, ..view }
+    };
+    generated().map(traced).collect()
+}
+
+pub fn relief_methods() -> Vec<Setting> {
+    let methods = [
+        (ParallaxFilter::Projected, ReliefMethod::ProjectedWidth),
+        (ParallaxFilter::Point, ReliefMethod::Trace),
+    ];
+    methods.map(|(filter, setting)| Setting::new(filter.name(), [method(setting)])).into()
+}

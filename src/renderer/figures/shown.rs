@@ -1,0 +1,25 @@
+//! What figures show, as scenes.
+
+use super::FAMILIES;
+use crate::figure::{Figure, View};
+use crate::renderer::sections;
+use crate::scene::{Scene, SceneError};
+
+/// The figure with this id.
+pub fn find(id: &str) -> Option<&'static Figure> {
+    FAMILIES.iter().flat_map(|(_, figures)| figures.iter()).find(|figure| figure.id == id).copied()
+}
+
+/// Changes of a view or of a variant for one scene: `surface.NAME` becomes the scene's first surface.
+pub fn named(changes: &[String], scene: &Scene) -> Vec<String> {
+    let first = scene.surfaces.keys().next().map_or("NAME", String::as_str);
+    changes.iter().map(|change| change.replacen("surface.NAME.", &format!("surface.{first}."), 1)).collect()
+}
+
+/// The scene of a view with its changes.
+///
+/// # Errors
+/// [`SceneError`].
+pub fn scene_of(view: &View) -> Result<Scene, SceneError> {
+    sections::load(&view.scene, &named(&view.changes, &Scene::embedded(&view.scene)?))
+}

@@ -1,0 +1,107 @@
+//! The views of the window: one for a scene, all of a figure's views for a figure.
+
+use super::action::Action;
+use super::bookmarks::Bookmarks;
+use super::eye::Eye;
+use super::live::{ECHO, Live};
+use super::path::Player;
+use super::shown::PanelInput;
+use super::terrain::Terrain;
+use super::variants::{Variant, own_variants};
+use anyhow::bail;
+use egui::Ui;
+use ortelius::renderer::Kept;
+use ortelius::scene::Scene;
+use ortelius::scene::camera::Camera;
+
+/// A scene, seen from a camera or along a path.
+#[derive(Clone, Debug)]
+pub struct OpenView {
+    pub name: String,
+    /// Without any variant.
+    pub scene: Scene,
+    pub camera: Camera,
+    /// The path that is played; `None`: the scene's first.
+    pub path: Option<String>,
+    /// At least one.
+    pub variants: Vec<Variant>,
+}
+
+impl OpenView {
+    /// `variants`: if there are none, those of the scene's paper.
+    pub fn new(name: String, scene: Scene, camera: Camera, variants: Vec<Variant>) -> OpenView {
+        let variants = if variants.is_empty() { own_variants(&scene) } else { variants };
+        OpenView { name, scene, camera, path: None, variants }
+    }
+
+    /// A view that starts where its path does.
+    pub fn along(self, path: String) -> OpenView {
+        let mut player = Player::default();
+        player.choose(&self.scene, &path);
+        OpenView { camera: player.camera().unwrap_or(self.camera), path: Some(path), ..self }
+    }
+
+    /// The index of a variant.
+    pub fn variant(&self, name: &str) -> Option<usize> {
+        self.variants.iter().position(|variant| variant.name == name)
+    }
+
+    /// The path to play.
+    pub fn player(&self) -> Player {
+        let mut player = Player::new(&self.scene);
+        self.path.iter().for_each(|path| player.choose(&self.scene, path));
+        player
+    }
+}
+
+impl Live {
+    /// Requests another view of the figure.
+    ///
+    /// # Errors
+    /// There is only one view; or as [`super::stage::Stage::show_view`].
+    pub(super) fn show_view(&mut self, view: usize) -> anyhow::Result<(Option<Kept>, String)> {
+        let count = self.stage.views.len();
+        if count == 1 {
+            bail!("there is one view; `ortelius view FIGURE` opens all views of a figure");
+        }
+        let kept = self.stage.show_view(view)?;
+        Ok((kept, format!("view {} of {count}: {}", view + 1, self.stage.views[view].name)))
+    }
+
+    /// The view that is `by` places after the one requested last.
+    pub(super) fn view_after(&self, by: isize) -> usize {
+        let [_, wanted] = self.stage.view();
+        (wanted as isize + by).rem_euclid(self.stage.views.len() as isize) as usize
+    }
+
+    /// Takes over camera, path and bookmarks of the shown view, if it is another one.
+    pub(super) fn follow_view(&mut self) {
+        let [shown, _] = self.stage.view();
+        if std::mem::replace(&mut self.view, shown) == shown {
+            return;
+        }
+        let view = &self.stage.views[shown];
+        self.eye = Eye::new(view.camera);
+        self.player = view.player();
+        self.terrain = Terrain::of(&view.scene);
+        (self.frozen, self.hold, self.last_pose) = (None, None, None);
+        let (bookmarks, read) = Bookmarks::open(&view.scene);
+        self.bookmarks = bookmarks;
+        let front = self.stage.front();
+        self.trade.iter_mut().for_each(|trade| trade.select(front));
+        self.echo = ECHO;
+        if let Err(error) = read {
+            self.report(&error);
+        }
+    }
+}
+
+/// The list of views; the shown one is marked.
+pub fn list(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
+    let [now, _] = shown.stage.view();
+    for (n, view) in shown.stage.views.iter().enumerate() {
+        if ui.selectable_label(n == now, &view.name).on_hover_text(&view.scene.name).clicked() {
+            actions.push(Action::View(n));
+        }
+    }
+}
