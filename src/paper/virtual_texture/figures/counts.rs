@@ -19,6 +19,7 @@ pub const TESTS: &str = "tests of the tile mask";
 pub const ATOMICS: &str = "atomics";
 
 /// Quantity of a draw that textures: texels that the filter reads from the tile pool, mean over the covered pixels.
+/// Fragments that are hidden later are not counted; only the inexact fused draws have any.
 pub const TEXELS_PER_PIXEL: &str = "texels fetched per pixel";
 
 /// Quantities of stage 3, also [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.
