@@ -16,6 +16,9 @@ impl Live {
         let Some(part) = measure.end(cost, renderer.gpu.waited(), pass_ns) else { return Ok(()) };
         if measure.has_ended() {
             measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
+        } else if measure.response.is_some() {
+            // Open panels show the frame's time, so the picture would never rest.
+            (self.panels.open, self.laid_out) = (false, None);
         }
         self.print(&part)
     }

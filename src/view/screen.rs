@@ -36,7 +36,8 @@ pub struct Pictures<'a> {
 pub struct Screen {
     pub swapchain: Swapchain,
     pub painter: Painter,
-    pipeline: GraphicsPipeline,
+    /// Any arrangement, and one picture without overlay and without magnifier.
+    pipelines: [GraphicsPipeline; 2],
     /// Bound in place of the overlay's data if there is no overlay.
     no_words: Image,
     /// The last frame's image, if it is read back.
@@ -64,24 +65,23 @@ impl Screen {
     ) -> Result<Screen> {
         let swapchain = Swapchain::new(gpu, surface, size, modes, read)?;
         let format = swapchain.format();
-        let pipeline = pipeline(gpu, format)?;
         let no_words = gpu.image("no overlay", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
         Ok(Screen {
             painter: Painter::new(gpu, format)?,
             swapchain,
-            pipeline,
+            pipelines: pipelines(gpu, format)?,
             no_words,
             copy: None,
             resized: false,
         })
     }
 
-    /// Rebuilds the present pass's pipeline from reloaded shaders.
+    /// Rebuilds the present pass's pipelines from reloaded shaders.
     ///
     /// # Errors
-    /// The driver cannot compile the pipeline.
+    /// The driver cannot compile a pipeline.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
-        self.pipeline = pipeline(gpu, self.swapchain.format())?;
+        self.pipelines = pipelines(gpu, self.swapchain.format())?;
         self.painter.rebuild(self.swapchain.format())
     }
 
@@ -147,8 +147,9 @@ impl Screen {
             ];
             let overlay = if words.is_some() { arrangement.overlay } else { 0 };
             let push = Present { overlay, ..arrangement.push(image.info().size) };
+            let pipeline = &self.pipelines[usize::from(arrangement.is_plain(image.info().size))];
             cmd.render(image.info().size, &[color], None, |render| {
-                render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&push), 3)
+                render.draw(pipeline, &resources, bytemuck::bytes_of(&push), 3)
             })
         })?;
         frame.pass(PANELS_PASS, |cmd| self.painter.draw(cmd, image))?;
@@ -164,11 +165,15 @@ impl Screen {
     }
 }
 
-fn pipeline(gpu: &Gpu, format: Format) -> Result<GraphicsPipeline> {
-    gpu.graphics_pipeline(&GraphicsInfo {
-        colors: &[format],
-        ..GraphicsInfo::triangles(&screen_vert::SHADER, &present_frag::SHADER)
-    })
+fn pipelines(gpu: &Gpu, format: Format) -> Result<[GraphicsPipeline; 2]> {
+    let pipeline = |plain| {
+        gpu.graphics_pipeline(&GraphicsInfo {
+            colors: &[format],
+            specialization: &[("PLAIN", plain)],
+            ..GraphicsInfo::triangles(&screen_vert::SHADER, &present_frag::SHADER)
+        })
+    };
+    Ok([pipeline(0)?, pipeline(1)?])
 }
 
 /// First column and row of the magnifier, placed on the side of the pointer with more room.
@@ -180,6 +185,11 @@ pub fn lens_at(pointer: [i32; 2], size: [u32; 2]) -> [i32; 2] {
 }
 
 impl Arrangement {
+    /// True for one picture without overlay and without magnifier.
+    fn is_plain(&self, [width, _]: [u32; 2]) -> bool {
+        self.split > width && self.gain == 0.0 && self.magnified.is_none() && self.overlay == 0
+    }
+
     fn push(&self, size: [u32; 2]) -> Present {
         let magnified = self.magnified.unwrap_or_default();
         Present {

@@ -35,23 +35,42 @@ pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> V
     search.drawn
 }
 
-type Worth = [i32; MOST_LEFT + 1];
+/// A number for each of [`VALENCES_PERCENT`].
+type PerValence = [i32; VALENCES_PERCENT.len()];
+
+#[derive(Clone)]
+struct Face {
+    /// The distinct corners; a repeated corner is replaced by the dummy vertex `none`.
+    corners: [u32; 3],
+    /// The last search that examined it; [`IS_DRAWN`] once it is drawn.
+    seen: u32,
+}
+
+/// Everything that a search reads of a vertex, in half of a CPU cache line.
+#[derive(Clone, Default)]
+struct Vertex {
+    /// What it adds to the score of its faces now. An attempt keeps only the score of its own valence up to date.
+    scores: PerValence,
+    /// Its faces are `around[begin .. end]`, and some that are drawn and kept.
+    begin: u32,
+    end: u32,
+    /// The number of its faces, and of those that are not drawn.
+    valence: u32,
+    left: u32,
+}
 
 struct Search {
-    /// Each face's distinct corners; a repeated corner is replaced by the dummy vertex `none`.
-    faces: Vec<[u32; 3]>,
+    faces: Vec<Face>,
+    /// The last one is the dummy vertex `none`.
+    vertices: Vec<Vertex>,
     none: u32,
-    entries: usize,
-    worths: [Worth; VALENCES_PERCENT.len()],
-    /// Vertex v's faces are `around[starts[v] .. starts[v + 1]]`.
-    starts: Vec<u32>,
     around: Vec<u32>,
-    /// For each vertex, all faces of its row before this one are drawn and kept.
-    begins: Vec<u32>,
-    /// For each vertex the number of undrawn faces, and whether it is cached.
-    left: Vec<u32>,
+    entries: usize,
+    /// By number of undrawn faces: what a cached vertex adds to the score of its faces.
+    worths: [PerValence; MOST_LEFT + 1],
+    /// For each vertex.
     cached: Vec<bool>,
-    is_drawn: Vec<bool>,
+    searches: u32,
     /// The faces drawn so far, in order.
     drawn: Vec<u32>,
     /// All faces before this one are drawn.
@@ -62,12 +81,12 @@ struct Search {
     transforms: i64,
     /// Uncached vertices with some faces drawn and some not.
     half_finished: i64,
-    /// For each face the last search that examined it.
-    seen: Vec<u32>,
-    searches: u32,
     /// Number of faces examined so far: a measure of the work.
     looks: u64,
 }
+
+/// Larger than the number of any search.
+const IS_DRAWN: u32 = u32::MAX;
 
 /// A state to which attempts return.
 struct Mark {
@@ -85,48 +104,50 @@ impl Search {
         let distinct = |&[a, b, c]: &[u32; 3]| {
             [a, if b == a { none } else { b }, if c == a || c == b { none } else { c }]
         };
-        let faces: Vec<[u32; 3]> = faces.iter().map(distinct).collect();
-        let mut starts = vec![0; vertices + 2];
-        faces.iter().flatten().for_each(|&vertex| starts[vertex as usize + 1] += 1);
-        starts[vertices + 1] = 0;
-        (0..=vertices).for_each(|vertex| starts[vertex + 1] += starts[vertex]);
-        let mut left = vec![0; vertices + 1];
-        let mut around = vec![0; starts[vertices] as usize];
-        for (face, corners) in faces.iter().enumerate() {
-            for &vertex in corners.iter().filter(|&&vertex| vertex != none) {
-                around[(starts[vertex as usize] + left[vertex as usize]) as usize] = face as u32;
-                left[vertex as usize] += 1;
-            }
+        let faces: Vec<Face> = faces.iter().map(|face| Face { corners: distinct(face), seen: 0 }).collect();
+        let mut list = vec![Vertex::default(); vertices + 1];
+        let corners = || {
+            let all = faces.iter().enumerate().flat_map(|(n, face)| face.corners.map(|vertex| (n, vertex)));
+            all.filter(|&(_, vertex)| vertex != none)
+        };
+        corners().for_each(|(_, vertex)| list[vertex as usize].valence += 1);
+        let mut filled = 0;
+        for vertex in &mut list {
+            (vertex.begin, vertex.end) = (filled, filled);
+            filled += vertex.valence;
         }
-        let worths = VALENCES_PERCENT.map(|percent| {
-            std::array::from_fn(|left| match left as i32 {
+        let mut around = vec![0; filled as usize];
+        for (face, vertex) in corners() {
+            let vertex = &mut list[vertex as usize];
+            around[vertex.end as usize] = face as u32;
+            vertex.end += 1;
+            vertex.left += 1;
+        }
+        let worths = std::array::from_fn(|left| {
+            VALENCES_PERCENT.map(|percent| match left as i32 {
                 0 => 0,
                 left => TRANSFORM * percent / 100 / left,
             })
         });
-        let mut cached = vec![false; vertices + 1];
-        cached[vertices] = true;
-        Self {
+        let mut search = Self {
+            drawn: Vec::with_capacity(faces.len()),
+            faces,
+            vertices: list,
             none,
+            around,
             entries,
             worths,
-            begins: starts.clone(),
-            starts,
-            around,
-            left,
-            cached,
-            is_drawn: vec![false; faces.len()],
-            drawn: Vec::with_capacity(faces.len()),
+            cached: vec![false; vertices],
+            searches: 0,
             first: 0,
             entered: Vec::new(),
             oldest: 0,
             transforms: 0,
             half_finished: 0,
-            seen: vec![0; faces.len()],
-            searches: 0,
             looks: 0,
-            faces,
-        }
+        };
+        (0..vertices).for_each(|vertex| search.score_all(vertex));
+        search
     }
 
     fn run(&mut self) {
@@ -138,20 +159,20 @@ impl Search {
             let mut best: Option<(i64, Vec<u32>)> = None;
             for attempt in 0..2 * VALENCES_PERCENT.len() {
                 let noise = (attempt >= VALENCES_PERCENT.len()).then_some(round + attempt as u32);
-                let worth = &self.worths[attempt % VALENCES_PERCENT.len()].clone();
+                let valence = attempt % VALENCES_PERCENT.len();
                 while self.drawn.len() < end {
-                    let face = self.best(worth, noise);
-                    self.draw(face);
+                    let face = self.best(valence, noise);
+                    self.draw(face, |search, vertex| search.score(vertex, valence));
                 }
                 let cost = HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished;
                 if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                     best = Some((cost, self.drawn[start.drawn..kept].to_vec()));
                 }
-                self.back(&start);
+                self.back(&start, valence);
             }
             round += 2 * VALENCES_PERCENT.len() as u32;
             for face in best.expect("there are attempts").1 {
-                self.draw(face);
+                self.draw(face, Self::score_all);
                 self.pass(face);
             }
         }
@@ -159,29 +180,28 @@ impl Search {
 
     /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the one
     /// found first.
-    fn best(&mut self, worth: &Worth, noise: Option<u32>) -> u32 {
-        while self.is_drawn[self.first] {
+    fn best(&mut self, valence: usize, noise: Option<u32>) -> u32 {
+        while self.faces[self.first].seen == IS_DRAWN {
             self.first += 1;
         }
         self.searches += 1;
         let first = self.first as u32;
-        self.seen[self.first] = self.searches;
-        let mut best = (self.worth(first, worth, noise), first);
+        self.faces[self.first].seen = self.searches;
+        let mut best = (self.worth(first, valence, noise), first);
         for at in self.oldest..self.entered.len() {
-            let vertex = self.entered[at] as usize;
-            if self.left[vertex] == 0 {
+            let Vertex { begin, end, left, .. } = self.vertices[self.entered[at] as usize];
+            if left == 0 {
                 continue;
             }
-            let begin = self.begins[vertex];
-            let end = self.starts[vertex + 1].min(begin + MOST_FACES);
+            let end = end.min(begin + MOST_FACES);
             self.looks += u64::from(end - begin);
-            for around in begin..end {
-                let face = self.around[around as usize];
-                let seen = std::mem::replace(&mut self.seen[face as usize], self.searches);
-                if seen == self.searches || self.is_drawn[face as usize] {
+            for &face in &self.around[begin as usize..end as usize] {
+                let seen = &mut self.faces[face as usize].seen;
+                if *seen >= self.searches {
                     continue;
                 }
-                let worth = self.worth(face, worth, noise);
+                *seen = self.searches;
+                let worth = self.worth(face, valence, noise);
                 if worth > best.0 {
                     best = (worth, face);
                 }
@@ -190,53 +210,63 @@ impl Search {
         best.1
     }
 
+    /// The corners of a face, without the dummy vertex.
+    fn corners(&self, face: u32) -> impl Iterator<Item = usize> + use<> {
+        let none = self.none;
+        let corners = self.faces[face as usize].corners.into_iter();
+        corners.filter(move |&vertex| vertex != none).map(|vertex| vertex as usize)
+    }
+
     /// Skips the drawn faces at the starts of the rows of the face's vertices.
     fn pass(&mut self, face: u32) {
-        for vertex in self.faces[face as usize].map(|vertex| vertex as usize) {
-            if vertex == self.none as usize {
-                continue;
-            }
-            let (begin, end) = (&mut self.begins[vertex], self.starts[vertex + 1]);
-            while *begin < end && self.is_drawn[self.around[*begin as usize] as usize] {
+        for vertex in self.corners(face) {
+            let Vertex { begin, end, .. } = &mut self.vertices[vertex];
+            while *begin < *end && self.faces[self.around[*begin as usize] as usize].seen == IS_DRAWN {
                 *begin += 1;
             }
         }
     }
 
-    fn worth(&self, face: u32, worth: &Worth, noise: Option<u32>) -> i32 {
-        let corner = |vertex: u32| {
-            let missed = if self.cached[vertex as usize] { 0 } else { TRANSFORM };
-            worth[(self.left[vertex as usize] as usize).min(MOST_LEFT)] - missed
-        };
-        let [a, b, c] = self.faces[face as usize].map(corner);
+    fn worth(&self, face: u32, valence: usize, noise: Option<u32>) -> i32 {
+        let scores =
+            self.faces[face as usize].corners.map(|vertex| self.vertices[vertex as usize].scores[valence]);
         let noise = noise.map_or(0, |seed| (scattered(face, seed) as i32 * NOISE) >> 15);
-        a + b + c + noise
+        scores.into_iter().sum::<i32>() + noise
     }
 
-    fn draw(&mut self, face: u32) {
-        self.is_drawn[face as usize] = true;
+    /// Updates what a vertex adds to the score of its faces, for one valence.
+    fn score(&mut self, vertex: usize, valence: usize) {
+        let missed = if self.cached[vertex] { 0 } else { TRANSFORM };
+        let Vertex { scores, left, .. } = &mut self.vertices[vertex];
+        scores[valence] = self.worths[(*left as usize).min(MOST_LEFT)][valence] - missed;
+    }
+
+    /// As [`Search::score`], for all valences.
+    fn score_all(&mut self, vertex: usize) {
+        (0..VALENCES_PERCENT.len()).for_each(|valence| self.score(vertex, valence));
+    }
+
+    /// Draws a face. Calls `score` for each vertex whose score changes.
+    fn draw(&mut self, face: u32, score: impl Fn(&mut Self, usize)) {
+        self.faces[face as usize].seen = IS_DRAWN;
         self.drawn.push(face);
-        for vertex in self.faces[face as usize] {
-            let at = vertex as usize;
-            if vertex == self.none {
-                continue;
+        for vertex in self.corners(face) {
+            self.vertices[vertex].left -= 1;
+            if !self.cached[vertex] {
+                let Vertex { left, valence, .. } = self.vertices[vertex];
+                self.half_finished -= i64::from(left + 1 < valence);
+                self.transforms += 1;
+                if self.entered.len() - self.oldest == self.entries {
+                    let leaves = self.entered[self.oldest] as usize;
+                    self.oldest += 1;
+                    self.cached[leaves] = false;
+                    self.half_finished += i64::from(self.vertices[leaves].left > 0);
+                    score(self, leaves);
+                }
+                self.entered.push(vertex as u32);
+                self.cached[vertex] = true;
             }
-            self.left[at] -= 1;
-            if self.cached[at] {
-                continue;
-            }
-            if self.left[at] + 1 < self.starts[at + 1] - self.starts[at] {
-                self.half_finished -= 1;
-            }
-            self.transforms += 1;
-            if self.entered.len() - self.oldest == self.entries {
-                let leaves = self.entered[self.oldest] as usize;
-                self.oldest += 1;
-                self.cached[leaves] = false;
-                self.half_finished += i64::from(self.left[leaves] > 0);
-            }
-            self.entered.push(vertex);
-            self.cached[at] = true;
+            score(self, vertex);
         }
     }
 
@@ -251,18 +281,25 @@ impl Search {
         }
     }
 
-    fn back(&mut self, mark: &Mark) {
-        for face in self.drawn.drain(mark.drawn..) {
-            self.is_drawn[face as usize] = false;
-            for vertex in self.faces[face as usize] {
-                self.left[vertex as usize] += u32::from(vertex != self.none);
-            }
+    /// Takes back all draws since `mark`, which kept only the scores of `valence` up to date.
+    fn back(&mut self, mark: &Mark, valence: usize) {
+        let drawn = self.drawn.split_off(mark.drawn);
+        for &face in &drawn {
+            self.faces[face as usize].seen = 0;
+            self.corners(face).for_each(|vertex| self.vertices[vertex].left += 1);
         }
-        self.entered[self.oldest..].iter().for_each(|&vertex| self.cached[vertex as usize] = false);
-        self.entered.truncate(mark.entered);
-        self.entered[mark.oldest..].iter().for_each(|&vertex| self.cached[vertex as usize] = true);
+        let entered = self.entered.split_off(mark.entered);
+        entered.iter().for_each(|&vertex| self.cached[vertex as usize] = false);
+        for at in mark.oldest..mark.entered {
+            let vertex = self.entered[at] as usize;
+            self.cached[vertex] = true;
+            self.score(vertex, valence);
+        }
         (self.first, self.oldest) = (mark.first, mark.oldest);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
+        for face in drawn {
+            self.corners(face).for_each(|vertex| self.score(vertex, valence));
+        }
     }
 }
 
@@ -318,18 +355,17 @@ mod tests {
     #[test]
     fn an_attempt_leaves_no_trace() {
         let mut search = Search::new(&torus(12).faces, 144, 15);
-        let worth = search.worths[0];
         let go = |search: &mut Search| {
             (0..100).for_each(|_| {
-                let face = search.best(&worth, None);
-                search.draw(face);
+                let face = search.best(0, None);
+                search.draw(face, |search, vertex| search.score(vertex, 0));
             });
             (search.drawn.clone(), search.transforms, search.half_finished)
         };
         go(&mut search);
         let start = search.mark();
         let first = go(&mut search);
-        search.back(&start);
+        search.back(&start, 0);
         assert_eq!(go(&mut search), first);
     }
 }
