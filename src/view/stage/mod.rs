@@ -8,6 +8,7 @@ mod tests;
 pub use change::Opened;
 pub use ortelius::frame::HISTORY;
 
+use super::job::JobProgress;
 use super::variants::{Variant, own_variants};
 use change::Opening;
 use ortelius::frame::Technique;
@@ -56,17 +57,18 @@ struct Choice {
 
 impl Stage {
     /// # Errors
-    /// As [`Renderer::open`].
+    /// As [`open`].
     pub fn new(
         gpu: &Gpu,
         base: Scene,
         variants: Vec<Variant>,
         size: [u32; 2],
         deterministic: bool,
+        progress: &JobProgress,
     ) -> anyhow::Result<Stage> {
         let variants = if variants.is_empty() { own_variants(&base) } else { variants };
         let scene = base.with(&variants[0].changes)?;
-        let renderer = open(gpu, &scene, size, deterministic)?;
+        let renderer = open(gpu, &scene, size, deterministic, progress)?;
         Ok(Stage {
             gpu: gpu.clone(),
             base,
@@ -211,9 +213,20 @@ impl Stage {
 /// A new renderer of `size` pixels.
 ///
 /// # Errors
-/// As [`Renderer::open`].
-pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
-    Renderer::on(gpu, scene, &options(size, deterministic))
+/// As [`Renderer::open`]; [`Stopped`](super::job::Stopped).
+pub fn open(
+    gpu: &Gpu,
+    scene: &Scene,
+    size: [u32; 2],
+    deterministic: bool,
+    progress: &JobProgress,
+) -> anyhow::Result<Renderer> {
+    let stop = Some(progress.stopped());
+    let opened = Renderer::on(gpu, scene, &Options { stop, ..options(size, deterministic) });
+    if let Err(RenderError::Stopped) = opened {
+        progress.check()?;
+    }
+    Ok(opened?)
 }
 
 fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {
