@@ -210,11 +210,12 @@ impl Generated {
         let name = path.strip_prefix("glsl").unwrap_or(path).display().to_string();
         let fail = |e: &dyn std::fmt::Display| format!("{name}: reflection: {e}");
         let entry = reflect(words).map_err(|e| fail(&e))?;
-        let (mut descriptors, mut spec, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
+        let [mut descriptors, mut resources, mut spec] = [const { Vec::new() }; 3];
+        let mut inputs = Vec::new();
         let (mut push_bytes, mut block) = (0, String::new());
         for variable in &entry.vars {
             match variable {
-                Variable::Descriptor { name: Some(resource), desc_bind, desc_ty, nbind, .. } => {
+                Variable::Descriptor { name: Some(resource), desc_bind, desc_ty, nbind, ty } => {
                     let kind =
                         descriptor_kind(desc_ty).ok_or_else(|| fail(&format!("{resource}: {desc_ty:?}")))?;
                     if desc_bind.set() != 0 || *nbind != 1 {
@@ -224,6 +225,7 @@ impl Generated {
                     }
                     bindings.insert(resource.to_uppercase(), desc_bind.bind());
                     descriptors.push(format!("({}, DescriptorKind::{kind})", desc_bind.bind()));
+                    resources.push(declaration(desc_bind.bind(), desc_ty, ty));
                 }
                 Variable::PushConstant { ty: Type::Struct(ty), .. } => {
                     (push_bytes, block) = self.block(&name, ty)?;
@@ -257,7 +259,11 @@ impl Generated {
         let hash = hash(&(&interface, &block, &*bindings));
         self.compiled.push((name.clone(), hash, words.to_vec()));
         let words = words.iter().map(|word| format!("{word:#x}")).collect::<Vec<_>>().join(",");
-        Ok(format!("Shader {{ name: {name:?}, spirv: &[{words}], {interface}, interface: {hash:#x} }}"))
+        let resources = resources.join(", ");
+        Ok(format!(
+            "Shader {{ name: {name:?}, spirv: &[{words}], {interface}, resources: &[{resources}], \
+             interface: {hash:#x} }}"
+        ))
     }
 
     /// Generates the struct of a push-constant block; returns its bytes and its text.
@@ -355,6 +361,42 @@ fn descriptor_kind(ty: &DescriptorType) -> Option<&'static str> {
         DescriptorType::UniformTexelBuffer() => Some("TexelBuffer"),
         DescriptorType::StorageTexelBuffer(..) => Some("StorageTexelBuffer"),
         _ => None,
+    }
+}
+
+/// The text of a `ShaderResource`.
+fn declaration(binding: u32, of: &DescriptorType, ty: &Type) -> String {
+    let access = match of {
+        DescriptorType::StorageImage(access)
+        | DescriptorType::StorageBuffer(access)
+        | DescriptorType::StorageTexelBuffer(access) => *access,
+        _ => AccessType::ReadOnly,
+    };
+    let access = match access {
+        AccessType::ReadOnly => "Read",
+        AccessType::WriteOnly => "Write",
+        AccessType::ReadWrite => "ReadWrite",
+    };
+    let elements = elements(of, ty);
+    format!("ShaderResource {{ binding: {binding}, access: Access::{access}, elements: {elements:?} }}")
+}
+
+/// The elements of a buffer: those of a block's only array, otherwise the block's name. Empty for an image.
+fn elements(of: &DescriptorType, ty: &Type) -> String {
+    let element = |ty: &Type| match ty {
+        Type::Struct(block) => block.name.clone().unwrap_or_default(),
+        ty => rust_type(ty).map_or_else(|| ty.to_string(), |(name, _)| name),
+    };
+    match (of, ty) {
+        (DescriptorType::StorageBuffer(_), Type::Struct(block)) => match &block.members[..] {
+            [member] => match &member.ty {
+                Type::Array(array) => element(&array.element_ty),
+                ty => element(ty),
+            },
+            _ => element(ty),
+        },
+        (DescriptorType::UniformTexelBuffer() | DescriptorType::StorageTexelBuffer(_), _) => "u32".to_owned(),
+        _ => String::new(),
     }
 }
 

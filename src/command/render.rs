@@ -195,6 +195,7 @@ fn options<'a>(args: &'a RenderArgs, request: &RunRequest) -> Options<'a> {
         device: args.device.device.as_deref(),
         validate: args.device.validate,
         deterministic: request.run.deterministic,
+        stop: None,
     }
 }
 

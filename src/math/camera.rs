@@ -14,6 +14,8 @@ pub struct Pose {
     pub vertical_fov_rad: f64,
     /// Distance along `forward` where depth is 1. Nearer geometry is clipped.
     pub near_m: f64,
+    /// Height above the ground; infinite without a ground.
+    pub height_m: f64,
 }
 
 impl Pose {
@@ -70,6 +72,7 @@ mod tests {
             forward: -DVec3::Z,
             vertical_fov_rad: fov_rad,
             near_m: 2.0,
+            height_m: 300.0,
         }
     }
 

@@ -61,6 +61,9 @@ pub enum RenderError {
          another device"
     )]
     NoClock,
+    /// [`Options::stop`] was set.
+    #[error("stopped before the scene was open")]
+    Stopped,
     #[error(transparent)]
     Vulkan(#[from] vk::Error),
 }

@@ -7,6 +7,8 @@ use crate::frame::{PerFrame, Run, Shape, Target};
 use crate::model::mesh::{SourceMesh, gpu_mesh};
 use crate::paper::progressive_mesh::governor::Budget;
 use crate::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes, Textured};
+use crate::paper::texture_mapping::config::ReliefKeys;
+use crate::paper::texture_mapping::relief::Relief;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::paper::virtual_texture::config::{check_opened, open_texture, owner};
 use crate::paper::virtual_texture::{self, VirtualTexture};
@@ -16,6 +18,7 @@ use crate::texture::source::TileSource;
 use crate::vk::{self, Feature, Gpu, GpuOptions, Image, Need, PhysicalDevice};
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Options for opening a scene.
 #[derive(Clone, Copy, Debug)]
@@ -28,13 +31,15 @@ pub struct Options<'a> {
     pub validate: bool,
     /// Budgets count tiles and faces instead of time, so that every run renders the same frames.
     pub deterministic: bool,
+    /// Once it is true, opening ends with [`RenderError::Stopped`] instead of building on.
+    pub stop: Option<&'a AtomicBool>,
 }
 
 impl Default for Options<'_> {
     /// An sRGB picture, on the first usable device.
     fn default() -> Self {
         let target = picture::PixelFormat::Srgb8;
-        Options { target, size: None, device: None, validate: false, deterministic: false }
+        Options { target, size: None, device: None, validate: false, deterministic: false, stop: None }
     }
 }
 
@@ -46,6 +51,7 @@ pub(super) struct Loaded<'a> {
     texture: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
     /// The surface whose table contains the virtual texture.
     owner: Option<&'a Surface>,
+    stop: Option<&'a AtomicBool>,
 }
 
 impl Renderer {
@@ -113,7 +119,7 @@ impl<'a> Loaded<'a> {
         Ok(Run::new(gpu, surfaces, target))
     }
 
-    fn of(scene: &'a Scene, options: &Options<'_>) -> Result<Loaded<'a>, RenderError> {
+    fn of(scene: &'a Scene, options: &Options<'a>) -> Result<Loaded<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
         let texture = owner.map(|_| texture(scene, options, open_texture(scene)?)).transpose()?;
@@ -123,7 +129,7 @@ impl<'a> Loaded<'a> {
     /// Loads the rest of the scene; its virtual texture is already open.
     pub(super) fn with(
         scene: &'a Scene,
-        options: &Options<'_>,
+        options: &Options<'a>,
         texture: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
     ) -> Result<Loaded<'a>, RenderError> {
         let owner = owner(scene)?;
@@ -134,7 +140,7 @@ impl<'a> Loaded<'a> {
             let surface = &scene.surfaces[&model.name];
             model.textured = surface.texture.as_ref().map(|_| Textured { lit: is_lit(surface, owner) });
         }
-        Ok(Loaded { scene, models, meshes, texture, owner })
+        Ok(Loaded { scene, models, meshes, texture, owner, stop: options.stop })
     }
 
     /// Replaces variants that the scene does not name and the device cannot run, with a warning.
@@ -204,6 +210,10 @@ impl<'a> Loaded<'a> {
     fn plain(&self, gpu: &Gpu) -> Result<Vec<PlainSurface>, RenderError> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();
+        let go_on = || match self.stop {
+            Some(stop) if stop.load(Ordering::SeqCst) => Err(RenderError::Stopped),
+            _ => Ok(()),
+        };
         for surface in self.scene.surfaces.values() {
             let grid = surface.grid();
             if carries_virtual(surface, self.owner) || grid.is_none() && surface.texture.is_none() {
@@ -218,9 +228,10 @@ impl<'a> Loaded<'a> {
             let shape = grid.map(|grid| shape(gpu, &grid, false, is_lit(surface, self.owner))).transpose()?;
             let filter = plain_filter(self.scene, surface)?;
             let relief = relief(self.scene, surface)?;
-            let relief =
-                relief.map(|(keys, relief, size_m)| ReliefSurface::new(gpu, &relief, keys.method, size_m));
-            let relief = relief.transpose()?;
+            let build = |(keys, relief, size_m): (ReliefKeys, Relief, f64)| {
+                ReliefSurface::new(gpu, &relief, keys.method, size_m, go_on)
+            };
+            let relief = relief.map(build).transpose()?;
             plain.push(PlainSurface { name: surface.name.clone(), filter, shape, texture, relief });
         }
         Ok(plain)

@@ -12,6 +12,7 @@ use crate::texture::source::TileSource;
 use crate::vk::Gpu;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// What a renderer keeps when it switches to another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,15 +49,16 @@ impl Switch {
         self.kept
     }
 
-    /// Loads the meshes and plain textures of the other scene, unless they are kept.
+    /// Loads the meshes and plain textures of the other scene, unless they are kept. `stop`: as [`Options::stop`].
     ///
     /// # Errors
     /// As [`Renderer::on`].
-    pub fn load(self) -> Result<LoadedSwitch, RenderError> {
+    pub fn load(self, stop: Option<&AtomicBool>) -> Result<LoadedSwitch, RenderError> {
         if self.kept == Kept::Everything {
             return Ok(LoadedSwitch { switch: self, others: None });
         }
-        let mut loaded = Loaded::with(&self.next, &self.options, self.settings.clone())?;
+        let options = Options { stop, ..self.options };
+        let mut loaded = Loaded::with(&self.next, &options, self.settings.clone())?;
         self.gpu.require(&loaded.needs())?;
         loaded.meshes = clocked(&self.gpu, loaded.meshes)?;
         let others = Some(loaded.others(&self.gpu, &self.target)?);

@@ -127,6 +127,7 @@ impl Camera {
             forward,
             vertical_fov_rad: self.vertical_fov_rad(),
             near_m: self.near_m.unwrap_or_else(|| near_m(self.altitude_m)),
+            height_m: self.altitude_m,
         }
     }
 
@@ -153,8 +154,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
     }
     let axes = |pose: &Pose| DMat3::from_cols(pose.right, pose.up, pose.forward);
     let turn = axes(now) * axes(before).transpose();
-    // By default, near_m is the height divided by 64.
-    let farthest_m = 32.0 * now.near_m;
+    let farthest_m = now.height_m / 2.0;
     let step = |pose: &Pose| Pose {
         eye: turn * (pose.eye - before.eye) + now.eye,
         right: turn * pose.right,
@@ -168,7 +168,7 @@ pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
         .take_while(|pose| pose.eye.distance(now.eye) <= farthest_m)
         .last()?;
     // At least half the height remains, so half the near distance is still safe.
-    Some(Pose { near_m: now.near_m / 2.0, ..ahead })
+    Some(Pose { near_m: now.near_m / 2.0, height_m: farthest_m, ..ahead })
 }
 
 #[cfg(test)]

@@ -131,7 +131,7 @@ fn at_altitude(start: &Camera, pose: Pose) -> Pose {
 fn climb(start: &Camera, altitude_m: f64) -> Pose {
     let up = start.place.frame().up;
     let pose = start.pose().moved(up * (altitude_m - start.altitude_m));
-    Pose { near_m: near_m(altitude_m), ..pose }
+    Pose { near_m: near_m(altitude_m), height_m: altitude_m, ..pose }
 }
 
 #[cfg(test)]

@@ -1,26 +1,42 @@
-//! The event loop: opens the window once the loop runs, forwards events, and destroys everything in order.
+//! The event loop: opens the window once the loop runs, opens the scene on a thread, forwards events, and destroys
+//! everything in order.
 
+use super::job::{Job, JobProgress};
 use super::live::Live;
+use super::stage::Stage;
 use super::{NoDisplay, Opening};
 use anyhow::{Context, bail};
 use ortelius::vk::{Feature, Gpu, GpuOptions};
 use raw_window_handle::HasDisplayHandle;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::error::EventLoopError;
-use winit::event::WindowEvent;
+use winit::event::{ElementState, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
 struct App {
     opening: Opening,
+    first: Option<FirstScene>,
     /// Must be dropped before the device.
     live: Option<Live>,
     gpu: Option<Gpu>,
     failed: Option<anyhow::Error>,
 }
+
+/// The window while its first scene is opened.
+struct FirstScene {
+    window: Arc<Window>,
+    job: Job<Stage>,
+    /// What the window has received so far, for [`Live`].
+    events: Vec<WindowEvent>,
+}
+
+/// Time between two looks at the first scene.
+const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
 /// Runs until the window is closed.
 ///
@@ -28,7 +44,7 @@ struct App {
 /// As [`super::open`].
 pub fn run(opening: Opening) -> anyhow::Result<()> {
     let events = event_loop()?;
-    let mut app = App { opening, live: None, gpu: None, failed: None };
+    let mut app = App { opening, first: None, live: None, gpu: None, failed: None };
     events.run_app(&mut app).context("the window's event loop")?;
     if let Some(error) = app.failed {
         return Err(error);
@@ -95,7 +111,23 @@ impl App {
         tracing::info!("{}, {}", gpu.physical().name, gpu.physical().driver);
         gpu.require_drawing()?;
         self.gpu = Some(gpu.clone());
-        let live = self.live.insert(Live::new(&gpu, window, &self.opening)?);
+        let size = <[u32; 2]>::from(window.inner_size()).map(|side| side.max(1));
+        let (views, deterministic) = (self.opening.views.clone(), self.opening.deterministic);
+        let open = move |progress: &JobProgress| Stage::of(&gpu, views, size, deterministic, progress);
+        let job = Job::start("opening", 1, open)?;
+        self.first = Some(FirstScene { window, job, events: Vec::new() });
+        Ok(())
+    }
+
+    /// Shows the first scene once it is open.
+    fn show_first(&mut self) -> anyhow::Result<()> {
+        let Some(FirstScene { window, job, events }) = self.first.take_if(|first| first.job.has_ended())
+        else {
+            return Ok(());
+        };
+        let gpu = self.gpu.as_ref().expect("the scene is on it");
+        let live = self.live.insert(Live::new(gpu, window, &self.opening, job.wait()?)?);
+        events.iter().for_each(|event| live.event(event));
         if self.opening.record {
             live.record()?;
         }
@@ -115,6 +147,11 @@ impl App {
     }
 
     fn close(&mut self, events: &ActiveEventLoop) {
+        if let Some(first) = self.first.take() {
+            first.window.set_visible(false);
+            // The job is stopped; its thread ends soon.
+            drop(first);
+        }
         if let Some(mut live) = self.live.take()
             && let Err(error) = live.end_jobs()
         {
@@ -124,15 +161,26 @@ impl App {
     }
 }
 
+/// True for the key that quits.
+fn is_escape(event: &WindowEvent) -> bool {
+    let WindowEvent::KeyboardInput { event, .. } = event else { return false };
+    event.logical_key == Key::Named(NamedKey::Escape) && event.state == ElementState::Pressed
+}
+
 impl ApplicationHandler for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.live.is_none() {
+        if self.live.is_none() && self.first.is_none() {
             let done = self.start(events).map(|()| true);
             self.after(events, done);
         }
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if let Some(first) = &mut self.first {
+            let closes = event == WindowEvent::CloseRequested || is_escape(&event);
+            first.events.push(event);
+            return self.after(events, Ok(!closes));
+        }
         let Some(live) = &mut self.live else { return };
         let done = match event {
             WindowEvent::CloseRequested => Ok(false),
@@ -147,6 +195,12 @@ impl ApplicationHandler for App {
 
     /// Redraws at once while the picture changes; otherwise sleeps until the next event or deadline.
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        if let Err(error) = self.show_first() {
+            return self.after(events, Err(error));
+        }
+        if self.first.is_some() {
+            return events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
+        }
         let Some(live) = &mut self.live else { return };
         let done = live.take_results();
         let (frame, results) = (live.frame_due(), live.results_due());

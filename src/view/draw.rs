@@ -37,6 +37,7 @@ impl Live {
             found: self.probe.found.as_ref().filter(|_| self.magnifies),
             outline: self.outline(context.pixels_per_point()),
             labels: &self.labels.found,
+            resources: &self.resources,
         };
         let panels = &mut self.panels;
         let mut actions = Vec::new();
@@ -124,7 +125,7 @@ impl Live {
     }
 
     /// Creates the passes that the overlay or the magnifier needs, and drops those that are no longer needed.
-    fn prepare_overlays(&mut self) -> anyhow::Result<()> {
+    fn prepare_overlays(&mut self, is_still: bool) -> anyhow::Result<()> {
         let renderer = &self.stage.renderer;
         let (gpu, target) = (&renderer.gpu, renderer.target());
         let wanted = self.overlay.is_some() || self.magnifies;
@@ -140,7 +141,8 @@ impl Live {
             (meshes, faces) => meshes.and(faces),
         };
         if let Some(faces) = &mut self.faces {
-            faces.counts_misses = self.magnifies || self.overlay == Some(Overlay::Misses);
+            // In motion, levels change with each frame, and each change counts all faces again.
+            faces.counts_misses = self.overlay == Some(Overlay::Misses) || self.magnifies && is_still;
         }
         let reliefs = self.overlay == Some(Overlay::Steps) && wanted;
         let plain = renderer.technique.plain.as_ref().filter(|_| reliefs);
@@ -164,7 +166,8 @@ impl Live {
     }
 
     fn render(&mut self, number: usize, arrangement: &Arrangement) -> anyhow::Result<()> {
-        self.prepare_overlays()?;
+        let is_still = self.last_pose == Some(self.eye.camera.pose());
+        self.prepare_overlays(is_still)?;
         let (pose, subject) = self.next_pose();
         self.judge.start_arrived(&self.stage);
         let frozen = self.frozen.as_ref().map(Camera::pose);
@@ -176,6 +179,8 @@ impl Live {
             second = Some(renderer.target().color.clone());
         }
         let renderer = &mut self.stage.renderer;
+        renderer.gpu.list_resources(self.panels.shows_passes());
+        let resources = &mut self.resources;
         let (steps, labels) = (&self.steps, &mut self.labels);
         let (screen, levels, faces, probe) = (&self.screen, &self.levels, &mut self.faces, &mut self.probe);
         let (gpu, overlay, judge) = (renderer.gpu.clone(), self.overlay, &mut self.judge);
@@ -191,6 +196,7 @@ impl Live {
             if let Some((faces, meshes)) = faces.as_mut().zip(surfaces.meshes.as_ref()) {
                 faces.record(&gpu, frame, meshes, view)?;
             }
+            let has_misses = faces.as_ref().is_some_and(|faces| faces.counts_misses);
             let faces = faces.as_ref().map(|faces| &faces.image);
             if let Some(steps) = steps {
                 steps.record(frame, surfaces, view)?;
@@ -208,9 +214,11 @@ impl Live {
             let at = arrangement.magnified;
             let is_right = at.is_some_and(|at| at[0] >= arrangement.split as i32);
             let picture = if is_right { pictures.right } else { pictures.left };
-            let laid_open = LaidOpen { levels, faces };
+            let laid_open = LaidOpen { levels, faces, has_misses };
             probe.step(&gpu, frame, view, (target, picture, laid_open), at)?;
-            screen.record(frame, number, pictures, arrangement)
+            screen.record(frame, number, pictures, arrangement)?;
+            *resources = frame.resources().to_vec();
+            Ok(())
         })?;
         Ok(())
     }

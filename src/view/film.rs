@@ -47,7 +47,7 @@ impl Film {
     fn record(self, progress: &JobProgress) -> anyhow::Result<PathBuf> {
         let Film { gpu, scene, run, poses, folder } = self;
         // Deterministic budgets count tiles instead of time, so the frames are the same on every machine.
-        let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
+        let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic, progress)?;
         progress.at_stop(renderer.technique.end_waits());
         renderer.keep(Records::last_ones(1));
         for (n, pose) in poses.iter().enumerate() {

@@ -80,9 +80,13 @@ fn colour(found: &ProbedPixel) -> Vec<Row> {
 
 fn face(face: &Face) -> [Row; 2] {
     let Face { instance, face, level, misses } = *face;
+    let misses = match misses {
+        Some(misses) => format!("{misses} vertices missed the cache"),
+        None => "cache misses are counted at rest".to_owned(),
+    };
     [
         ("instance, face", format!("{instance}, {face}")),
-        ("collapses below", format!("level {level}; {misses} vertices missed the cache")),
+        ("collapses below", format!("level {level}; {misses}")),
     ]
 }
 

@@ -38,6 +38,11 @@ impl JobProgress {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// True once the work must stop.
+    pub fn stopped(&self) -> &AtomicBool {
+        &self.is_stopped
+    }
+
     /// Called between steps.
     ///
     /// # Errors

@@ -293,6 +293,7 @@ fn error(truth: [f64; 4], shown: &Srgb8Picture, [x, y]: [u32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::job::JobProgress;
     use ortelius::vk::{Feature, GpuOptions, Watched};
 
     fn work(size: [u32; 2]) -> Work {
@@ -303,7 +304,7 @@ mod tests {
     fn errors(scene: &Scene) -> (Vec<Option<f32>>, usize) {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
         let (pose, size) = (scene.pose(0).unwrap(), [37, 21]);
-        let stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        let stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true, &JobProgress::default()).unwrap();
         let reference = Reference::of(&stage);
         let truth = SceneTruth::new(scene, reference.tiles.as_deref(), &pose, size).unwrap();
         let background = [0.0, 0.0, 0.0, 1.0];
@@ -336,7 +337,8 @@ mod tests {
     /// The median error of a renderer's picture against the reference of the same scene with `other` changes.
     fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
         let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
-        let mut stage = Stage::new(gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        let mut stage =
+            Stage::new(gpu, scene.clone(), Vec::new(), size, true, &JobProgress::default()).unwrap();
         stage.renderer.settle(&pose).unwrap();
         let rgba = stage.renderer.picture_bytes().unwrap();
         let shown = Srgb8Picture { width: size[0], height: size[1], rgba };
@@ -385,7 +387,8 @@ mod tests {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
         let (scene, size) = (Scene::embedded("relief-brick").unwrap(), [96, 54]);
         let pose = scene.pose(0).unwrap();
-        let mut stage = Stage::new(&gpu, scene.clone(), Vec::new(), size, true).unwrap();
+        let mut stage =
+            Stage::new(&gpu, scene.clone(), Vec::new(), size, true, &JobProgress::default()).unwrap();
         stage.renderer.settle(&pose).unwrap();
         let rgba = stage.renderer.picture_bytes().unwrap();
         let shown = Srgb8Picture { width: size[0], height: size[1], rgba };

@@ -24,8 +24,8 @@ use ortelius::math::camera::Pose;
 use ortelius::paper::progressive_mesh::faces::Faces;
 use ortelius::renderer::relief_steps::ReliefSteps;
 use ortelius::scene::camera::Camera;
-use ortelius::vk::Gpu;
 use ortelius::vk::shader::Replaced;
+use ortelius::vk::{Gpu, PassResources};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -60,6 +60,8 @@ pub struct Live {
     pub(super) hold: Option<Hold>,
     pub(super) player: Player,
     pub(super) panels: Panels,
+    /// The resources of each pass of the last frame, while the panels show its passes.
+    pub(super) resources: Vec<PassResources>,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
     pub(super) comparison: Comparison,
@@ -120,13 +122,11 @@ pub(super) struct LaidOut {
 
 impl Live {
     /// # Errors
-    /// The device cannot present to the window; or as [`Stage::new`].
-    pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening) -> anyhow::Result<Live> {
+    /// The device cannot present to the window; a file of bookmarks or a path is wrong.
+    pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening, stage: Stage) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
         let modes = (opening.present.clone(), opening.measure.is_some());
         let screen = Screen::new(gpu, gpu.surface(&window)?, size, modes)?;
-        let picture = screen.swapchain.size().map(|side| side.max(1));
-        let stage = Stage::of(gpu, opening.views.clone(), picture, opening.deterministic)?;
         let context = egui::Context::default();
         // Nothing fades in: a change is complete in one frame, and equal input gives equal pictures.
         context.all_styles_mut(|style| style.animation_time = 0.0);
@@ -157,6 +157,7 @@ impl Live {
             textures: TexturesDelta::default(),
             hold: None,
             panels,
+            resources: Vec::new(),
             bookmarks,
             magnifies: false,
             comparison: Comparison::Pictures,

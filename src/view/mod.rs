@@ -19,6 +19,8 @@ mod inspector;
 mod job;
 mod judge;
 mod labels;
+#[cfg(test)]
+mod laid_out;
 mod levels;
 mod live;
 mod measure;
@@ -26,6 +28,7 @@ mod measured;
 mod overlay;
 mod painter;
 mod panels;
+mod passes;
 mod path;
 mod probe;
 mod reload;

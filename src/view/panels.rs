@@ -4,6 +4,7 @@ use super::action::{Action, KEYS, MOVES};
 use super::compared;
 use super::inspector;
 use super::job;
+use super::passes;
 use super::settings::SettingsPanel;
 use super::shown::PanelInput;
 use super::stage::{HISTORY, Stage};
@@ -51,6 +52,11 @@ impl Panels {
         Panels { open, help: false, profiler: false, settings: SettingsPanel::new(), status: None }
     }
 
+    /// True if a panel lists the passes.
+    pub fn shows_passes(&self) -> bool {
+        self.open || self.profiler
+    }
+
     /// Shows a message in the status line for some seconds.
     pub fn show_message(&mut self, text: String, is_error: bool) {
         self.status = Some(Status { text, is_error, since: Instant::now() });
@@ -91,7 +97,7 @@ impl Panels {
         if self.profiler && !records.is_empty() {
             let window =
                 egui::Window::new("profiler").anchor(Align2::LEFT_TOP, vec2(8.0, 8.0)).collapsible(false);
-            window.show(ui.ctx(), |ui| times(ui, shown.stage));
+            window.show(ui.ctx(), |ui| times(ui, shown));
         }
         if let Some(found) = shown.found {
             inspector::show(ui, shown.stage, found);
@@ -112,7 +118,7 @@ impl Panels {
             .show(ui, |ui| compared::trade(ui, shown, &mut actions));
         section("overlays", false).show(ui, |ui| compared::overlays(ui, shown, &mut actions));
         if let Some(last) = records.last() {
-            section("passes", true).show(ui, |ui| times(ui, shown.stage));
+            section("passes", true).show(ui, |ui| times(ui, shown));
             if let Some(texture) = &shown.stage.renderer.technique.texture {
                 section("tiles", true).show(ui, |ui| streamed::tiles(ui, last, texture));
                 section("page table", false).show(ui, |ui| streamed::page_table(ui, texture));
@@ -194,10 +200,10 @@ fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Frame times of recent frames as bars, and the passes of the last frame. A tooltip names the surfaces and the device
-/// features of a pass.
-fn times(ui: &mut Ui, stage: &Stage) {
-    let records: &[Record] = &stage.renderer.records;
+/// Frame times of recent frames as bars, and the passes of the last frame. Under the pointer: what a pass serves and
+/// uses.
+fn times(ui: &mut Ui, shown: &PanelInput<'_>) {
+    let records: &[Record] = &shown.stage.renderer.records;
     let Some(last) = records.last() else { return };
     let Some(total) = total_ms(&last.passes) else {
         ui.label("this device has no timestamps");
@@ -217,7 +223,10 @@ fn times(ui: &mut Ui, stage: &Stage) {
     Grid::new("passes").num_columns(3).show(ui, |ui| {
         for pass in &last.passes {
             let ms = pass.ns.unwrap_or_default() as f64 / 1e6;
-            ui.label(&pass.label).on_hover_ui(|ui| drop(ui.label(serves(stage, &pass.label))));
+            ui.label(&pass.label).on_hover_ui(|ui| {
+                ui.label(serves(shown.stage, &pass.label));
+                passes::resources(ui, shown.resources, &pass.label);
+            });
             ui.monospace(format!("{ms:8.3} ms"));
             let (rect, _) = ui.allocate_exact_size(vec2(90.0, 10.0), Sense::hover());
             let share = if total > 0.0 { (ms / total) as f32 } else { 0.0 };

@@ -23,6 +23,8 @@ pub struct LaidOpen<'a> {
     pub levels: Option<&'a Levels>,
     /// As [`ortelius::paper::progressive_mesh::faces::Faces::image`].
     pub faces: Option<&'a Image>,
+    /// True if the cache misses in `faces` are those of this frame.
+    pub has_misses: bool,
 }
 
 /// The copies of one frame: colour, depth, the face of a mesh, and the tile, coordinates and derivatives of a
@@ -32,6 +34,7 @@ struct Query {
     at: [u32; 2],
     near_m: f64,
     has_meshes: bool,
+    has_misses: bool,
     has_texture: bool,
 }
 
@@ -55,8 +58,8 @@ pub struct Face {
     pub face: u32,
     /// Level below which the face collapses.
     pub level: u32,
-    /// How many of its vertices miss a FIFO-16 cache.
-    pub misses: u32,
+    /// How many of its vertices miss a FIFO-16 cache; `None` if they were not counted.
+    pub misses: Option<u32>,
 }
 
 /// A pixel's position in the virtual texture.
@@ -82,7 +85,7 @@ impl Probe {
         gpu: &Gpu,
         frame: &mut Frame<'_>,
         view: &View,
-        (target, picture, LaidOpen { levels, faces }): (&Target, &Image, LaidOpen<'_>),
+        (target, picture, LaidOpen { levels, faces, has_misses }): (&Target, &Image, LaidOpen<'_>),
         at: Option<[i32; 2]>,
     ) -> Result<()> {
         if let Some(queries) = self.queries[view.slot()].take() {
@@ -112,7 +115,7 @@ impl Probe {
             Ok(())
         })?;
         let (near_m, has_meshes, has_texture) = (view.pose.near_m, faces.is_some(), levels.is_some());
-        self.queries[view.slot()] = Some(Query { buffer, at, near_m, has_meshes, has_texture });
+        self.queries[view.slot()] = Some(Query { buffer, at, near_m, has_meshes, has_misses, has_texture });
         Ok(())
     }
 }
@@ -126,7 +129,8 @@ impl Query {
         let [depth, ..] = floats(1);
         let face = || {
             let [instance, face, level, word] = words(2);
-            (instance != u32::MAX).then_some(Face { instance, face, level, misses: word & 3 })
+            let misses = self.has_misses.then_some(word & 3);
+            (instance != u32::MAX).then_some(Face { instance, face, level, misses })
         };
         let first = 2 + usize::from(self.has_meshes);
         let texel = || {

@@ -56,7 +56,7 @@ impl Shot {
     /// Writes the picture and the report. Returns the picture's path.
     fn take(self, progress: &JobProgress) -> anyhow::Result<PathBuf> {
         let Shot { gpu, scene, run, pose, folder } = self;
-        let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic)?;
+        let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic, progress)?;
         progress.at_stop(renderer.technique.end_waits());
         renderer.keep(Records::all());
         renderer.technique.lift_budgets(true);

@@ -9,6 +9,7 @@ use super::stage::Stage;
 use egui::{Pos2, TextureHandle};
 use ortelius::figure::{Trade, Traded};
 use ortelius::scene::camera::Camera;
+use ortelius::vk::PassResources;
 
 pub struct PanelInput<'a> {
     pub stage: &'a Stage,
@@ -27,6 +28,8 @@ pub struct PanelInput<'a> {
     pub outline: Vec<Option<Pos2>>,
     /// Names of the visible tiles, if the overlay of levels is shown.
     pub labels: &'a [Label],
+    /// Of the last recorded frame; empty while no panel shows them.
+    pub resources: &'a [PassResources],
 }
 
 /// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.

@@ -2,7 +2,7 @@
 
 use super::device::{Dead, Device};
 use super::{Check, Gpu, Result};
-use ash::vk;
+use ash::vk::{self, Handle};
 use bytemuck::AnyBitPattern;
 use gpu_allocator::{MemoryLocation, vulkan::Allocation};
 use std::ops::{Deref, DerefMut};
@@ -91,6 +91,24 @@ impl BufferUse {
         }
     }
 
+    /// What the buffer is for, in words.
+    pub(super) fn about(self) -> &'static str {
+        match self {
+            BufferUse::Vertices | BufferUse::MappedVertices => "vertices",
+            BufferUse::Indices(of) | BufferUse::WritableIndices(of) | BufferUse::MappedIndices(of) => {
+                match of {
+                    IndexType::U16 => "u16 indices",
+                    IndexType::U32 => "u32 indices",
+                }
+            }
+            BufferUse::TransformFeedback => "transform feedback",
+            BufferUse::Storage => "storage",
+            BufferUse::FetchedStorage | BufferUse::Texels => "u32",
+            BufferUse::Upload => "upload",
+            BufferUse::Readback => "read-back",
+        }
+    }
+
     /// Usage flags and memory location.
     fn flags(self) -> (vk::BufferUsageFlags, MemoryLocation) {
         use vk::BufferUsageFlags as U;
@@ -136,7 +154,7 @@ pub struct Buffer {
     device: Arc<Device>,
     memory: Option<Allocation>,
     bytes: u64,
-    index_type: Option<IndexType>,
+    usage: BufferUse,
     name: String,
     /// `None` unless the buffer is mapped.
     uses: Option<Arc<Uses>>,
@@ -193,7 +211,7 @@ impl Gpu {
             device: device.clone(),
             memory: None,
             bytes,
-            index_type: usage.index_type(),
+            usage,
             name: name.into(),
             uses: (location != MemoryLocation::GpuOnly)
                 .then(|| Arc::new(Uses { name: name.into(), ..Uses::default() })),
@@ -249,10 +267,18 @@ impl Buffer {
         &self.name
     }
 
+    pub(super) fn usage(&self) -> BufferUse {
+        self.usage
+    }
+
+    pub(super) fn raw(&self) -> u64 {
+        self.handle.as_raw()
+    }
+
     /// # Panics
     /// If it is not an index buffer.
     pub fn index_type(&self) -> IndexType {
-        self.index_type.unwrap_or_else(|| panic!("{} holds no indices", self.name))
+        self.usage.index_type().unwrap_or_else(|| panic!("{} holds no indices", self.name))
     }
 
     /// The memory of a mapped buffer.

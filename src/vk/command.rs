@@ -4,7 +4,8 @@ use super::buffer::Uses;
 use super::descriptors::Descriptors;
 use super::device::Device;
 use super::limits::require_groups;
-use super::shader::DescriptorKind;
+use super::shader::{Access, DescriptorKind};
+use super::used::Listing;
 use super::{Buffer, ComputePipeline, Error, Image, ReadAs, Result, Sampler, StreamQuery, TexelCopy, Work};
 use ash::vk;
 use std::sync::Arc;
@@ -18,6 +19,8 @@ pub struct Cmd<'a> {
     pub(super) mapped: &'a mut Vec<Arc<Uses>>,
     /// Work recorded so far.
     pub(crate) work: Work,
+    /// `None` unless [`super::Gpu::list_resources`] asked for lists.
+    pub(super) listing: Option<Listing>,
 }
 
 /// The object that a draw or dispatch binds to a shader's binding number.
@@ -125,6 +128,11 @@ impl Cmd<'_> {
     ) -> Result<()> {
         assert_eq!(push.len(), pipeline.push_bytes as usize, "{}: bytes of push constants", pipeline.name);
         let set = self.descriptor_set(pipeline, resources)?;
+        if pipeline.writes_depth
+            && let Some(listing) = &mut self.listing
+        {
+            listing.writes_depth();
+        }
         // SAFETY: layouts are those that the pipeline was created with.
         unsafe {
             self.device.handle.cmd_bind_pipeline(self.handle, point, pipeline.handle);
@@ -151,6 +159,18 @@ impl Cmd<'_> {
         Ok(())
     }
 
+    pub(super) fn list_buffer(&mut self, buffer: &Buffer, access: Access, elements: &str) {
+        if let Some(listing) = &mut self.listing {
+            listing.buffer(buffer, access, elements);
+        }
+    }
+
+    pub(super) fn list_image(&mut self, image: &Image, access: Access) {
+        if let Some(listing) = &mut self.listing {
+            listing.image(image, access);
+        }
+    }
+
     /// Every binding that the shaders declare must be given. lavapipe 22.3 crashes if one of a set is
     /// missing.
     fn descriptor_set(
@@ -173,6 +193,11 @@ impl Cmd<'_> {
                 .unwrap_or_else(|| panic!("{}: binding {binding} ({kind:?}) is not given", pipeline.name));
             self.check_range(kind, resource, &pipeline.name)?;
             self.write_descriptor(set, binding, kind, resource, &pipeline.name);
+            let (access, elements) = pipeline.declared(binding);
+            match resource {
+                Resource::Buffer(buffer) => self.list_buffer(buffer, access, elements),
+                Resource::Texture(image, _) | Resource::Sampled(image, _) => self.list_image(image, access),
+            }
         }
         Ok(Some(set))
     }
@@ -261,6 +286,8 @@ impl Cmd<'_> {
         };
         let regions: Vec<_> = ranges.iter().map(region).collect();
         self.work.copied_bytes += regions.iter().map(|region| region.size).sum::<u64>();
+        self.list_buffer(from, Access::Read, "");
+        self.list_buffer(to, Access::Write, "");
         let [from, to] = [from, to].map(|buffer| buffer.for_frame(self.mapped));
         // SAFETY: the ranges were checked.
         unsafe { self.device.handle.cmd_copy_buffer(self.handle, from, to, &regions) };
@@ -272,6 +299,8 @@ impl Cmd<'_> {
         }
         let regions: Vec<_> = copies.iter().map(|copy| region(to, from, copy)).collect();
         self.work.copied_bytes += texel_bytes(to, copies);
+        self.list_buffer(from, Access::Read, "");
+        self.list_image(to, Access::Write);
         let from = from.for_frame(self.mapped);
         // SAFETY: `region` checked the ranges; the image is in GENERAL.
         unsafe {
@@ -288,6 +317,8 @@ impl Cmd<'_> {
     pub fn copy_from_image(&mut self, from: &Image, to: &Buffer, copies: &[TexelCopy]) {
         let regions: Vec<_> = copies.iter().map(|copy| region(from, to, copy)).collect();
         self.work.copied_bytes += texel_bytes(from, copies);
+        self.list_image(from, Access::Read);
+        self.list_buffer(to, Access::Write, "");
         let to = to.for_frame(self.mapped);
         let layout = match from.layout() {
             vk::ImageLayout::GENERAL => vk::ImageLayout::GENERAL,
@@ -310,6 +341,7 @@ impl Cmd<'_> {
             buffer.bytes()
         );
         self.work.copied_bytes += bytes;
+        self.list_buffer(buffer, Access::Write, "");
         let buffer = buffer.for_frame(self.mapped);
         // SAFETY: the range was checked.
         unsafe { self.device.handle.cmd_fill_buffer(self.handle, buffer, 0, bytes, value) };
@@ -318,6 +350,7 @@ impl Cmd<'_> {
     /// Sets every level and layer of an integer image to one value.
     pub fn clear_uint(&mut self, image: &Image, value: u32) {
         let value = vk::ClearColorValue { uint32: [value; 4] };
+        self.list_image(image, Access::Write);
         // SAFETY: the image is in GENERAL.
         unsafe {
             self.device.handle.cmd_clear_color_image(

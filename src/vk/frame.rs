@@ -8,7 +8,8 @@ use super::command::Cmd;
 use super::descriptors::Descriptors;
 use super::device::Device;
 use super::query::statistics_info;
-use super::{Check, Error, Feature, Gpu, Image, Result, Semaphore, Work};
+use super::used::Listing;
+use super::{Check, Error, Feature, Gpu, Image, PassResources, Result, Semaphore, Work};
 use ash::vk;
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -63,6 +64,8 @@ pub(crate) struct Ring {
     pub(super) submitted: u64,
     /// True if the next frames count the work of their passes.
     counting: bool,
+    /// True if the next frames list the resources of their passes.
+    listing: bool,
 }
 
 /// A frame that is being recorded.
@@ -71,6 +74,8 @@ pub struct Frame<'a> {
     /// Taken when the frame ends.
     slot: Option<Slot>,
     counting: bool,
+    /// The passes so far, if the frame lists their resources.
+    listed: Option<Vec<PassResources>>,
 }
 
 /// A submitted frame.
@@ -83,7 +88,7 @@ pub struct Ticket {
 impl Ring {
     pub(crate) fn new(device: &Arc<Device>) -> Result<Ring> {
         let slots = (0..FRAMES_IN_FLIGHT).map(|_| Slot::new(device)).collect::<Result<_>>()?;
-        Ok(Ring { slots, device: device.clone(), submitted: 0, counting: false })
+        Ok(Ring { slots, device: device.clone(), submitted: 0, counting: false, listing: false })
     }
 
     /// Waits for every frame that was submitted.
@@ -282,7 +287,8 @@ impl Gpu {
         ring.slots[0].read_times(&self.device)?;
         self.device.collect(self.device.finished()?);
         self.device.objects().recording += 1;
-        let mut frame = Frame { gpu: self, slot: ring.slots.pop_front(), counting: ring.counting };
+        let listed = ring.listing.then(Vec::new);
+        let mut frame = Frame { gpu: self, slot: ring.slots.pop_front(), counting: ring.counting, listed };
         drop(ring);
         frame.slot().begin(&self.device)?;
         Ok(frame)
@@ -320,6 +326,11 @@ impl Gpu {
         assert!(!counting || self.has(Feature::PipelineStatistics), "opened without pipeline statistics");
         self.lock_ring().counting = counting;
     }
+
+    /// Enables or disables the lists of [`Frame::resources`], from the next frame on. They cost host time.
+    pub fn list_resources(&self, listing: bool) {
+        self.lock_ring().listing = listing;
+    }
 }
 
 impl Frame<'_> {
@@ -353,7 +364,7 @@ impl Frame<'_> {
     /// # Errors
     /// The error of `record`.
     pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
-        let (device, counting) = (&*self.gpu.device, self.counting);
+        let (device, counting, lists) = (&*self.gpu.device, self.counting, self.listed.is_some());
         let slot = self.slot();
         assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
         let query = slot.labels.len() as u32;
@@ -365,6 +376,7 @@ impl Frame<'_> {
             descriptors: &mut slot.descriptors,
             mapped: &mut slot.mapped,
             work: Work::default(),
+            listing: lists.then(Listing::default),
         };
         cmd.begin_label(label);
         // The timestamp precedes the barrier. llvmpipe queues a timestamp with the rasterisation. Without a
@@ -382,7 +394,17 @@ impl Frame<'_> {
         }
         cmd.timestamp(slot.queries, 2 * query + 1);
         cmd.end_label();
+        let listing = cmd.listing.take();
+        if let (Some(passes), Some(listing)) = (&mut self.listed, listing) {
+            passes.push(listing.into_pass(label));
+        }
         result
+    }
+
+    /// The buffers and images of the passes that were recorded so far; empty unless [`Gpu::list_resources`] asked for
+    /// them.
+    pub fn resources(&self) -> &[PassResources] {
+        self.listed.as_deref().unwrap_or_default()
     }
 
     /// Ends the recording and submits the frame. The host may read the frame's read-back buffers once

@@ -28,6 +28,7 @@ mod semaphore;
 pub mod shader;
 #[cfg(feature = "window")]
 mod swapchain;
+mod used;
 mod watched;
 
 pub use buffer::{Buffer, BufferUse, IndexType, Mapped, MappedMut, TexelCopy};
@@ -50,8 +51,10 @@ pub use render::{
 };
 pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;
+pub use shader::Access;
 #[cfg(feature = "window")]
 pub use swapchain::{Acquired, PresentMode, Swapchain, WindowSurface};
+pub use used::{PassResources, Used};
 pub use watched::Watched;
 
 pub(crate) use error::Check;

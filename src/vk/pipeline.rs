@@ -3,7 +3,7 @@
 
 use super::device::{Dead, Device};
 use super::graphics_info::{Blend, Depth, GraphicsInfo, vertex_attributes};
-use super::shader::{DescriptorKind, Replaced, Shader};
+use super::shader::{Access, DescriptorKind, Replaced, Shader, ShaderResource};
 use super::{Check, Format, Gpu, Result};
 use ash::vk;
 use std::sync::{Arc, MutexGuard};
@@ -13,6 +13,9 @@ pub(crate) struct PipelineHandles {
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) set_layout: vk::DescriptorSetLayout,
     pub(crate) descriptors: Vec<(u32, DescriptorKind)>,
+    /// One for each binding: the accesses of all its stages.
+    pub(super) resources: Vec<ShaderResource>,
+    pub(super) writes_depth: bool,
     pub(crate) push_bytes: u32,
     pub(crate) push_stages: vk::ShaderStageFlags,
     pub(crate) name: String,
@@ -132,11 +135,33 @@ impl PipelineHandles {
             layout,
             set_layout,
             descriptors,
+            resources: resources(stages),
+            writes_depth: false,
             push_bytes,
             push_stages,
             name: name.to_string(),
             device: device.clone(),
         })
+    }
+}
+
+/// What the stages declare, one for each binding.
+fn resources(stages: &Stages<'_>) -> Vec<ShaderResource> {
+    let mut found: Vec<ShaderResource> = Vec::new();
+    for resource in stages.iter().flat_map(|(_, shader)| shader.resources) {
+        match found.iter_mut().find(|known| known.binding == resource.binding) {
+            Some(known) => known.access = known.access.and(resource.access),
+            None => found.push(*resource),
+        }
+    }
+    found
+}
+
+impl PipelineHandles {
+    /// What the shaders declare of a binding.
+    pub(super) fn declared(&self, binding: u32) -> (Access, &'static str) {
+        let declared = self.resources.iter().find(|resource| resource.binding == binding);
+        declared.map_or((Access::ReadWrite, ""), |resource| (resource.access, resource.elements))
     }
 }
 
@@ -304,6 +329,7 @@ impl Gpu {
             let constants: Vec<_> = modules.iter().map(Module::specialization).collect();
             let stages: Vec<_> = modules.iter().zip(&constants).map(|(module, c)| module.stage(c)).collect();
             base.handle = self.create_graphics(info, &base, &stages)?;
+            base.writes_depth = info.depth == Some(Depth::Write);
             self.device.name(base.handle, info.name);
             Ok(base)
         };

@@ -1,6 +1,7 @@
 //! Drawing into images, and transform feedback.
 
 use super::command::{Cmd, Resource};
+use super::shader::Access;
 use super::{Buffer, GraphicsPipeline, Image, IndexType, Result, StreamQuery};
 use ash::vk;
 
@@ -78,6 +79,13 @@ impl<'a> Cmd<'a> {
         depth: Option<DepthTarget<'_>>,
         draws: impl FnOnce(&mut Render<'_, 'a>) -> Result<()>,
     ) -> Result<()> {
+        for ColorTarget { image, clear } in colors {
+            let access = if *clear == Clear::Keep { Access::ReadWrite } else { Access::Write };
+            self.list_image(image, access);
+        }
+        if let (Some(listing), Some(target)) = (&mut self.listing, &depth) {
+            listing.depth(target.image, target.clear);
+        }
         let colors: Vec<_> = colors.iter().map(|target| color_attachment(size, target)).collect();
         let area = vk::Rect2D {
             offset: vk::Offset2D::default(),
@@ -180,6 +188,9 @@ impl Render<'_, '_> {
 
     /// Binds vertices and indices. Returns the type of the indices.
     fn bind_geometry(&mut self, Geometry { vertices, indices }: Geometry<'_>) -> IndexType {
+        for buffer in vertices.into_iter().chain([indices]) {
+            self.cmd.list_buffer(buffer, Access::Read, "");
+        }
         let vertices = vertices.map(|vertices| vertices.for_frame(self.cmd.mapped));
         let (of, indices) = (indices.index_type(), indices.for_frame(self.cmd.mapped));
         let (device, cmd) = (&self.cmd.device.handle, self.cmd.handle);
@@ -269,6 +280,9 @@ impl Render<'_, '_> {
             self.cmd.device.feedback.as_ref().expect("the pass named TransformFeedback in its needs");
         let feedback = feedback.fp();
         self.cmd.work.draws += 1;
+        for buffer in [into.buffer, into.counter] {
+            self.cmd.list_buffer(buffer, Access::Write, "");
+        }
         let [buffer, counter] = [into.buffer, into.counter].map(|buffer| buffer.for_frame(self.cmd.mapped));
         let cmd = self.cmd.handle;
         // SAFETY: ash 0.38 has no wrapper; every pointer lives on this stack frame. A Begin without counter

@@ -9,6 +9,8 @@ pub struct Shader {
     pub spirv: &'static [u32],
     /// (binding in set 0, kind)
     pub descriptors: &'static [(u32, DescriptorKind)],
+    /// Every variable with a descriptor; two variables can share a binding.
+    pub resources: &'static [ShaderResource],
     pub push_bytes: u32,
     /// (name, constant id)
     pub specialization: &'static [(&'static str, u32)],
@@ -19,6 +21,38 @@ pub struct Shader {
     /// Hash of the interface: bindings with their names, push-constant block, specialization constants, vertex inputs
     /// and workgroup size. Shaders with the same interface can replace each other.
     pub interface: u64,
+}
+
+/// A variable with a descriptor, as the shader declares it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShaderResource {
+    pub binding: u32,
+    pub access: Access,
+    /// Elements of a buffer, such as `[f32; 2]` or the name of a struct; empty for images.
+    pub elements: &'static str,
+}
+
+/// Whether a resource is read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    Read,
+    Write,
+    ReadWrite,
+}
+
+impl Access {
+    /// Both accesses together.
+    pub fn and(self, other: Access) -> Access {
+        if self == other { self } else { Access::ReadWrite }
+    }
+
+    pub fn about(self) -> &'static str {
+        match self {
+            Access::Read => "read",
+            Access::Write => "written",
+            Access::ReadWrite => "read and written",
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,6 +16,7 @@ fn open(set: &[&str], deterministic: bool) -> Result<(Scene, Renderer), RenderEr
         device: None,
         validate: true,
         deterministic,
+        stop: None,
     };
     let renderer = Renderer::open(&scene, &options)?;
     Ok((scene, renderer))

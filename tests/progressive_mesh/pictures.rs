@@ -35,6 +35,7 @@ pub fn options() -> Options<'static> {
         device: None,
         validate: true,
         deterministic: false,
+        stop: None,
     }
 }
 

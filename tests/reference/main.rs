@@ -57,6 +57,7 @@ fn straight_on(size: [u32; 2]) -> (DMat4, DVec3) {
         forward: -DVec3::Z,
         vertical_fov_rad: 2.0 * 0.5f64.atan(),
         near_m: 1.0,
+        height_m: f64::INFINITY,
     };
     (pose.world_to_clip(size[0], size[1]), pose.eye)
 }

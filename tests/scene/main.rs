@@ -42,6 +42,17 @@ fn the_next_pose_of_a_path_is_extrapolated() {
     );
 }
 
+#[test]
+fn an_extrapolated_dive_stays_above_half_the_height_whatever_the_near_plane() {
+    let scene = Scene::embedded("plane-tilt").unwrap();
+    for near_m in [None, Some(0.001), Some(3.0)] {
+        let at = |altitude_m| camera::Camera { altitude_m, near_m, ..scene.cameras["tilted"] }.pose();
+        let ahead = camera::continued(&at(11.0), &at(10.0), 20).unwrap();
+        assert!((ahead.eye.z - 5.0).abs() < 1e-9, "near plane {near_m:?}: {} m", ahead.eye.z);
+        assert_eq!(camera::continued(&at(16.0), &at(10.0), 20), None, "a jump by more than half the height");
+    }
+}
+
 fn scenes_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
 }

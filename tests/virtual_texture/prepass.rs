@@ -56,6 +56,7 @@ impl Random {
             forward,
             vertical_fov_rad: angle_deg.to_radians(),
             near_m: altitude / 64.0,
+            height_m: altitude,
         }
     }
 

@@ -4,9 +4,11 @@
 #![cfg(all(target_os = "linux", feature = "window"))]
 
 mod bookmarks;
+mod close;
 mod compare;
 mod display;
 mod every;
+mod footprint;
 mod overlays;
 mod panels;
 mod present;
@@ -15,6 +17,7 @@ mod reload;
 mod renderdoc;
 mod views;
 mod walk;
+mod wireframe;
 
 use display::{Display, key};
 use ortelius::picture::write::{Srgb8Picture, read_png};

@@ -128,6 +128,7 @@ mod tests {
             forward: DVec3::Y,
             vertical_fov_rad: std::f64::consts::FRAC_PI_2,
             near_m: 0.1,
+            height_m: f64::INFINITY,
         }
     }
 

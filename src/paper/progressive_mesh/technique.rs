@@ -211,6 +211,7 @@ impl Run<ProgressiveMeshes> {
             forward: DVec3::Y,
             vertical_fov_rad: 1.0,
             near_m: 1.0,
+            height_m: f64::INFINITY,
         };
         let done = self.frame(&nowhere);
         self.technique.only = None;

@@ -65,7 +65,7 @@ impl Stage {
     fn load(&self, plan: Plan) -> anyhow::Result<Ready> {
         match plan {
             Plan::Stays => Ok(Ready::Nothing),
-            Plan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load()?))),
+            Plan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load(None)?))),
             Plan::Opens => unreachable!("a scene is opened on a thread"),
         }
     }
@@ -116,8 +116,14 @@ impl Stage {
                 progress.check()?;
                 let ready = match plan {
                     Plan::Stays => Ok(Ready::Nothing),
-                    Plan::Switches(switch) => switch.load().map(Box::new).map(Ready::Switch),
-                    Plan::Opens => open(&gpu, &scene, size, deterministic).map(Box::new).map(Ready::Renderer),
+                    Plan::Switches(switch) => {
+                        let loaded = switch.load(Some(progress.stopped()));
+                        loaded.map(Box::new).map(Ready::Switch).map_err(Into::into)
+                    }
+                    Plan::Opens => {
+                        let opened = open(&gpu, &scene, size, deterministic, progress);
+                        opened.map(Box::new).map(Ready::Renderer)
+                    }
                 };
                 Ok((scene, ready.with_context(|| format!("variant {name}"))?))
             };

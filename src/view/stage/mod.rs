@@ -8,6 +8,7 @@ mod tests;
 pub use change::Opened;
 pub use ortelius::frame::HISTORY;
 
+use super::job::JobProgress;
 use super::variants::Variant;
 use super::views::OpenView;
 use change::Opening;
@@ -65,19 +66,27 @@ impl Stage {
         variants: Vec<Variant>,
         size: [u32; 2],
         deterministic: bool,
+        progress: &JobProgress,
     ) -> anyhow::Result<Stage> {
         let camera = *base.camera(&base.view.camera)?;
-        Stage::of(gpu, vec![OpenView::new(String::new(), base, camera, variants)], size, deterministic)
+        let view = OpenView::new(String::new(), base, camera, variants);
+        Stage::of(gpu, vec![view], size, deterministic, progress)
     }
 
     /// Opens the first view.
     ///
     /// # Errors
-    /// As [`Renderer::open`].
-    pub fn of(gpu: &Gpu, views: Vec<OpenView>, size: [u32; 2], deterministic: bool) -> anyhow::Result<Stage> {
+    /// As [`open`].
+    pub fn of(
+        gpu: &Gpu,
+        views: Vec<OpenView>,
+        size: [u32; 2],
+        deterministic: bool,
+        progress: &JobProgress,
+    ) -> anyhow::Result<Stage> {
         let first = views.first().expect("there is at least one view");
         let scene = first.scene.with(&first.variants[0].changes)?;
-        let renderer = open(gpu, &scene, size, deterministic)?;
+        let renderer = open(gpu, &scene, size, deterministic, progress)?;
         Ok(Stage {
             gpu: gpu.clone(),
             views,
@@ -254,9 +263,20 @@ impl Stage {
 /// A new renderer of `size` pixels.
 ///
 /// # Errors
-/// As [`Renderer::open`].
-pub fn open(gpu: &Gpu, scene: &Scene, size: [u32; 2], deterministic: bool) -> Result<Renderer, RenderError> {
-    Renderer::on(gpu, scene, &options(size, deterministic))
+/// As [`Renderer::open`]; [`Stopped`](super::job::Stopped).
+pub fn open(
+    gpu: &Gpu,
+    scene: &Scene,
+    size: [u32; 2],
+    deterministic: bool,
+    progress: &JobProgress,
+) -> anyhow::Result<Renderer> {
+    let stop = Some(progress.stopped());
+    let opened = Renderer::on(gpu, scene, &Options { stop, ..options(size, deterministic) });
+    if let Err(RenderError::Stopped) = opened {
+        progress.check()?;
+    }
+    Ok(opened?)
 }
 
 fn options(size: [u32; 2], deterministic: bool) -> Options<'static> {

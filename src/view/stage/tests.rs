@@ -28,7 +28,7 @@ fn the_old_picture_stays_until_the_new_scene_is_open_and_later_requests_wait_or_
     let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
     let base = Scene::embedded("globe").unwrap();
     let (pose, variants) = (base.pose(0).unwrap(), methods(&base));
-    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
+    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true, &JobProgress::default()).unwrap();
     let has = |stage: &Stage, table: [&str; 2], key: &str, value: i64| {
         let at = match table {
             ["variant", _] => stage.scene.value(&["variant", key]),
@@ -85,7 +85,7 @@ fn a_change_in_place_is_made_while_shaders_are_reloaded_and_stays_afterwards() {
     let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
     let base = Scene::embedded("globe").unwrap();
     let variants = methods(&base);
-    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
+    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true, &JobProgress::default()).unwrap();
     let (go, gate) = std::sync::mpsc::channel();
     stage.gate = Some(gate);
     stage.reopen().unwrap();
@@ -101,7 +101,7 @@ fn a_setting_holds_for_every_variant_and_a_wrong_one_changes_nothing() {
     let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
     let base = Scene::embedded("globe").unwrap();
     let variants = methods(&base);
-    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true).unwrap();
+    let mut stage = Stage::new(&gpu, base, variants, [32, 18], true, &JobProgress::default()).unwrap();
     let bias = |stage: &Stage| {
         let texture = stage.renderer.technique.texture.as_ref().unwrap();
         texture.settings.streaming.level_bias
@@ -136,7 +136,7 @@ fn another_variant_finds_the_caches_full() {
     let base = Scene::embedded("earth").unwrap();
     let pose = base.pose(0).unwrap();
     let variants = methods(&base);
-    let mut stage = Stage::new(&gpu, base, variants, [64, 36], true).unwrap();
+    let mut stage = Stage::new(&gpu, base, variants, [64, 36], true, &JobProgress::default()).unwrap();
     let loads = |stage: &mut Stage| -> usize {
         stage.renderer.keep(Records::all());
         stage.renderer.settle(&pose).unwrap();
@@ -150,7 +150,7 @@ fn another_variant_finds_the_caches_full() {
     assert_eq!(loads(&mut stage), 0, "variant {}", stage.variants()[1].name);
     assert!(first == stage.renderer.picture_bytes().unwrap());
     stage.set("surface.land.filter.max_anisotropy", "4").unwrap();
-    let fresh = open(&gpu, &stage.scene, [64, 36], true).unwrap();
+    let fresh = open(&gpu, &stage.scene, [64, 36], true, &JobProgress::default()).unwrap();
     let old = std::mem::replace(&mut stage.renderer, fresh);
     assert!(loads(&mut stage) > 0, "a new renderer has empty caches");
     let opened = stage.renderer.picture_bytes().unwrap();
@@ -171,7 +171,7 @@ fn settings_change_in_place_and_show_the_picture_of_a_scene_that_was_just_opened
     let base = base.with(&[mesh.to_owned()]).unwrap();
     let pose = base.pose(0).unwrap();
     let variants = methods(&base);
-    let mut stage = Stage::new(&gpu, base, variants, [64, 36], false).unwrap();
+    let mut stage = Stage::new(&gpu, base, variants, [64, 36], false, &JobProgress::default()).unwrap();
     let loads = |renderer: &mut Renderer| -> usize {
         renderer.keep(Records::all());
         renderer.settle(&pose).unwrap();
@@ -204,7 +204,7 @@ fn settings_change_in_place_and_show_the_picture_of_a_scene_that_was_just_opened
         let made = at_once.or_else(|| opened(&mut stage).unwrap());
         assert_eq!(made, Some(kept), "{key} = {value}");
         assert_eq!(at_once.is_some(), kept == Kept::Everything, "{key} = {value}");
-        let mut fresh = open(&gpu, &stage.scene, [64, 36], false).unwrap();
+        let mut fresh = open(&gpu, &stage.scene, [64, 36], false, &JobProgress::default()).unwrap();
         fresh.settle(&pose).unwrap();
         let expected = fresh.picture_bytes().unwrap();
         let second = &mut stage.second.as_mut().unwrap().renderer;

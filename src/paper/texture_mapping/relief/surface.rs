@@ -10,7 +10,7 @@ use super::maps::{Fan, Holds};
 use super::pass::{DistanceBuild, heights};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::vk::shader::texture_mapping::relief_surface_frag;
-use crate::vk::{Buffer, BufferUse, Gpu, Resource, Result};
+use crate::vk::{self, Buffer, BufferUse, Gpu, Resource};
 use std::time::{Duration, Instant};
 
 /// A relief in video memory.
@@ -47,12 +47,17 @@ const HORIZON_SQUARES: u64 = 7296;
 /// Rows of cells per submission. Drivers end a submission that takes seconds.
 const ROWS: u32 = 8;
 
-/// Builds the refined map. A build of more than a second reports its progress.
-fn distance_map(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
+/// Builds the refined map. A build of more than a second reports its progress. It ends with the first error of `go_on`.
+fn distance_map<E: From<vk::Error>>(
+    gpu: &Gpu,
+    relief: &Relief,
+    go_on: impl Fn() -> Result<(), E>,
+) -> Result<Buffer, E> {
     let fan = Fan::new(relief.depth, Holds::Everywhere);
     let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, true)?;
     let (side, mut reported) = (relief.side as u32, Instant::now());
     for first in (0..side).step_by(ROWS as usize) {
+        go_on()?;
         let end = side.min(first + ROWS);
         gpu.run_pass("distance map", |cmd| build.run_rows(cmd, first..end))?;
         if reported.elapsed() >= REPORT {
@@ -64,14 +69,21 @@ fn distance_map(gpu: &Gpu, relief: &Relief) -> Result<Buffer> {
 }
 
 impl ReliefSurface {
-    /// Creates the relief of a square plane of this side, and builds the map that tracing needs.
+    /// Creates the relief of a square plane of this side, and builds the map that tracing needs. The build calls `go_on`
+    /// before each submission, which takes at most some seconds.
     ///
     /// # Errors
-    /// Out of memory, device lost.
-    pub fn new(gpu: &Gpu, relief: &Relief, method: ReliefMethod, size_m: f64) -> Result<ReliefSurface> {
+    /// Out of memory, device lost; the error of `go_on`.
+    pub fn new<E: From<vk::Error>>(
+        gpu: &Gpu,
+        relief: &Relief,
+        method: ReliefMethod,
+        size_m: f64,
+        go_on: impl Fn() -> Result<(), E>,
+    ) -> Result<ReliefSurface, E> {
         let map = match method {
             ReliefMethod::ProjectedWidth => gpu.buffer("no distances", 4, BufferUse::Storage)?,
-            ReliefMethod::Trace => distance_map(gpu, relief)?,
+            ReliefMethod::Trace => distance_map(gpu, relief, go_on)?,
         };
         let header = [
             relief.side as u32,

@@ -304,6 +304,7 @@ fn views((place, sun): &(Placement, DVec3), size: [u32; 2]) -> Vec<SurfaceView> 
             forward: DVec3::Y,
             vertical_fov_rad: 1.0,
             near_m: 0.01,
+            height_m: f64::INFINITY,
         };
         SurfaceView {
             object_to_clip: place.object_to_clip(&pose, size).as_mat4().to_cols_array_2d(),

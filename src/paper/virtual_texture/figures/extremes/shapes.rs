@@ -17,6 +17,7 @@ pub fn eye() -> Pose {
         forward: -DVec3::Z,
         vertical_fov_rad: std::f64::consts::FRAC_PI_2,
         near_m: 0.5,
+        height_m: f64::INFINITY,
     }
 }
 
