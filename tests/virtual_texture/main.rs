@@ -11,6 +11,7 @@ mod paths;
 mod prepass;
 mod read_back;
 mod streaming;
+mod texel_filters;
 mod texels;
 mod truth;
 mod variants;
