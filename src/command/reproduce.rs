@@ -11,8 +11,8 @@ use super::report::{ReportArgs, WORKER};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use ortelius::figure::{
-    Cell, CellResult, Effort, Failure, Figure, Machine, Outcome, Partition, Run, RunProgress, Store, Tally,
-    choose, load, outlive, program,
+    Cell, CellOutcome, CellResult, Effort, Failure, Figure, FigureRun, Machine, Partition, RunProgress,
+    Store, Tally, choose, load, outlive, program,
 };
 use ortelius::picture::write::abandon;
 use ortelius::renderer::figures::FAMILIES;
@@ -150,7 +150,7 @@ fn end_with_parent() {
 
 fn describe_crash(result: &CellResult) -> String {
     match &result.outcome {
-        Outcome::Crashed(how) => format!("{} {}: {how}", result.figure, result.cell),
+        CellOutcome::Crashed(how) => format!("{} {}: {how}", result.figure, result.cell),
         other => unreachable!("a crashed cell has the outcome {other:?}"),
     }
 }
@@ -168,7 +168,7 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
         tracing::warn!("{warning}");
     }
     let _lock = Store::create(&args.output)?.lock()?;
-    let run = Run {
+    let run = FigureRun {
         figures,
         folder: &args.output,
         effort: if args.full { Effort::Full } else { Effort::Quick },
@@ -243,11 +243,11 @@ impl RunProgress for Bar {
     fn ended(&self, result: &CellResult) {
         let (figure, cell, seconds) = (&result.figure, &result.cell, result.seconds);
         let line = match &result.outcome {
-            Outcome::Failed(error) => format!("{figure} {cell}: failed after {seconds:.1} s: {error}"),
-            Outcome::LeftOut(why) => format!("{figure} {cell}: left out: {why}"),
+            CellOutcome::Failed(error) => format!("{figure} {cell}: failed after {seconds:.1} s: {error}"),
+            CellOutcome::LeftOut(why) => format!("{figure} {cell}: left out: {why}"),
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
-        let failed = matches!(result.outcome, Outcome::Failed(_));
+        let failed = matches!(result.outcome, CellOutcome::Failed(_));
         // Asked before `above`, which holds the bar's lock while it prints.
         let hidden = self.is_hidden();
         self.above(|| match (failed, hidden) {

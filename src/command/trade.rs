@@ -11,7 +11,7 @@ use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
 use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::config::owner;
-use ortelius::paper::virtual_texture::trade::{Knob, Measure, Sweep, TradeKernel};
+use ortelius::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, TradeSweep};
 use ortelius::renderer::{sections, trade as plain};
 use ortelius::scene::{SHIPPED, Scene, write_changes};
 use std::fmt::Write as _;
@@ -134,7 +134,7 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
     let effort = if args.full { Effort::Full } else { Effort::Quick };
     let mut bench = Bench::new(effort, args.device.device.clone(), PathBuf::new());
     bench.validate = args.device.validate;
-    let sweep = Sweep {
+    let sweep = TradeSweep {
         scene,
         pose: match &args.camera {
             Some(name) => scene.camera(name)?.pose(),
@@ -143,9 +143,9 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
         size: args.size.unwrap_or([scene.view.width, scene.view.height]),
         knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
         measure: match args.error {
-            ErrorName::Nmse => Measure::Nmse,
-            ErrorName::Flip => Measure::Flip,
-            ErrorName::Max => Measure::Max,
+            ErrorName::Nmse => ErrorMeasure::Nmse,
+            ErrorName::Flip => ErrorMeasure::Flip,
+            ErrorName::Max => ErrorMeasure::Max,
         },
         kernel: match args.kernel {
             KernelName::Gaussian => TradeKernel::Gaussian,

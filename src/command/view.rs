@@ -3,7 +3,7 @@
 use super::device::DeviceArgs;
 use super::request::{RunRequest, SceneArgs};
 use super::trade;
-use crate::view::{self, OpenView, Opening, Variant};
+use crate::view::{self, OpenView, Variant, ViewOptions};
 use clap::{Args, ValueEnum};
 use ortelius::renderer::figures::shown;
 use ortelius::vk::PresentMode;
@@ -62,7 +62,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<()> {
         views if views.is_empty() => vec![opened(args, "", &request)?],
         views => views_of_figure(args, views)?,
     };
-    view::open(Opening {
+    view::open(ViewOptions {
         name: shown::find(&args.scene.scene)
             .map_or_else(|| request.scene.name.clone(), |figure| figure.id.to_owned()),
         views,

@@ -2,7 +2,7 @@
 
 use super::machine::short_commit;
 use super::words::human;
-use super::{Outcome, Results, Row, Value};
+use super::{CellOutcome, Results, Row, Value};
 use crate::stats::Summary;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -119,7 +119,7 @@ fn values_of(results: &Results) -> BTreeMap<Key, &Row> {
     let mut found = BTreeMap::new();
     for figure in &results.figures {
         for cell in &figure.cells {
-            let Outcome::Rows(rows) = &cell.outcome else { continue };
+            let CellOutcome::Rows(rows) = &cell.outcome else { continue };
             for row in rows {
                 let what = format!("{}, {}, {}", cell.cell, row.variant, row.quantity);
                 found.insert([figure.id.clone(), what], row);

@@ -68,7 +68,7 @@ pub struct Pick {
     /// The scene, if it is not the place's.
     pub scene: Option<&'static str>,
     pub x: At,
-    pub part: Part,
+    pub part: Statistic,
 }
 
 /// Which variants.
@@ -98,7 +98,7 @@ pub enum At {
 
 /// The number of a [`super::Value::Summary`].
 #[derive(Clone, Copy, PartialEq)]
-pub enum Part {
+pub enum Statistic {
     Median,
     Least,
     Most,
@@ -211,7 +211,7 @@ pub const fn every(quantity: &'static str) -> Pick {
 
 impl Pick {
     const fn of(quantity: &'static str, who: Who) -> Pick {
-        Pick { quantity, who, scene: None, x: At::Place, part: Part::Median }
+        Pick { quantity, who, scene: None, x: At::Place, part: Statistic::Median }
     }
 
     pub const fn scene(self, scene: &'static str) -> Pick {
@@ -222,7 +222,7 @@ impl Pick {
         Pick { x, ..self }
     }
 
-    pub const fn part(self, part: Part) -> Pick {
+    pub const fn part(self, part: Statistic) -> Pick {
         Pick { part, ..self }
     }
 }

@@ -1,6 +1,6 @@
 //! A figure's rows as comma-separated values (RFC 4180). A row is one line; a series is one line per point.
 
-use super::{FigureResult, Machine, Outcome, Row, Value};
+use super::{CellOutcome, FigureResult, Machine, Row, Value};
 use crate::stats::Summary;
 use std::fmt::Write as _;
 
@@ -14,14 +14,14 @@ pub fn text(figure: &FigureResult, machines: &[Machine]) -> String {
         let place = format!("{},{},{x}", field(&figure.id), field(&cell.cell.scene));
         let device = cell.machine.map(|at| field(&machines[at].device)).unwrap_or_default();
         match &cell.outcome {
-            Outcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
-            Outcome::Failed(why) | Outcome::Crashed(why) => {
+            CellOutcome::Rows(rows) => rows.iter().for_each(|row| lines(&mut text, &place, row, &device)),
+            CellOutcome::Failed(why) | CellOutcome::Crashed(why) => {
                 text.push_str(&format!("{place},,,,,,,,,,,{},{device}\n", field(&format!("failed: {why}"))));
             }
-            Outcome::LeftOut(why) => {
+            CellOutcome::LeftOut(why) => {
                 text.push_str(&format!("{place},,,,,,,,,,,{},\n", field(&format!("left out: {why}"))));
             }
-            Outcome::Absent => text.push_str(&format!("{place},,,,,,,,,,,not measured,\n")),
+            CellOutcome::Absent => text.push_str(&format!("{place},,,,,,,,,,,not measured,\n")),
         }
     }
     text

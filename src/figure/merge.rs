@@ -1,6 +1,6 @@
 //! Merges parts of a run, measured on one or several machines.
 
-use super::{CellResult, Effort, Figure, Outcome, Store, StoreError};
+use super::{CellOutcome, CellResult, Effort, Figure, Store, StoreError};
 use std::path::Path;
 use thiserror::Error;
 
@@ -72,7 +72,7 @@ fn add<'a>(
         }
     }
     let same = |known: &CellResult| known.figure == result.figure && known.cell == result.cell;
-    let failed = |result: &CellResult| !matches!(result.outcome, Outcome::Rows(_));
+    let failed = |result: &CellResult| !matches!(result.outcome, CellOutcome::Rows(_));
     match merged.iter_mut().find(|(_, known)| same(known)) {
         None => merged.push((folder, result)),
         Some(place) if failed(&place.1) => *place = (folder, result),

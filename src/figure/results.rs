@@ -1,8 +1,8 @@
 //! The results of a run, figure by figure: the content of `results.json` and of the page.
 
 use super::{
-    Cell, CellResult, Effort, Figure, Finding, Machine, Origin, Outcome, Row, Table, TableRecord, Verdict,
-    json, renamed,
+    Cell, CellOutcome, CellResult, Effort, Figure, Finding, Machine, Origin, Row, Table, TableRecord,
+    Verdict, json, renamed,
 };
 use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ pub struct CellRows {
     pub machine: Option<usize>,
     pub pictures: Vec<String>,
     #[serde(flatten)]
-    pub outcome: Outcome,
+    pub outcome: CellOutcome,
 }
 
 /// Text that cannot be read as results.
@@ -171,7 +171,7 @@ fn of_figure(
 
 impl CellRows {
     fn absent(cell: Cell) -> CellRows {
-        CellRows { cell, machine: None, pictures: Vec::new(), outcome: Outcome::Absent }
+        CellRows { cell, machine: None, pictures: Vec::new(), outcome: CellOutcome::Absent }
     }
 }
 
@@ -179,7 +179,7 @@ impl FigureResult {
     /// Gives the rows today's names.
     fn renew(&mut self) {
         for cell in &mut self.cells {
-            if let Outcome::Rows(rows) = &mut cell.outcome {
+            if let CellOutcome::Rows(rows) = &mut cell.outcome {
                 renamed::renew(&self.id, rows);
             }
         }
@@ -240,14 +240,14 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     for CellRows { cell, outcome, .. } in cells {
         let record = |row: &Row| TableRecord { scene: cell.scene.clone(), x: cell.x, row: row.clone() };
         let became = match outcome {
-            Outcome::Rows(rows) => {
+            CellOutcome::Rows(rows) => {
                 table.records.extend(rows.iter().map(record));
                 continue;
             }
-            Outcome::LeftOut(why) => format!("left out ({why})"),
-            Outcome::Failed(_) => "failed".into(),
-            Outcome::Crashed(_) => "crashed the driver".into(),
-            Outcome::Absent => "left out".into(),
+            CellOutcome::LeftOut(why) => format!("left out ({why})"),
+            CellOutcome::Failed(_) => "failed".into(),
+            CellOutcome::Crashed(_) => "crashed the driver".into(),
+            CellOutcome::Absent => "left out".into(),
         };
         table.lost.push((cell.clone(), became));
     }

@@ -1,6 +1,6 @@
 //! Measures cells one by one and stores each result at once.
 
-use super::{Bench, Cell, CellResult, Effort, Figure, Machine, Outcome, Store, StoreError};
+use super::{Bench, Cell, CellOutcome, CellResult, Effort, Figure, Machine, Store, StoreError};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
@@ -14,7 +14,7 @@ pub struct Partition {
 }
 
 /// What to measure and where to store it.
-pub struct Run<'a> {
+pub struct FigureRun<'a> {
     pub figures: &'a [&'static Figure],
     pub folder: &'a Path,
     pub effort: Effort,
@@ -78,12 +78,12 @@ impl Tally {
     /// Counts a cell of this run; `cause` as [`Failure::cause`].
     fn add(&mut self, result: CellResult, cause: Option<anyhow::Error>) {
         let CellResult { figure, cell, outcome, .. } = result;
-        if let Outcome::LeftOut(why) = outcome {
+        if let CellOutcome::LeftOut(why) = outcome {
             self.left_out.push(format!("{figure} {cell}: {why}"));
             return;
         }
         self.measured += 1;
-        if let Outcome::Failed(error) | Outcome::Crashed(error) = outcome {
+        if let CellOutcome::Failed(error) | CellOutcome::Crashed(error) = outcome {
             self.failures.push(Failure { figure, cell, error, cause });
         }
     }
@@ -93,7 +93,7 @@ impl Partition {
     pub const WHOLE: Partition = Partition { index: 1, of: 1 };
 }
 
-impl Run<'_> {
+impl FigureRun<'_> {
     /// The cells of this run's share, in order.
     pub fn cells(&self) -> Vec<(&'static Figure, Cell)> {
         let of_figure = |figure: &&'static Figure| {
@@ -120,8 +120,10 @@ impl Run<'_> {
             let stored = if kept { store.get(figure.id, cell)? } else { None };
             let (result, cause) = match stored {
                 Some(stored) if number < self.from => (stored, None),
-                Some(stored) if !matches!(stored.outcome, Outcome::Failed(_) | Outcome::LeftOut(_)) => {
-                    if matches!(stored.outcome, Outcome::Crashed(_)) {
+                Some(stored)
+                    if !matches!(stored.outcome, CellOutcome::Failed(_) | CellOutcome::LeftOut(_)) =>
+                {
+                    if matches!(stored.outcome, CellOutcome::Crashed(_)) {
                         progress.skipped(&stored);
                     }
                     tally.kept += 1;
@@ -152,7 +154,7 @@ impl Run<'_> {
             program: self.program.clone(),
             seconds: 0.0,
             pictures: Vec::new(),
-            outcome: Outcome::Absent,
+            outcome: CellOutcome::Absent,
         }
     }
 
@@ -182,7 +184,7 @@ impl Run<'_> {
                 first.text
             )),
         });
-        let (outcome, cause) = Outcome::of(measured);
+        let (outcome, cause) = CellOutcome::of(measured);
         let result = CellResult { seconds, pictures: bench.written, outcome, ..self.result(figure, cell) };
         (result, cause)
     }

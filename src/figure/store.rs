@@ -29,13 +29,13 @@ pub struct CellResult {
     /// Files in `pictures/`.
     pub pictures: Vec<String>,
     #[serde(flatten)]
-    pub outcome: Outcome,
+    pub outcome: CellOutcome,
 }
 
 /// How the measurement of a cell ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum CellOutcome {
     Rows(Vec<Row>),
     /// Why this run leaves the scene out ([`LeftOut`]).
     #[serde(rename = "left-out")]
@@ -54,21 +54,21 @@ pub enum Outcome {
 #[error("{0}")]
 pub struct LeftOut(pub String);
 
-impl Outcome {
+impl CellOutcome {
     /// The rows of a figure, or why they cannot be used.
-    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> (Outcome, Option<anyhow::Error>) {
+    pub(super) fn of(measured: anyhow::Result<Vec<Row>>) -> (CellOutcome, Option<anyhow::Error>) {
         match measured {
-            Ok(rows) => (Outcome::of_rows(rows), None),
+            Ok(rows) => (CellOutcome::of_rows(rows), None),
             Err(error) => match error.downcast::<LeftOut>() {
-                Ok(LeftOut(why)) => (Outcome::LeftOut(why), None),
+                Ok(LeftOut(why)) => (CellOutcome::LeftOut(why), None),
                 // The message includes its causes, on one line.
-                Err(error) => (Outcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
+                Err(error) => (CellOutcome::Failed(format!("{error:#}").replace('\n', "; ")), Some(error)),
             },
         }
     }
 
     /// Failed if a repeated measurement or a series is not finite, or if a row occurs twice.
-    fn of_rows(rows: Vec<Row>) -> Outcome {
+    fn of_rows(rows: Vec<Row>) -> CellOutcome {
         for (at, row) in rows.iter().enumerate() {
             let name = format!("{}, {}", row.variant, row.quantity);
             let finite = match &row.value {
@@ -80,14 +80,14 @@ impl Outcome {
                 Value::Number(_) | Value::Text(_) | Value::Missing(_) => true,
             };
             if !finite {
-                return Outcome::Failed(format!("{name}: not finite: {:?}", row.value));
+                return CellOutcome::Failed(format!("{name}: not finite: {:?}", row.value));
             }
             let same = |other: &&Row| other.variant == row.variant && other.quantity == row.quantity;
             if rows[..at].iter().any(|other| same(&other)) {
-                return Outcome::Failed(format!("{name}: measured twice in one cell"));
+                return CellOutcome::Failed(format!("{name}: measured twice in one cell"));
             }
         }
-        Outcome::Rows(rows)
+        CellOutcome::Rows(rows)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::table::any_f64;
 use super::{Machine, json};
 use crate::header::{JsonFormat, WrongFormat};
-use crate::stats::{Choice, Summary, front};
+use crate::stats::{MeasuredSetting, Summary, front};
 use serde::{Deserialize, Serialize};
 
 /// `trade.json`. The first files had no header.
@@ -99,7 +99,7 @@ impl Trade {
     /// scene's own are excluded: after each move of the camera they miss tiles, and the settled picture does not show
     /// it.
     pub fn mark_front(&mut self) {
-        let choice = |setting: &Traded| Choice {
+        let choice = |setting: &Traded| MeasuredSetting {
             time: setting.ms.median,
             interval: setting.interval_ms,
             error: setting.error,

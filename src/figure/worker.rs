@@ -2,7 +2,7 @@
 //! the cell that it measures. If it dies, that cell has crashed and a new child continues with the next
 //! one. A run with `--resume` does not measure a crashed cell again until its file is removed.
 
-use super::{CellResult, Outcome, Store, StoreError};
+use super::{CellOutcome, CellResult, Store, StoreError};
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::ExitStatus;
@@ -46,7 +46,7 @@ pub fn outlive(
         // A worker that ends by itself has no cell under way.
         let Some((number, result)) = store.under_way()? else { return Ok(status) };
         assert!(number >= from, "a worker from cell {from} on was at {number}");
-        let crashed = CellResult { outcome: Outcome::Crashed(how(status)), ..result };
+        let crashed = CellResult { outcome: CellOutcome::Crashed(how(status)), ..result };
         store.put(&crashed)?;
         store.end()?;
         report(&crashed);

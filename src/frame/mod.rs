@@ -10,10 +10,10 @@ mod target;
 mod technique;
 mod view;
 
-pub use per_frame::{PerFrame, Slot};
+pub use per_frame::{FrameSlot, PerFrame};
 pub use records::{HISTORY, Records};
 pub use run::Run;
-pub use shape::{DepthAlone, Draw, Onto, Seen, Shape, world_view};
+pub use shape::{DepthOnlyMesh, Draw, DrawList, Onto, Shape, world_view};
 pub use target::Target;
-pub use technique::{Memory, Progress, STALL, Stalled, Technique};
+pub use technique::{Allocations, Progress, STALL, Stalled, Technique};
 pub use view::View;

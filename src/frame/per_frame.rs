@@ -5,11 +5,11 @@ use std::ops::{Index, IndexMut};
 
 /// One of the [`FRAMES_IN_FLIGHT`] slots that frames use in rotation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slot(usize);
+pub struct FrameSlot(usize);
 
-impl Slot {
+impl FrameSlot {
     /// For work that never overlaps another frame.
-    pub const FIRST: Slot = Slot(0);
+    pub const FIRST: FrameSlot = FrameSlot(0);
 
     /// The slot's index, 0 ..= [`FRAMES_IN_FLIGHT`] - 1.
     pub fn index(self) -> u32 {
@@ -17,8 +17,8 @@ impl Slot {
     }
 
     /// The slot of frame number `frame`.
-    pub fn of(frame: u64) -> Slot {
-        Slot((frame % FRAMES_IN_FLIGHT as u64) as usize)
+    pub fn of(frame: u64) -> FrameSlot {
+        FrameSlot((frame % FRAMES_IN_FLIGHT as u64) as usize)
     }
 }
 
@@ -45,15 +45,15 @@ impl<T> PerFrame<T> {
     }
 }
 
-impl<T> Index<Slot> for PerFrame<T> {
+impl<T> Index<FrameSlot> for PerFrame<T> {
     type Output = T;
-    fn index(&self, slot: Slot) -> &T {
+    fn index(&self, slot: FrameSlot) -> &T {
         &self.0[slot.0]
     }
 }
 
-impl<T> IndexMut<Slot> for PerFrame<T> {
-    fn index_mut(&mut self, slot: Slot) -> &mut T {
+impl<T> IndexMut<FrameSlot> for PerFrame<T> {
+    fn index_mut(&mut self, slot: FrameSlot) -> &mut T {
         &mut self.0[slot.0]
     }
 }

@@ -1,6 +1,6 @@
 //! The frame loop.
 
-use super::{Memory, PerFrame, Progress, Records, STALL, Slot, Stalled, Target, Technique, View};
+use super::{Allocations, FrameSlot, PerFrame, Progress, Records, STALL, Stalled, Target, Technique, View};
 use crate::math::camera::Pose;
 use crate::picture;
 use crate::vk::{self, FRAMES_IN_FLIGHT, Frame, Gpu, Semaphore, Ticket};
@@ -77,7 +77,7 @@ impl<T: Technique> Run<T> {
     }
 
     /// Waits for the last frame in `slot`, and keeps its record.
-    fn retire(&mut self, slot: Slot) -> Result<(), T::Error> {
+    fn retire(&mut self, slot: FrameSlot) -> Result<(), T::Error> {
         let Some(ticket) = self.in_flight[slot].take() else { return Ok(()) };
         let times = ticket.wait()?;
         self.records.push(self.technique.retire(&self.gpu, slot, times)?);
@@ -90,7 +90,8 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// Device lost.
     pub fn drain(&mut self) -> Result<(), T::Error> {
-        (self.next..self.next + FRAMES_IN_FLIGHT as u64).try_for_each(|frame| self.retire(Slot::of(frame)))
+        (self.next..self.next + FRAMES_IN_FLIGHT as u64)
+            .try_for_each(|frame| self.retire(FrameSlot::of(frame)))
     }
 
     /// True if the last frame's picture is complete.
@@ -190,7 +191,7 @@ impl<T: Technique> Run<T> {
     }
 
     /// Memory of the technique and of the target.
-    pub fn memory(&self) -> Memory {
+    pub fn memory(&self) -> Allocations {
         let target = [("depth", self.target.depth.bytes()), ("picture", self.target.color.bytes())];
         let target = target.map(|(name, bytes)| (name.to_owned(), bytes));
         self.technique.memory().into_iter().chain(target).collect()

@@ -10,8 +10,8 @@ use crate::model::mesh::{Cluster, Mesh, MeshPosition, MeshVertex};
 use crate::vk::shader::common::{depth_vert, lit_mesh_vert, mesh_vert};
 use crate::vk::shader::{VertexFormat, View as ViewConstants};
 use crate::vk::{
-    Buffer, BufferUse, Clear, Geometry, Gpu, GraphicsPipeline, IndexRange, IndexType, Render, Resource,
-    Result,
+    Buffer, BufferUse, Clear, Gpu, GraphicsPipeline, IndexRange, IndexType, IndexedGeometry, Render,
+    Resource, Result,
 };
 use glam::{DMat3, DMat4, DVec3};
 use std::mem::offset_of;
@@ -26,14 +26,14 @@ pub struct Shape {
     /// One unit vector for each vertex, in object space. With normals, the shape is lit.
     pub normals: Option<Arc<Buffer>>,
     /// Buffers for depth-only passes; only for shapes in world space.
-    pub depth_alone: Option<Arc<DepthAlone>>,
+    pub depth_alone: Option<Arc<DepthOnlyMesh>>,
     pub draws: Vec<Draw>,
     /// As [`Mesh::curvature`].
     pub curvature: f64,
 }
 
 /// A world-space mesh with positions only; triangles in the same order.
-pub struct DepthAlone {
+pub struct DepthOnlyMesh {
     pub vertices: Buffer,
     pub indices: Buffer,
     pub clusters: Vec<Cluster>,
@@ -69,7 +69,7 @@ impl Onto {
 }
 
 /// Shapes with the push constants of each draw for one frame.
-pub struct Seen<'a> {
+pub struct DrawList<'a> {
     pub view: View,
     /// Levels added to the texture level of detail.
     pub level_bias: u32,
@@ -118,7 +118,7 @@ impl Shape {
         assert_eq!(read, [VertexFormat::Float3; 2], "depth.vert's inputs");
         assert_eq!([offset_of!(MeshPosition, high), offset_of!(MeshPosition, low)], [0, 12]);
         let (positions, indices) = mesh.positions();
-        let depth_alone = DepthAlone {
+        let depth_alone = DepthOnlyMesh {
             vertices: gpu.buffer_with("mesh positions", &positions, BufferUse::Vertices)?,
             indices: gpu.buffer_with(
                 "mesh position indices",
@@ -189,10 +189,10 @@ impl Draw {
     }
 }
 
-impl<'a> Seen<'a> {
+impl<'a> DrawList<'a> {
     /// `shapes` in an otherwise empty frame, unlit, on black.
-    pub fn new(shapes: impl IntoIterator<Item = &'a Shape>, view: View, level_bias: u32) -> Seen<'a> {
-        Seen::lit(shapes, view, level_bias, DVec3::ZERO)
+    pub fn new(shapes: impl IntoIterator<Item = &'a Shape>, view: View, level_bias: u32) -> DrawList<'a> {
+        DrawList::lit(shapes, view, level_bias, DVec3::ZERO)
     }
 
     /// Like [`Seen::new`]; `sun` is the unit vector towards the sun in world space.
@@ -201,7 +201,7 @@ impl<'a> Seen<'a> {
         view: View,
         level_bias: u32,
         sun: DVec3,
-    ) -> Seen<'a> {
+    ) -> DrawList<'a> {
         let slices = |shape: &'a Shape| {
             (
                 shape,
@@ -209,12 +209,12 @@ impl<'a> Seen<'a> {
             )
         };
         let shapes = shapes.into_iter().map(slices).collect();
-        Seen { view, level_bias, onto: Onto::Cleared([0.0; 3]), shapes }
+        DrawList { view, level_bias, onto: Onto::Cleared([0.0; 3]), shapes }
     }
 
     /// The same, with another initial content of the target.
-    pub fn onto(self, onto: Onto) -> Seen<'a> {
-        Seen { onto, ..self }
+    pub fn onto(self, onto: Onto) -> DrawList<'a> {
+        DrawList { onto, ..self }
     }
 
     /// Draws every shape with the pipeline that `pipeline` returns for it.
@@ -231,7 +231,7 @@ impl<'a> Seen<'a> {
             let normals = shape.normals.iter();
             let normals = normals.map(|normals| (lit_mesh_vert::NORMALS, Resource::Buffer(normals)));
             let resources: Vec<_> = resources.iter().copied().chain(normals).collect();
-            let geometry = Geometry { vertices: Some(&shape.vertices), indices: &shape.indices };
+            let geometry = IndexedGeometry { vertices: Some(&shape.vertices), indices: &shape.indices };
             render.draw_slices(pipeline(shape), &resources, geometry, slices)?;
         }
         Ok(())

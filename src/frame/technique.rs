@@ -1,12 +1,12 @@
 //! The interface of a technique, which draws a part of a frame by the methods of one or several papers.
 
-use super::{Slot, Target, View};
+use super::{FrameSlot, Target, View};
 use crate::vk::{self, Frame, Gpu, Need, PassTime};
 use std::time::Duration;
 use thiserror::Error;
 
 /// (name, bytes) of each allocation; video memory unless the name says otherwise.
-pub type Memory = Vec<(String, u64)>;
+pub type Allocations = Vec<(String, u64)>;
 
 /// How far the last frame's picture is from the converged picture of a static camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,12 @@ pub trait Technique {
     ///
     /// # Errors
     /// Device lost, out of memory.
-    fn retire(&mut self, gpu: &Gpu, slot: Slot, times: Vec<PassTime>) -> Result<Self::Record, Self::Error>;
+    fn retire(
+        &mut self,
+        gpu: &Gpu,
+        slot: FrameSlot,
+        times: Vec<PassTime>,
+    ) -> Result<Self::Record, Self::Error>;
 
     /// Host work of a frame: streams, chooses levels, fills staging memory.
     ///
@@ -79,5 +84,5 @@ pub trait Technique {
     /// Progress as of the last frame.
     fn progress(&self) -> Progress;
 
-    fn memory(&self) -> Memory;
+    fn memory(&self) -> Allocations;
 }

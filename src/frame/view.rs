@@ -1,6 +1,6 @@
 //! The view of a frame.
 
-use super::Slot;
+use super::FrameSlot;
 use crate::math::camera::Pose;
 
 /// Pose, picture size, frame number and seed.
@@ -23,7 +23,7 @@ impl View {
     }
 
     /// The frame's slot among those in flight.
-    pub fn slot(&self) -> Slot {
-        Slot::of(self.frame)
+    pub fn slot(&self) -> FrameSlot {
+        FrameSlot::of(self.frame)
     }
 }

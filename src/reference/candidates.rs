@@ -22,7 +22,7 @@ const DEPTH_SLACK: f64 = 1e-6;
 const LEAST_PART: f64 = 1e-12;
 
 /// A linear function of the position relative to the pixel's centre, in pixels: dot product with `(x, y, 1)`.
-type Linear = DVec3;
+type LinearForm = DVec3;
 /// A convex polygon, corners in order.
 type Polygon = Vec<DVec2>;
 
@@ -56,9 +56,9 @@ impl ReferenceView {
 struct Region<'a> {
     setup: &'a Setup,
     /// All are >= 0 inside.
-    sides: Vec<Linear>,
+    sides: Vec<LinearForm>,
     polygon: Polygon,
-    inverse_w: Linear,
+    inverse_w: LinearForm,
 }
 
 impl<'a> Region<'a> {
@@ -66,14 +66,15 @@ impl<'a> Region<'a> {
     fn new(view: &ReferenceView, setup: &'a Setup, x: u32, y: u32, square: &Polygon) -> Option<Region<'a>> {
         let centre = view.centre(i64::from(x), i64::from(y));
         let [width, height] = view.size().map(f64::from);
-        let around =
-            |linear: DVec3| Linear::new(linear.x * 2.0 / width, linear.y * 2.0 / height, linear.dot(centre));
+        let around = |linear: DVec3| {
+            LinearForm::new(linear.x * 2.0 / width, linear.y * 2.0 / height, linear.dot(centre))
+        };
         let [inverse_w, depth] = setup.inverse_w_and_depth().map(around);
-        let sides: Vec<Linear> = setup
+        let sides: Vec<LinearForm> = setup
             .edges
             .iter()
             .map(|&edge| around(edge))
-            .chain([inverse_w, depth, Linear::Z - depth])
+            .chain([inverse_w, depth, LinearForm::Z - depth])
             .collect();
         let mut polygon = square.clone();
         for &side in &sides {
@@ -97,13 +98,13 @@ impl<'a> Region<'a> {
     }
 }
 
-fn value(linear: Linear, place: DVec2) -> f64 {
+fn value(linear: LinearForm, place: DVec2) -> f64 {
     linear.dot(place.extend(1.0))
 }
 
 /// The part of a convex polygon where a linear function is >= 0 (I. Sutherland and G. Hodgman, "Reentrant Polygon
 /// Clipping", Communications of the ACM, 1974).
-fn keep(polygon: &Polygon, side: Linear) -> Polygon {
+fn keep(polygon: &Polygon, side: LinearForm) -> Polygon {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (index, &from) in polygon.iter().enumerate() {
         let to = polygon[(index + 1) % polygon.len()];
@@ -119,7 +120,7 @@ fn keep(polygon: &Polygon, side: Linear) -> Polygon {
 }
 
 /// Convex polygons minus the convex region where all `sides` are >= 0, as convex polygons.
-fn subtract(polygons: Vec<Polygon>, sides: &[Linear]) -> Vec<Polygon> {
+fn subtract(polygons: Vec<Polygon>, sides: &[LinearForm]) -> Vec<Polygon> {
     let mut left = Vec::with_capacity(polygons.len());
     for polygon in polygons {
         let mut pieces = Vec::new();
@@ -161,19 +162,22 @@ mod tests {
 
     #[test]
     fn a_half_plane_keeps_its_part() {
-        assert_eq!(area(&keep(&square(), Linear::new(1.0, 0.0, -0.5))), 3.0);
-        assert_eq!(area(&keep(&square(), Linear::new(1.0, 1.0, -2.0))), 2.0);
-        assert!(keep(&square(), Linear::new(1.0, 0.0, -3.0)).is_empty());
+        assert_eq!(area(&keep(&square(), LinearForm::new(1.0, 0.0, -0.5))), 3.0);
+        assert_eq!(area(&keep(&square(), LinearForm::new(1.0, 1.0, -2.0))), 2.0);
+        assert!(keep(&square(), LinearForm::new(1.0, 0.0, -3.0)).is_empty());
     }
 
     #[test]
     fn the_removed_and_remaining_areas_add_up() {
-        let triangle =
-            [Linear::new(1.0, 0.0, -0.5), Linear::new(0.0, 1.0, -0.5), Linear::new(-1.0, -1.0, 2.5)];
+        let triangle = [
+            LinearForm::new(1.0, 0.0, -0.5),
+            LinearForm::new(0.0, 1.0, -0.5),
+            LinearForm::new(-1.0, -1.0, 2.5),
+        ];
         let rest = subtract(vec![square()], &triangle);
         assert!((total_area(&rest) - (4.0 - 1.125)).abs() < 1e-15);
         assert_eq!(total_area(&subtract(rest.clone(), &triangle)), total_area(&rest), "cut once");
-        let elsewhere = [Linear::new(1.0, 0.0, -9.0)];
+        let elsewhere = [LinearForm::new(1.0, 0.0, -9.0)];
         assert_eq!(total_area(&subtract(vec![square()], &elsewhere)), 4.0);
     }
 }

@@ -43,7 +43,7 @@ const BIN_PX: u32 = 8;
 pub(super) const MARGIN_PX: f64 = 2.0;
 
 /// A linear function of the position in normalised device coordinates: dot product with `(x, y, 1)`.
-type Linear = DVec3;
+type LinearForm = DVec3;
 
 /// A triangle prepared for evaluation at any position in the picture.
 #[derive(Clone, Copy, Debug)]
@@ -53,11 +53,11 @@ pub(super) struct Setup {
     corners: [DVec3; 3],
     /// One for each vertex: the function of the opposite edge, positive inside for either facing. Its value
     /// is the vertex's barycentric coordinate over w, times `scale`.
-    pub edges: [Linear; 3],
+    pub edges: [LinearForm; 3],
     /// 1 / w, times `scale`.
-    pub inverse_w: Linear,
+    pub inverse_w: LinearForm,
     /// Depth (clip z over w), times `scale`.
-    depth: Linear,
+    depth: LinearForm,
     /// 1 for a triangle that is clockwise in the picture (y down), else -1.
     facing: f64,
     /// Rounding bound of an edge's value at positions up to 2 (in normalised device coordinates) from the picture's
@@ -261,7 +261,7 @@ impl Setup {
     }
 
     /// 1/w and depth as linear functions, without the common factor.
-    pub(super) fn inverse_w_and_depth(&self) -> [Linear; 2] {
+    pub(super) fn inverse_w_and_depth(&self) -> [LinearForm; 2] {
         [self.inverse_w / self.scale, self.depth / self.scale]
     }
 
@@ -272,7 +272,7 @@ impl Setup {
     }
 
     /// (s - s0) / w and (t - t0) / w, times `scale`.
-    fn numerators(&self) -> [Linear; 2] {
+    fn numerators(&self) -> [LinearForm; 2] {
         let [first, second, third] = self.coordinates;
         let (by_second, by_third) = (second - first, third - first);
         [
@@ -297,7 +297,7 @@ impl Setup {
         let below = self.inverse_w.dot(place);
         let step = [2.0 / f64::from(size[0]), 2.0 / f64::from(size[1])];
         let [s, t] = self.numerators();
-        let derivative = |above: Linear, axis: usize| {
+        let derivative = |above: LinearForm, axis: usize| {
             (above[axis] * below - above.dot(place) * self.inverse_w[axis]) / (below * below) * step[axis]
         };
         Derivatives {

@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// The kernel around a pixel's centre in the picture plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kernel {
+pub enum PixelKernel {
     /// The pixel's own square.
     Box,
     /// `exp(-d^2 / (2 sigma^2))` of the distance d, 0 beyond `radius`; both in pixels.
@@ -55,16 +55,16 @@ pub const SIGMA_PX: f64 = 0.5;
 /// Radius of [`Kernel::GAUSSIAN`] in pixels.
 pub const RADIUS_PX: f64 = 1.0;
 
-impl Kernel {
+impl PixelKernel {
     /// The kernel of paper 3's filter, the ellipse.
-    pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: SIGMA_PX, radius: RADIUS_PX };
+    pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: SIGMA_PX, radius: RADIUS_PX };
 
     /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal
     /// kernel weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk
     /// and square", 1997) maps the square to the unit disc and preserves areas up to a factor. The offset's length then
     /// inverts the Gaussian's cumulative weight by radius.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
-        let Kernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
+        let PixelKernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {
             (0.0, 0.0) => return [0.0; 2],
             _ if a.abs() > b.abs() => (a, FRAC_PI_4 * b / a),
@@ -78,8 +78,8 @@ impl Kernel {
     /// Half the side of the square that contains the support.
     pub fn reach(self) -> f64 {
         match self {
-            Kernel::Box => 0.5,
-            Kernel::Gaussian { radius, .. } => radius,
+            PixelKernel::Box => 0.5,
+            PixelKernel::Gaussian { radius, .. } => radius,
         }
     }
 }
@@ -137,7 +137,7 @@ pub fn supersample(
     size: [u32; 2],
     surface: impl Fn(f64, f64) -> Option<[f64; 2]> + Sync,
     texture: impl Fn([f64; 2]) -> f64 + Sync,
-    kernel: Kernel,
+    kernel: PixelKernel,
     density: Density,
 ) -> Truth {
     let count = u64::from(size[0]) * u64::from(size[1]);
@@ -162,7 +162,7 @@ pub fn supersample(
 /// Columns and rows of strata, from the texture extent of the support's edges and middle lines.
 fn strata(
     surface: &impl Fn(f64, f64) -> Option<[f64; 2]>,
-    kernel: Kernel,
+    kernel: PixelKernel,
     density: Density,
     [x, y]: [f64; 2],
 ) -> [u32; 2] {
@@ -187,7 +187,7 @@ struct Sampled {
 fn sampled(
     surface: &impl Fn(f64, f64) -> Option<[f64; 2]>,
     texture: &impl Fn([f64; 2]) -> f64,
-    kernel: Kernel,
+    kernel: PixelKernel,
     [columns, rows]: [u32; 2],
     [x, y]: [f64; 2],
     mut random: SplitMix64,
@@ -221,11 +221,11 @@ mod tests {
         Some([J[0][0] * x + J[0][1] * y, J[1][0] * x + J[1][1] * y])
     }
 
-    const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 3.0 };
+    const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: 0.5, radius: 3.0 };
 
     #[test]
     fn a_constant_texture_is_that_constant_under_every_kernel() {
-        for kernel in [Kernel::Box, GAUSSIAN] {
+        for kernel in [PixelKernel::Box, GAUSSIAN] {
             let texture = Tiled::new(4, &[77; 16]);
             let truth = supersample([3, 2], affine, |at| texture.at(at), kernel, Density::FINE);
             assert!(truth.values.iter().all(|value| (value - 77.0 / 255.0).abs() < 1e-10), "{truth:?}");
@@ -253,7 +253,7 @@ mod tests {
     fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
         // The covariance is the sum of the kernel's, sigma^2 J J^T, and a bilinear texel's, 1/6 on each axis.
         let sigma = 1.0;
-        let kernel = Kernel::Gaussian { sigma, radius: 5.0 };
+        let kernel = PixelKernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));
         let size = [48, 48];
         // The impulse is at the picture's middle.
@@ -308,7 +308,7 @@ mod tests {
     fn pixels_partly_off_the_surface_are_marked_and_keep_the_visible_part() {
         let texture = Tiled::new(4, &[51; 16]);
         let half = |x: f64, y: f64| (x < 2.0).then_some([x, y]);
-        let truth = supersample([4, 1], half, |at| texture.at(at), Kernel::Box, Density::FINE);
+        let truth = supersample([4, 1], half, |at| texture.at(at), PixelKernel::Box, Density::FINE);
         assert_eq!(truth.whole, [true, true, false, false]);
         assert!((truth.values[1] - 0.2).abs() < 1e-10 && truth.values[3] == 0.0, "{:?}", truth.values);
     }
@@ -320,7 +320,7 @@ mod tests {
         // The second pixel is half beyond the surface, and its footprint is a hundred times as long.
         let edge = |x: f64, y: f64| (x < 1.5).then_some([if x < 1.0 { x } else { 100.0 * x }, y]);
         let density = Density { per_texel: 0.0, least: 8, most: 8 };
-        let truth = supersample([2, 1], edge, |at| texture.at(at), Kernel::Box, density);
+        let truth = supersample([2, 1], edge, |at| texture.at(at), PixelKernel::Box, density);
         let all = truth.own_nmse_where(&[true; 2]);
         assert!(truth.own_nmse() > 0.0 && all > 10.0 * truth.own_nmse(), "{all} {}", truth.own_nmse());
     }

@@ -10,7 +10,7 @@ use crate::file;
 use crate::math::camera::Pose;
 use crate::paper::texture_mapping::config::ReliefKeys;
 use crate::paper::virtual_texture::config::owner;
-use crate::paper::virtual_texture::trade::{Knob, Measure, Sweep, TradeKernel};
+use crate::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, TradeSweep};
 use crate::picture::write::write_whole;
 use crate::scene::{FilterBound, Scene, SceneError};
 use std::io::Write as _;
@@ -72,12 +72,12 @@ pub fn choose(
         None => {
             tracing::info!("surface.{surface}.filter: measuring filters on {}", machine.device);
             let Place { pose, size, .. } = *place;
-            let sweep = Sweep {
+            let sweep = TradeSweep {
                 scene: &base,
                 pose,
                 size,
                 knobs: &Knob::OF_FILTER,
-                measure: Measure::Nmse,
+                measure: ErrorMeasure::Nmse,
                 kernel: TradeKernel::Gaussian,
             };
             let front = match owner(&base)? {

@@ -44,7 +44,7 @@ impl Default for Options<'_> {
 }
 
 /// The host data of a scene, before a device is opened.
-pub(super) struct Loaded<'a> {
+pub(super) struct HostScene<'a> {
     scene: &'a Scene,
     models: Vec<LoadedMesh>,
     pub(super) meshes: progressive_mesh::ProgressiveMeshSettings,
@@ -61,7 +61,7 @@ impl Renderer {
     /// [`RenderError`] names the key, the file, or the missing device feature.
     pub fn open(scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
         sections::check(scene)?;
-        let mut loaded = Loaded::of(scene, options)?;
+        let mut loaded = HostScene::of(scene, options)?;
         let gpu = gpu(options, |device| {
             loaded.fall_back(&device.name, |feature| device.features.contains(&feature));
             loaded.needs()
@@ -75,7 +75,7 @@ impl Renderer {
     /// As [`Renderer::open`].
     pub fn on(gpu: &Gpu, scene: &Scene, options: &Options<'_>) -> Result<Renderer, RenderError> {
         sections::check(scene)?;
-        let mut loaded = Loaded::of(scene, options)?;
+        let mut loaded = HostScene::of(scene, options)?;
         loaded.fall_back(&gpu.physical().name, |feature| gpu.has(feature));
         gpu.require(&loaded.needs())?;
         loaded.renderer(gpu.clone(), options)
@@ -109,7 +109,7 @@ pub(super) fn clocked(
     }
 }
 
-impl<'a> Loaded<'a> {
+impl<'a> HostScene<'a> {
     fn renderer(mut self, gpu: Gpu, options: &Options<'_>) -> Result<Renderer, RenderError> {
         self.meshes = clocked(&gpu, self.meshes)?;
         let view = &self.scene.view;
@@ -119,11 +119,11 @@ impl<'a> Loaded<'a> {
         Ok(Run::new(gpu, surfaces, target))
     }
 
-    fn of(scene: &'a Scene, options: &Options<'a>) -> Result<Loaded<'a>, RenderError> {
+    fn of(scene: &'a Scene, options: &Options<'a>) -> Result<HostScene<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
         let texture = owner.map(|_| texture(scene, options, open_texture(scene)?)).transpose()?;
-        Loaded::with(scene, options, texture)
+        HostScene::with(scene, options, texture)
     }
 
     /// Loads the rest of the scene; its virtual texture is already open.
@@ -131,7 +131,7 @@ impl<'a> Loaded<'a> {
         scene: &'a Scene,
         options: &Options<'a>,
         texture: Option<(virtual_texture::VirtualTextureSettings, Arc<dyn TileSource>)>,
-    ) -> Result<Loaded<'a>, RenderError> {
+    ) -> Result<HostScene<'a>, RenderError> {
         let owner = owner(scene)?;
         scene.surfaces.values().try_for_each(|surface| check(scene, surface, owner))?;
         let meshes = mesh_settings(scene, options)?;
@@ -140,7 +140,7 @@ impl<'a> Loaded<'a> {
             let surface = &scene.surfaces[&model.name];
             model.textured = surface.texture.as_ref().map(|_| Textured { lit: is_lit(surface, owner) });
         }
-        Ok(Loaded { scene, models, meshes, texture, owner, stop: options.stop })
+        Ok(HostScene { scene, models, meshes, texture, owner, stop: options.stop })
     }
 
     /// Replaces variants that the scene does not name and the device cannot run, with a warning.

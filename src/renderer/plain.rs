@@ -1,7 +1,7 @@
 //! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by a filter of paper 3, or by
 //! its relief.
 
-use crate::frame::{Memory, Onto, Seen, Shape, Target};
+use crate::frame::{Allocations, DrawList, Onto, Shape, Target};
 use crate::math::light::LightColours;
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
@@ -120,7 +120,7 @@ impl PlainSurfaces {
         target: &Target,
         onto: Onto,
         shapes: &'a [(usize, Shape)],
-        seen: impl Fn(&'a Shape) -> Seen<'a>,
+        seen: impl Fn(&'a Shape) -> DrawList<'a>,
     ) -> Result<()> {
         let color = ColorTarget { image: &target.color, clear: onto.clear() };
         let depth = DepthTarget { image: &target.depth, clear: onto != Onto::Drawn };
@@ -138,8 +138,8 @@ impl PlainSurfaces {
     }
 
     /// A shared image is counted under the first surface that uses it.
-    pub fn memory(&self) -> Memory {
-        let mut memory = Memory::new();
+    pub fn memory(&self) -> Allocations {
+        let mut memory = Allocations::new();
         for (n, surface) in self.surfaces.iter().enumerate() {
             if !self.surfaces[..n].iter().any(|other| Arc::ptr_eq(&other.texture, &surface.texture)) {
                 memory.push((format!("{}: texture", surface.name), surface.texture.bytes()));

@@ -3,7 +3,7 @@
 
 use super::plain::{PlainFilter, PlainSurfaces};
 use super::technique::Surfaces;
-use crate::frame::{Seen, Target, View};
+use crate::frame::{DrawList, Target, View};
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::texture_mapping::relief_surface_frag;
@@ -72,7 +72,7 @@ impl ReliefSteps {
                     let surface = &plain.surfaces[*surface];
                     let pipeline = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
                     let Some((_, pipeline)) = pipeline else { continue };
-                    let seen = Seen::lit([shape], *view, 0, surfaces.sun);
+                    let seen = DrawList::lit([shape], *view, 0, surfaces.sun);
                     seen.draw(render, &plain.resources(surface), |_| pipeline)?;
                 }
                 Ok(())

@@ -1,6 +1,6 @@
 //! Switches a renderer to another scene, and keeps what both scenes share.
 
-use super::open::{Loaded, clocked, fall_back, mesh_settings, texture};
+use super::open::{HostScene, clocked, fall_back, mesh_settings, texture};
 use super::surface::check;
 use super::{Options, RenderError, Renderer, Surfaces, sections};
 use crate::frame::{Target, Technique};
@@ -58,7 +58,7 @@ impl Switch {
             return Ok(LoadedSwitch { switch: self, others: None });
         }
         let options = Options { stop, ..self.options };
-        let mut loaded = Loaded::with(&self.next, &options, self.settings.clone())?;
+        let mut loaded = HostScene::with(&self.next, &options, self.settings.clone())?;
         self.gpu.require(&loaded.needs())?;
         loaded.meshes = clocked(&self.gpu, loaded.meshes)?;
         let others = Some(loaded.others(&self.gpu, &self.target)?);

@@ -4,7 +4,9 @@
 
 use super::RenderError;
 use super::plain::PlainSurfaces;
-use crate::frame::{Memory, Onto, PerFrame, Progress, Seen, Shape, Slot, Target, Technique, View};
+use crate::frame::{
+    Allocations, DrawList, FrameSlot, Onto, PerFrame, Progress, Shape, Target, Technique, View,
+};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::paper::progressive_mesh::technique::SURFACES;
@@ -49,8 +51,8 @@ pub struct Record {
     pub frame: u64,
     /// Times of all passes of the frame.
     pub passes: Vec<PassTime>,
-    pub meshes: Option<progressive_mesh::FrameRecord>,
-    pub texture: Option<virtual_texture::FrameRecord>,
+    pub meshes: Option<progressive_mesh::MeshFrameRecord>,
+    pub texture: Option<virtual_texture::TextureFrameRecord>,
 }
 
 impl Surfaces {
@@ -130,7 +132,7 @@ impl Technique for Surfaces {
         self.passes_by_surface().into_iter().map(|(pass, _)| pass).collect()
     }
 
-    fn retire(&mut self, gpu: &Gpu, slot: Slot, passes: Vec<PassTime>) -> Result<Record, RenderError> {
+    fn retire(&mut self, gpu: &Gpu, slot: FrameSlot, passes: Vec<PassTime>) -> Result<Record, RenderError> {
         let meshes =
             self.meshes.as_mut().map(|meshes| meshes.retire(gpu, slot, passes.clone())).transpose()?;
         let texture =
@@ -160,7 +162,7 @@ impl Technique for Surfaces {
         }
         if let Some(plain) = &self.plain {
             let ([onto, _], shapes) = (self.onto(), self.plain_shapes());
-            let seen = |shape| Seen::lit([shape], *view, 0, self.sun);
+            let seen = |shape| DrawList::lit([shape], *view, 0, self.sun);
             frame.pass(PLAIN, |cmd| plain.draw(cmd, target, onto, &shapes, seen))?;
         }
         if let Some(texture) = &mut self.texture {
@@ -193,7 +195,7 @@ impl Technique for Surfaces {
     }
 
     /// Bytes by surface and object, such as `land: tile pool`.
-    fn memory(&self) -> Memory {
+    fn memory(&self) -> Allocations {
         let meshes = self.meshes.iter().flat_map(Technique::memory);
         let owner = self.texture_owner();
         // Each carrier's mesh is counted under the carrier's name.

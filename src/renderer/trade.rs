@@ -8,7 +8,9 @@ use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::{Filter, filter};
-use crate::paper::virtual_texture::trade::{Batch, MOST, Mosaic, Setting, Sweep, TradeResult, levelled};
+use crate::paper::virtual_texture::trade::{
+    Batch, MOST, Mosaic, SweepPoint, TradeResult, TradeSweep, levelled,
+};
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::scene::{Scene, Surface};
@@ -30,12 +32,12 @@ const RAYS: u32 = 12;
 /// # Errors
 /// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
 pub fn run(
-    sweep: &Sweep<'_>,
+    sweep: &TradeSweep<'_>,
     only: Option<&str>,
     bench: &Bench,
     progress: impl Fn(usize, usize),
 ) -> anyhow::Result<Trade> {
-    let Sweep { scene, pose, size, measure, .. } = *sweep;
+    let TradeSweep { scene, pose, size, measure, .. } = *sweep;
     let settings = settings(scene, only)?;
     anyhow::ensure!(
         settings.len() > 1,
@@ -88,7 +90,7 @@ pub fn run(
     Ok(trade)
 }
 
-fn settled(sweep: &Sweep<'_>, gpu: &Gpu, changes: &[String]) -> anyhow::Result<Renderer> {
+fn settled(sweep: &TradeSweep<'_>, gpu: &Gpu, changes: &[String]) -> anyhow::Result<Renderer> {
     let options = Options { size: Some(sweep.size), deterministic: true, ..Options::default() };
     let mut renderer = Renderer::on(gpu, &sweep.scene.with(changes)?, &options)?;
     renderer.settle(&sweep.pose)?;
@@ -97,7 +99,7 @@ fn settled(sweep: &Sweep<'_>, gpu: &Gpu, changes: &[String]) -> anyhow::Result<R
 }
 
 /// All combinations of the surfaces' settings, the scene's own first.
-fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<Setting>> {
+fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<SweepPoint>> {
     let mut all = vec![Vec::new()];
     for surface in scene.surfaces.values().filter(|surface| only.is_none_or(|only| only == surface.name)) {
         let others = others(scene, surface)?;
@@ -114,7 +116,7 @@ fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<Setting>> {
         let (words, changes): (Vec<String>, Vec<String>) =
             changes.into_iter().map(|[words, change]| (words, change)).unzip();
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
-        Setting { name, changes }
+        SweepPoint { name, changes }
     };
     Ok(all.into_iter().map(setting).collect())
 }
@@ -159,8 +161,8 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
 }
 
 /// The reference: the mean over each pixel's footprint, or, of a relief, of exact rays.
-fn mosaic(sweep: &Sweep<'_>) -> anyhow::Result<Mosaic> {
-    let Sweep { scene, pose, size, kernel, .. } = sweep;
+fn mosaic(sweep: &TradeSweep<'_>) -> anyhow::Result<Mosaic> {
+    let TradeSweep { scene, pose, size, kernel, .. } = sweep;
     let mut truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;
     truth.filter = kernel.filter();
     let what = match truth.has_reliefs() {

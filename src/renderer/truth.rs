@@ -15,7 +15,7 @@ use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::{self, LoadedMesh};
 use crate::paper::virtual_texture::config::owner;
-use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides_of};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels, sides_of};
 use crate::reference::filter::{Edges, MipPyramid, srgb8_to_linear};
 use crate::reference::supersample::{RADIUS_PX, SIGMA_PX};
 use crate::reference::{ReferenceView, Sample};
@@ -52,14 +52,14 @@ struct Layer<'a> {
 }
 
 enum Paint<'a> {
-    Virtual(Box<Texels<'a>>),
-    Plain(Plain),
+    Virtual(Box<SourceTexels<'a>>),
+    Plain(PlainTruth),
     /// Linear albedo.
     Grey(f64),
 }
 
 /// A plain texture with sides that are powers of two.
-struct Plain {
+struct PlainTruth {
     size_log2: [u32; 2],
     /// Linear light, by level.
     levels: Vec<Vec<[f64; 4]>>,
@@ -91,10 +91,10 @@ impl<'a> SceneTruth<'a> {
             };
             let is_virtual = carries_virtual(surface, owner);
             let paint = match (is_virtual, tiles) {
-                (true, Some(tiles)) => Paint::Virtual(Box::new(Texels::new(tiles))),
+                (true, Some(tiles)) => Paint::Virtual(Box::new(SourceTexels::new(tiles))),
                 (true, None) => return Err("the virtual texture is not open".to_owned()),
                 (false, _) if surface.texture.is_none() && surface.grid().is_none() => Paint::Grey(ALBEDO),
-                (false, _) => Paint::Plain(Plain::of(scene, surface)?),
+                (false, _) => Paint::Plain(PlainTruth::of(scene, surface)?),
             };
             let relief = relief(scene, surface).map_err(|error| error.to_string())?;
             Ok(Layer {
@@ -143,7 +143,7 @@ impl<'a> SceneTruth<'a> {
     fn mean_of_rays(
         &self,
         layer: &Layer<'_>,
-        (plain, below): (&Plain, &Below),
+        (plain, below): (&PlainTruth, &Below),
         pixel: [u32; 2],
         rays: u32,
     ) -> [f64; 4] {
@@ -172,12 +172,12 @@ impl<'a> SceneTruth<'a> {
             Paint::Virtual(texels) => Some(&**texels),
             _ => None,
         });
-        texels.try_for_each(Texels::check).map_err(|error| error.to_string())
+        texels.try_for_each(SourceTexels::check).map_err(|error| error.to_string())
     }
 }
 
-impl Plain {
-    fn of(scene: &Scene, surface: &Surface) -> Result<Plain, String> {
+impl PlainTruth {
+    fn of(scene: &Scene, surface: &Surface) -> Result<PlainTruth, String> {
         let texture = plain_texture(scene, surface.texture.as_deref()).map_err(|error| error.to_string())?;
         let PlainTexture { size, levels } = texture;
         if !size.iter().all(|side| side.is_power_of_two()) {
@@ -190,7 +190,7 @@ impl Plain {
         let texel =
             |rgba: &[u8]| [linear[rgba[0] as usize], linear[rgba[1] as usize], linear[rgba[2] as usize], 1.0];
         let levels = levels.iter().map(|level| level.chunks_exact(4).map(texel).collect()).collect();
-        Ok(Plain { size_log2: size.map(u32::ilog2), levels })
+        Ok(PlainTruth { size_log2: size.map(u32::ilog2), levels })
     }
 
     fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {

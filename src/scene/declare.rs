@@ -2,7 +2,7 @@
 //! the struct, its defaults, parsing with checks, and the list of keys from which the documents are generated.
 
 use super::document::SceneFault;
-use super::part::Part;
+use super::part::SceneTable;
 use super::value::{Setting, ValueKind};
 use super::{Scene, SceneError};
 use serde_json::Value as Json;
@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// One key of a table.
 #[derive(Clone, Debug)]
-pub struct Key {
+pub struct KeyDeclaration {
     pub name: &'static str,
     pub about: String,
     pub kind: ValueKind,
@@ -33,13 +33,13 @@ pub trait Settings: Sized {
     /// Value of the table's key `kind`, if the kind determines which keys exist.
     const KIND: Option<&'static str>;
 
-    fn keys() -> Vec<Key>;
+    fn keys() -> Vec<KeyDeclaration>;
 
     /// Reads and checks a table: types, ranges, unknown keys, and the declaration's own check.
     ///
     /// # Errors
     /// [`SceneFault`] with the key.
-    fn read(part: &Part<'_>) -> Result<Self, SceneFault>;
+    fn read(part: &SceneTable<'_>) -> Result<Self, SceneFault>;
 }
 
 /// The names of a table's keys, `kind` included.
@@ -48,39 +48,39 @@ pub fn names<T: Settings>() -> Vec<&'static str> {
 }
 
 /// A table of scenes, for documents and the check of a whole scene.
-pub struct Table {
+pub struct TableDeclaration {
     /// `*` matches any name that the scene chooses.
     pub path: &'static [&'static str],
     pub kind: Option<&'static str>,
     pub about: &'static str,
-    pub keys: fn() -> Vec<Key>,
+    pub keys: fn() -> Vec<KeyDeclaration>,
     pub(super) read: fn(&Scene, &[&str]) -> Result<(), SceneError>,
 }
 
-impl Table {
-    pub const fn of<T: Settings>(path: &'static [&'static str]) -> Table {
+impl TableDeclaration {
+    pub const fn of<T: Settings>(path: &'static [&'static str]) -> TableDeclaration {
         let read = |scene: &Scene, path: &[&str]| scene.read::<T>(path).map(drop);
-        Table { path, kind: T::KIND, about: T::ABOUT, keys: T::keys, read }
+        TableDeclaration { path, kind: T::KIND, about: T::ABOUT, keys: T::keys, read }
     }
 }
 
 /// All tables and keys that one technique adds to scenes.
 pub struct Language {
-    pub tables: &'static [Table],
+    pub tables: &'static [TableDeclaration],
     /// A check that involves several tables.
     pub check: fn(&Scene) -> Result<(), SceneError>,
 }
 
-impl Key {
+impl KeyDeclaration {
     pub fn of<T: Setting>(
         name: &'static str,
         about: &'static str,
         default: Option<T>,
         range: Option<std::ops::RangeInclusive<T::Number>>,
         unit: &'static str,
-    ) -> Key {
+    ) -> KeyDeclaration {
         let json = |number: T::Number| serde_json::to_value(number).expect("a number");
-        Key {
+        KeyDeclaration {
             name,
             about: one_line(about),
             kind: T::kind(),
@@ -146,8 +146,8 @@ macro_rules! __settings {
             const ABOUT: &'static str = concat!($($about, "\n"),+);
             const KIND: Option<&'static str> = [$(Some($kind),)? None][0];
 
-            fn keys() -> Vec<$crate::scene::Key> {
-                vec![$($crate::scene::Key::of::<$type>(
+            fn keys() -> Vec<$crate::scene::KeyDeclaration> {
+                vec![$($crate::scene::KeyDeclaration::of::<$type>(
                     stringify!($field),
                     concat!($($doc, "\n"),+),
                     $crate::scene::settings!(@option $($default)?),
@@ -156,7 +156,7 @@ macro_rules! __settings {
                 )),*]
             }
 
-            fn read(part: &$crate::scene::Part<'_>) -> std::result::Result<Self, $crate::scene::SceneFault> {
+            fn read(part: &$crate::scene::SceneTable<'_>) -> std::result::Result<Self, $crate::scene::SceneFault> {
                 part.check_names(&$crate::scene::names::<Self>())?;
                 let settings = Self {
                     $($field: part.field(

@@ -4,7 +4,7 @@ use super::camera::{Camera, Ground, GroundPoint};
 use super::declare::{Settings, choices, settings};
 use super::document::SceneFault;
 use super::error::list;
-use super::part::Part;
+use super::part::SceneTable;
 use super::path::{self, Motion};
 use std::collections::BTreeMap;
 
@@ -104,7 +104,7 @@ pub(super) fn names<'a>(scene: &'a super::Scene, section: &str) -> Result<Vec<&'
         .collect()
 }
 
-pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, SceneFault> {
+pub(super) fn camera(part: &SceneTable<'_>, ground: Ground) -> Result<Camera, SceneFault> {
     let keys = CameraKeys::read(part)?;
     let place = match ground {
         Ground::Planet => {
@@ -128,7 +128,10 @@ pub(super) fn camera(part: &Part<'_>, ground: Ground) -> Result<Camera, SceneFau
     Ok(Camera { place, altitude_m, heading_deg, tilt_deg, vertical_fov_deg, magnification, near_m })
 }
 
-pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Result<path::Path, SceneFault> {
+pub(super) fn path(
+    part: &SceneTable<'_>,
+    cameras: &BTreeMap<String, Camera>,
+) -> Result<path::CameraPath, SceneFault> {
     let keys = PathKeys::read(part)?;
     let find = |key: &str, camera: &String| {
         cameras.get(camera).copied().ok_or_else(|| {
@@ -166,7 +169,7 @@ pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Resul
             }
         }
     };
-    let path = path::Path { frames: keys.frames, motion };
+    let path = path::CameraPath { frames: keys.frames, motion };
     path.check().map_err(|what| part.fault("camera", what))?;
     Ok(path)
 }
@@ -175,7 +178,7 @@ pub(super) fn path(part: &Part<'_>, cameras: &BTreeMap<String, Camera>) -> Resul
 pub(super) fn check_view(
     view: &PictureSettings,
     cameras: &BTreeMap<String, Camera>,
-    paths: &BTreeMap<String, path::Path>,
+    paths: &BTreeMap<String, path::CameraPath>,
 ) -> Result<(), SceneFault> {
     if !cameras.contains_key(&view.camera) {
         let what = format!("no camera {:?}; available: {}", view.camera, list(cameras.keys()));

@@ -1,6 +1,6 @@
 //! Checks a scene against all declared tables, and lists all keys.
 
-use super::declare::{Key, Language, Table};
+use super::declare::{KeyDeclaration, Language, TableDeclaration};
 use super::document::SceneFault;
 use super::value::quoted;
 use super::{Scene, SceneError};
@@ -14,12 +14,12 @@ pub struct KeyAt {
     pub dotted: String,
     /// The `kind` of the table that has this key.
     pub kind: Option<&'static str>,
-    pub key: Key,
+    pub key: KeyDeclaration,
 }
 
 /// All keys, table by table.
 pub fn keys(languages: &[&Language]) -> Vec<KeyAt> {
-    let of_table = |table: &Table| {
+    let of_table = |table: &TableDeclaration| {
         let path = dotted(table.path);
         let kind = table.kind;
         (table.keys)().into_iter().map(move |key| KeyAt { dotted: format!("{path}.{}", key.name), kind, key })
@@ -27,7 +27,7 @@ pub fn keys(languages: &[&Language]) -> Vec<KeyAt> {
     tables(languages).flat_map(of_table).collect()
 }
 
-pub(super) fn tables<'a>(languages: &'a [&Language]) -> impl Iterator<Item = &'static Table> + 'a {
+pub(super) fn tables<'a>(languages: &'a [&Language]) -> impl Iterator<Item = &'static TableDeclaration> + 'a {
     languages.iter().flat_map(|language| language.tables)
 }
 
@@ -119,7 +119,7 @@ impl Scene {
 
     /// The `kind` of the table at `path`, on which this table's keys depend.
     fn kind_of(&self, path: &[&str], languages: &[&Language]) -> Result<Option<&'static str>, SceneError> {
-        let same = |table: &&Table| {
+        let same = |table: &&TableDeclaration| {
             table.path.len() == path.len() && table.path.iter().zip(path).all(|(a, b)| *a == "*" || a == b)
         };
         let kinds: Vec<&'static str> =

@@ -1,6 +1,6 @@
 //! Generates docs/scenes.md and the lines of `ortelius keys` from the declarations.
 
-use super::declare::{Key, Language, Table, one_line};
+use super::declare::{KeyDeclaration, Language, TableDeclaration, one_line};
 use super::language::{KeyAt, dotted, tables};
 use super::value::ValueKind;
 use std::fmt::Write as _;
@@ -69,9 +69,9 @@ pub fn markdown(languages: &[&Language]) -> String {
 }
 
 /// The tables, with all kinds of one path adjacent.
-fn by_path(languages: &[&Language]) -> Vec<&'static Table> {
-    let all: Vec<&Table> = tables(languages).collect();
-    let first = |table: &Table| all.iter().position(|other| other.path == table.path);
+fn by_path(languages: &[&Language]) -> Vec<&'static TableDeclaration> {
+    let all: Vec<&TableDeclaration> = tables(languages).collect();
+    let first = |table: &TableDeclaration| all.iter().position(|other| other.path == table.path);
     let mut sorted = all.clone();
     sorted.sort_by_key(|table| first(table));
     sorted
@@ -79,7 +79,7 @@ fn by_path(languages: &[&Language]) -> Vec<&'static Table> {
 
 /// The text of the column `type`. For a choice it is only "one of", because the column `meaning` lists the
 /// values.
-fn type_words(key: &Key) -> String {
+fn type_words(key: &KeyDeclaration) -> String {
     match &key.kind {
         ValueKind::Choice(_) => "one of".into(),
         kind => kind.words(),
@@ -93,7 +93,7 @@ fn code(text: &str) -> String {
     }
 }
 
-fn default(key: &Key) -> String {
+fn default(key: &KeyDeclaration) -> String {
     match (&key.default, key.required) {
         (Some(default), _) => default.to_string(),
         (None, true) => "required".into(),
@@ -101,7 +101,7 @@ fn default(key: &Key) -> String {
     }
 }
 
-fn range(key: &Key) -> String {
+fn range(key: &KeyDeclaration) -> String {
     let short = |number: &serde_json::Value| match number.as_f64() {
         Some(large) if large >= 1e6 && number.is_f64() => format!("{large:e}"),
         _ => number.to_string().trim_end_matches(".0").to_owned(),
@@ -112,7 +112,7 @@ fn range(key: &Key) -> String {
     [range, unit].into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn meaning(key: &Key) -> String {
+fn meaning(key: &KeyDeclaration) -> String {
     let ValueKind::Choice(values) = &key.kind else { return key.about.clone() };
     let values: Vec<String> =
         values.iter().map(|(name, about)| format!("`{name:?}`: {}", one_line(about))).collect();

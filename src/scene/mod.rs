@@ -24,13 +24,13 @@ mod sun;
 mod surface;
 mod value;
 
-pub use declare::{Key, Language, Settings, Table, choices, names, one_line, settings};
+pub use declare::{KeyDeclaration, Language, Settings, TableDeclaration, choices, names, one_line, settings};
 pub use document::SceneFault;
 pub use edit::write_changes;
 pub use error::SceneError;
 pub use eyes::PictureSettings;
 pub use language::{KeyAt, keys};
-pub use part::Part;
+pub use part::SceneTable;
 pub use sun::Sun;
 pub use surface::{Cylinder, Ellipsoid, FilterBound, Geometry, Plain, PlainSource, Plane, Surface};
 pub use value::{Choice, Setting, ValueKind};
@@ -64,15 +64,15 @@ pub const SHIPPED: [(&str, &str); 15] = [
 /// Settings that every scene can have, independent of techniques.
 pub const LANGUAGE: Language = Language {
     tables: &[
-        Table::of::<SurfaceKeys>(&["surface", "*"]),
-        Table::of::<Ellipsoid>(&["surface", "*", "geometry"]),
-        Table::of::<Plane>(&["surface", "*", "geometry"]),
-        Table::of::<Cylinder>(&["surface", "*", "geometry"]),
-        Table::of::<Plain>(&["surface", "*", "texture"]),
-        Table::of::<PictureSettings>(&["view"]),
-        Table::of::<CameraKeys>(&["cameras", "*"]),
-        Table::of::<PathKeys>(&["paths", "*"]),
-        Table::of::<Sun>(&["sun"]),
+        TableDeclaration::of::<SurfaceKeys>(&["surface", "*"]),
+        TableDeclaration::of::<Ellipsoid>(&["surface", "*", "geometry"]),
+        TableDeclaration::of::<Plane>(&["surface", "*", "geometry"]),
+        TableDeclaration::of::<Cylinder>(&["surface", "*", "geometry"]),
+        TableDeclaration::of::<Plain>(&["surface", "*", "texture"]),
+        TableDeclaration::of::<PictureSettings>(&["view"]),
+        TableDeclaration::of::<CameraKeys>(&["cameras", "*"]),
+        TableDeclaration::of::<PathKeys>(&["paths", "*"]),
+        TableDeclaration::of::<Sun>(&["sun"]),
     ],
     // The tables above are read, and checked against each other, when a scene is loaded.
     check: |_| Ok(()),
@@ -87,7 +87,7 @@ pub struct Scene {
     pub surfaces: BTreeMap<String, Surface>,
     pub view: PictureSettings,
     pub cameras: BTreeMap<String, Camera>,
-    pub paths: BTreeMap<String, path::Path>,
+    pub paths: BTreeMap<String, path::CameraPath>,
     pub sun: Option<Sun>,
     document: Document,
 }
@@ -210,15 +210,15 @@ impl Scene {
         let read = |section, name| (name, [section, name]);
         let mut cameras = BTreeMap::new();
         for (name, path) in eyes::names(self, "cameras")?.into_iter().map(|name| read("cameras", name)) {
-            cameras.insert(name.to_owned(), eyes::camera(&Part::of(self, &path)?, self.ground)?);
+            cameras.insert(name.to_owned(), eyes::camera(&SceneTable::of(self, &path)?, self.ground)?);
         }
         let mut paths = BTreeMap::new();
         for (name, path) in eyes::names(self, "paths")?.into_iter().map(|name| read("paths", name)) {
-            paths.insert(name.to_owned(), eyes::path(&Part::of(self, &path)?, &cameras)?);
+            paths.insert(name.to_owned(), eyes::path(&SceneTable::of(self, &path)?, &cameras)?);
         }
-        let view = PictureSettings::read(&Part::of(self, &["view"])?)?;
+        let view = PictureSettings::read(&SceneTable::of(self, &["view"])?)?;
         eyes::check_view(&view, &cameras, &paths)?;
-        let sun = Part::of(self, &["sun"])?;
+        let sun = SceneTable::of(self, &["sun"])?;
         let sun = self.has(&["sun"]).then(|| Sun::read(&sun)).transpose()?;
         let surfaces = surface::surfaces(self)?;
         (self.surfaces, self.view, self.cameras, self.paths, self.sun) =
@@ -231,7 +231,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] with the key; also for unknown keys of the table.
     pub fn read<T: Settings>(&self, path: &[&str]) -> Result<T, SceneError> {
-        Part::of(self, path).and_then(|part| T::read(&part)).map_err(|fault| self.error(fault))
+        SceneTable::of(self, path).and_then(|part| T::read(&part)).map_err(|fault| self.error(fault))
     }
 
     /// True if the scene states a key or a table.
@@ -295,7 +295,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`SceneError::Path`] lists those that exist.
-    pub fn path(&self, name: &str) -> Result<&path::Path, SceneError> {
+    pub fn path(&self, name: &str) -> Result<&path::CameraPath, SceneError> {
         self.paths.get(name).ok_or_else(|| SceneError::Path {
             scene: self.name.clone(),
             name: name.to_owned(),

@@ -8,16 +8,16 @@ use std::ops::RangeInclusive;
 use toml::Table;
 
 /// A table of a scene; empty if the scene does not have it.
-pub struct Part<'a> {
+pub struct SceneTable<'a> {
     pub scene: &'a Scene,
     path: &'a [&'a str],
     table: Option<&'a Table>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> SceneTable<'a> {
     /// # Errors
     /// The value is not a table.
-    pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<Part<'a>, SceneFault> {
+    pub(super) fn of(scene: &'a Scene, path: &'a [&'a str]) -> Result<SceneTable<'a>, SceneFault> {
         let table = match scene.document.value(path) {
             None => None,
             Some(value) => {
@@ -25,7 +25,7 @@ impl<'a> Part<'a> {
                 Some(value.as_table().ok_or_else(wrong)?)
             }
         };
-        Ok(Part { scene, path, table })
+        Ok(SceneTable { scene, path, table })
     }
 
     pub fn fault(&self, name: &str, what: impl Into<String>) -> SceneFault {

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// A camera path: frame 0 is the start, frame `frames` the end; later frames stay at the end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Path {
+pub struct CameraPath {
     /// Number of steps, >= 1.
     pub frames: u32,
     pub motion: Motion,
@@ -31,7 +31,7 @@ pub enum Motion {
     Teleport { stops: Vec<Camera> },
 }
 
-impl Path {
+impl CameraPath {
     /// The camera pose of a frame.
     pub fn pose(&self, frame: u32) -> Pose {
         self.pose_at(f64::from(frame))
@@ -158,7 +158,7 @@ mod tests {
     }
 
     /// Asserts that every frame moves as far as the first (to 0.1 %) and hardly rotates.
-    fn is_smooth(path: &Path) {
+    fn is_smooth(path: &CameraPath) {
         let first_m = path.pose(0).eye.distance(path.pose(1).eye);
         for frame in 0..path.frames {
             let (here, next) = (path.pose(frame), path.pose(frame + 1));
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_pan_over_the_pole_is_smooth_and_holds_its_altitude() {
-        let path = Path {
+        let path = CameraPath {
             frames: 100,
             motion: Motion::Pan { start: start(89.0, 12.0, 30.0), heading_deg: 0.0, distance_m: 222e3 },
         };
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_pan_over_the_antimeridian_is_smooth() {
-        let path = Path {
+        let path = CameraPath {
             frames: 60,
             motion: Motion::Pan { start: start(-17.0, 179.0, 0.0), heading_deg: 90.0, distance_m: 250e3 },
         };
@@ -200,7 +200,7 @@ mod tests {
     #[test]
     fn an_orbit_keeps_its_point_in_the_middle_and_closes() {
         let camera = start(46.0, 8.0, 50.0);
-        let path = Path { frames: 36, motion: Motion::Orbit { start: camera, degrees: 360.0 } };
+        let path = CameraPath { frames: 36, motion: Motion::Orbit { start: camera, degrees: 360.0 } };
         assert_eq!(path.check(), Ok(()));
         let (centre, _) = middle_of_the_picture(&camera).unwrap();
         for frame in 0..=36 {
@@ -216,14 +216,17 @@ mod tests {
 
     #[test]
     fn an_orbit_around_the_sky_is_refused() {
-        let path = Path { frames: 3, motion: Motion::Orbit { start: start(0.0, 0.0, 100.0), degrees: 9.0 } };
+        let path =
+            CameraPath { frames: 3, motion: Motion::Orbit { start: start(0.0, 0.0, 100.0), degrees: 9.0 } };
         assert!(path.check().is_err());
     }
 
     #[test]
     fn a_dive_divides_the_altitude_by_the_same_factor_in_each_frame() {
-        let path =
-            Path { frames: 4, motion: Motion::Dive { start: start(46.0, 8.0, 0.0), to_altitude_m: 5.0 } };
+        let path = CameraPath {
+            frames: 4,
+            motion: Motion::Dive { start: start(46.0, 8.0, 0.0), to_altitude_m: 5.0 },
+        };
         let altitude_m = |frame| geodesy::ecef_to_geodetic(path.pose(frame).eye).altitude_m;
         for frame in 0..4 {
             assert!((altitude_m(frame) / altitude_m(frame + 1) - 10.0).abs() < 1e-6);
@@ -236,7 +239,7 @@ mod tests {
     #[test]
     fn a_teleport_stays_at_each_stop_for_its_share() {
         let stops = vec![start(0.0, 0.0, 0.0), start(1.0, 0.0, 0.0), start(2.0, 0.0, 0.0)];
-        let path = Path { frames: 6, motion: Motion::Teleport { stops: stops.clone() } };
+        let path = CameraPath { frames: 6, motion: Motion::Teleport { stops: stops.clone() } };
         let seen: Vec<usize> = (0..8)
             .map(|frame| stops.iter().position(|stop| stop.pose() == path.pose(frame)).unwrap())
             .collect();

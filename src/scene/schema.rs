@@ -1,13 +1,13 @@
 //! docs/scene.schema.json: a JSON Schema of scene files, from the declarations.
 
-use super::declare::{Key, Language, Table};
+use super::declare::{KeyDeclaration, Language, TableDeclaration};
 use super::language::tables;
 use super::value::ValueKind;
 use serde_json::{Map, Value as Json, json};
 
 /// The schema, in the dialect of 2020-12.
 pub fn schema(languages: &[&Language]) -> Json {
-    let tables: Vec<&Table> = tables(languages).collect();
+    let tables: Vec<&TableDeclaration> = tables(languages).collect();
     let mut root = object(&tables, &[], &[]);
     root["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     root["title"] = json!("A scene of Ortelius");
@@ -16,8 +16,8 @@ pub fn schema(languages: &[&Language]) -> Json {
 }
 
 /// The schema of a path.
-fn at(tables: &[&Table], path: &[&str]) -> Json {
-    let here: Vec<&&Table> = tables.iter().filter(|table| table.path == path).collect();
+fn at(tables: &[&TableDeclaration], path: &[&str]) -> Json {
+    let here: Vec<&&TableDeclaration> = tables.iter().filter(|table| table.path == path).collect();
     match &here[..] {
         [] => object(tables, path, &[]),
         [table] if table.kind.is_none() => of_table(tables, table),
@@ -25,7 +25,7 @@ fn at(tables: &[&Table], path: &[&str]) -> Json {
     }
 }
 
-fn of_table(tables: &[&Table], table: &Table) -> Json {
+fn of_table(tables: &[&TableDeclaration], table: &TableDeclaration) -> Json {
     let mut schema = object(tables, table.path, &(table.keys)());
     schema["description"] = json!(super::one_line(table.about));
     if let Some(kind) = table.kind {
@@ -36,10 +36,10 @@ fn of_table(tables: &[&Table], table: &Table) -> Json {
 }
 
 /// A table with these keys and the tables declared below it.
-fn object(tables: &[&Table], path: &[&str], keys: &[Key]) -> Json {
+fn object(tables: &[&TableDeclaration], path: &[&str], keys: &[KeyDeclaration]) -> Json {
     let mut properties: Map<String, Json> = Map::new();
     let mut additional = json!(false);
-    let below = |table: &&&Table| table.path.len() > path.len() && table.path.starts_with(path);
+    let below = |table: &&&TableDeclaration| table.path.len() > path.len() && table.path.starts_with(path);
     let mut inner: Vec<&str> = tables.iter().filter(below).map(|table| table.path[path.len()]).collect();
     inner.dedup();
     for part in inner {
@@ -66,7 +66,7 @@ fn object(tables: &[&Table], path: &[&str], keys: &[Key]) -> Json {
     })
 }
 
-fn described(mut schema: Json, key: &Key) -> Json {
+fn described(mut schema: Json, key: &KeyDeclaration) -> Json {
     let unit = if key.unit.is_empty() { String::new() } else { format!(" [{}]", key.unit) };
     schema["description"] = json!(format!("{}{unit}", key.about));
     if let Some(default) = &key.default {
@@ -75,7 +75,7 @@ fn described(mut schema: Json, key: &Key) -> Json {
     schema
 }
 
-fn of_key(key: &Key) -> Json {
+fn of_key(key: &KeyDeclaration) -> Json {
     let ranged = |kind: &str| {
         let mut schema = json!({ "type": kind });
         if let Some([least, most]) = &key.least_and_most {

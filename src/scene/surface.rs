@@ -7,7 +7,7 @@ use super::declare::{Settings, choices, settings};
 use super::document::SceneFault;
 use super::error::list;
 use super::eyes::names;
-use super::part::Part;
+use super::part::SceneTable;
 use super::value::{Setting, ValueKind, not, plain_settings};
 use crate::model::mesh::{self, SourceMesh};
 use std::collections::BTreeMap;
@@ -159,7 +159,7 @@ settings! {
     check check_plain;
 }
 
-fn check_plain(plain: &Plain, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_plain(plain: &Plain, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match plain.source {
         PlainSource::File => part.needed("path", &plain.path, "a plain texture").map(drop),
         other => part.absent(&["path"], &format!("the source {:?}", other.name())),
@@ -246,7 +246,7 @@ pub(super) fn surfaces(scene: &Scene) -> Result<BTreeMap<String, Surface>, Scene
 }
 
 /// Refuses a relief where the surface cannot carry it.
-fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Result<(), SceneFault> {
+fn check_relief(part: &SceneTable<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Result<(), SceneFault> {
     let fault = |what: &str| Err(part.fault("relief", what));
     match geometry {
         Geometry::Plane(Plane { width_m, height_m, .. }) if width_m == height_m => {}
@@ -265,7 +265,7 @@ fn check_relief(part: &Part<'_>, keys: &SurfaceKeys, geometry: &Geometry) -> Res
 }
 
 /// The bound of the filter `"auto"`.
-fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, SceneFault> {
+fn auto(part: &SceneTable<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, SceneFault> {
     let bounds = [keys.max_error.map(FilterBound::MaxError), keys.max_ms.map(FilterBound::MaxMs)];
     let auto = matches!(keys.filter, Some(FilterKeys::Auto(_)));
     match (auto, bounds) {
@@ -280,10 +280,10 @@ fn auto(part: &Part<'_>, keys: &SurfaceKeys) -> Result<Option<FilterBound>, Scen
 
 fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, SceneFault> {
     let path = ["surface", name];
-    let part = Part::of(scene, &path)?;
+    let part = SceneTable::of(scene, &path)?;
     let keys = SurfaceKeys::read(&part)?;
     let at = ["surface", name, "geometry"];
-    let grid = Part::of(scene, &at)?;
+    let grid = SceneTable::of(scene, &at)?;
     let geometry = match kind(scene, name)? {
         "ellipsoid" => Geometry::Ellipsoid(Ellipsoid::read(&grid)?),
         "plane" => Geometry::Plane(Plane::read(&grid)?),

@@ -9,7 +9,7 @@
 
 /// A setting's measured time, in any unit, and its error (not NaN).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct MeasuredSetting {
     /// Median, and its confidence interval ([`super::median_interval`]).
     pub time: f64,
     pub interval: [f64; 2],
@@ -20,8 +20,8 @@ pub struct Choice {
 /// error nor a setting that differs from the default.
 pub const ALIKE: f64 = 1.05;
 
-impl Choice {
-    fn clearly_faster_than(&self, other: &Choice) -> bool {
+impl MeasuredSetting {
+    fn clearly_faster_than(&self, other: &MeasuredSetting) -> bool {
         self.interval[1] < other.interval[0] && ALIKE * self.time < other.time
     }
 }
@@ -36,7 +36,7 @@ fn rounded(error: f64) -> f64 {
 /// simplicity, the simplest first. Each member is clearly faster than all members with a smaller error. For each choice
 /// that is left out, some member has no larger error and is not clearly slower. Among choices with the same error, the
 /// simplest one whose time is at most [`ALIKE`] times the least time is kept.
-pub fn front(choices: &[Choice]) -> Vec<usize> {
+pub fn front(choices: &[MeasuredSetting]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..choices.len()).collect();
     places.sort_by(|&a, &b| rounded(choices[a].error).total_cmp(&rounded(choices[b].error)));
     let mut members: Vec<usize> = Vec::new();
@@ -58,8 +58,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn choice(low: f64, high: f64, error: f64) -> Choice {
-        Choice { time: (low + high) / 2.0, interval: [low, high], error }
+    fn choice(low: f64, high: f64, error: f64) -> MeasuredSetting {
+        MeasuredSetting { time: (low + high) / 2.0, interval: [low, high], error }
     }
 
     #[test]
@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(front(&choices), [2, 0]);
     }
 
-    fn many() -> impl Strategy<Value = Vec<Choice>> {
+    fn many() -> impl Strategy<Value = Vec<MeasuredSetting>> {
         let one = (1.0..50.0, 0.0..8.0, 0u32..6).prop_map(|(p5, spread, error): (f64, f64, u32)| {
             choice(p5, p5 + spread, f64::from(error) / 10.0)
         });
@@ -127,7 +127,7 @@ mod tests {
                 // 7 and 24 have no common divisor, so all errors differ.
                 choice.error = 1.0 + 0.01 * (n * 7 % 24) as f64;
             }
-            let named = |choices: &[Choice]| front(choices).iter().map(|&n| choices[n]).collect::<Vec<_>>();
+            let named = |choices: &[MeasuredSetting]| front(choices).iter().map(|&n| choices[n]).collect::<Vec<_>>();
             let found = named(&choices);
             let turned = turn.min(choices.len());
             choices.rotate_left(turned);

@@ -2,7 +2,7 @@
 
 mod front;
 
-pub use front::{ALIKE, Choice, front};
+pub use front::{ALIKE, MeasuredSetting, front};
 
 use serde::{Deserialize, Serialize};
 

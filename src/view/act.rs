@@ -7,7 +7,7 @@ use super::job::{Job, Stopped};
 use super::live::{ECHO, Live};
 use super::overlay::Overlay;
 use super::shot;
-use super::stage::Opened;
+use super::stage::FinishedChange;
 use anyhow::{Context, anyhow, bail};
 use ortelius::renderer::Kept;
 use ortelius::scene::camera::Camera;
@@ -232,7 +232,9 @@ impl Live {
 
     /// Shows a change or new shaders that a thread has prepared. After an error, the old picture stays.
     pub(super) fn take_opened(&mut self) -> anyhow::Result<()> {
-        let Some(Opened { is_reload, variant, kept }) = self.stage.take_opened() else { return Ok(()) };
+        let Some(FinishedChange { is_reload, variant, kept }) = self.stage.take_opened() else {
+            return Ok(());
+        };
         self.echo = ECHO;
         self.follow_view();
         let replaced = self.change.replaced.take_if(|_| is_reload);

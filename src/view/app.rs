@@ -4,7 +4,7 @@
 use super::job::{Job, JobProgress};
 use super::live::Live;
 use super::stage::Stage;
-use super::{NoDisplay, Opening};
+use super::{NoDisplay, ViewOptions};
 use anyhow::{Context, bail};
 use ortelius::vk::{Feature, Gpu, GpuOptions};
 use raw_window_handle::HasDisplayHandle;
@@ -19,7 +19,7 @@ use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
 struct App {
-    opening: Opening,
+    opening: ViewOptions,
     first: Option<FirstScene>,
     /// Must be dropped before the device.
     live: Option<Live>,
@@ -42,7 +42,7 @@ const LOOK_AGAIN: Duration = Duration::from_millis(5);
 ///
 /// # Errors
 /// As [`super::open`].
-pub fn run(opening: Opening) -> anyhow::Result<()> {
+pub fn run(opening: ViewOptions) -> anyhow::Result<()> {
     let events = event_loop()?;
     let mut app = App { opening, first: None, live: None, gpu: None, failed: None };
     events.run_app(&mut app).context("the window's event loop")?;

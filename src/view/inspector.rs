@@ -1,6 +1,6 @@
 //! Shows the values of the pixel under the magnifier, and a drawing of its footprint in the texture.
 
-use super::probe::{Ellipse, Face, ProbedPixel, Texel};
+use super::probe::{Face, ProbedEllipse, ProbedPixel, Texel};
 use super::screen::{LENS, lens_at};
 use super::stage::Stage;
 use egui::{Align2, Color32, Grid, Pos2, Sense, Stroke, Ui, pos2, vec2};
@@ -55,7 +55,7 @@ fn rows(stage: &Stage, found: &ProbedPixel) -> Vec<Row> {
 }
 
 /// The footprint ellipse, its position in the texture, and the texture's size in texels of level 0.
-fn footprint<'f>(stage: &Stage, found: &'f ProbedPixel) -> Option<(Ellipse, &'f Texel, [u32; 2])> {
+fn footprint<'f>(stage: &Stage, found: &'f ProbedPixel) -> Option<(ProbedEllipse, &'f Texel, [u32; 2])> {
     let size = stage.renderer.technique.texture.as_ref()?.source.pyramid().level_size(0);
     let texel = found.texel.as_ref()?;
     Some((texel.ellipse(size)?, texel, size))
@@ -99,14 +99,14 @@ fn place(texel: &Texel) -> [Row; 3] {
     ]
 }
 
-fn axes(ellipse: &Ellipse, texel: &Texel) -> Row {
+fn axes(ellipse: &ProbedEllipse, texel: &Texel) -> Row {
     let scale = (-f64::from(texel.tile[0])).exp2();
     let [major, minor] = ellipse.axes_texels.map(|axis| axis * scale);
     ("footprint", format!("{major:.2} x {minor:.2} texels, {:.1}:1", major / minor))
 }
 
 /// Draws the texel grid of the wanted level around the pixel, and the ellipse that the pixel's disc covers.
-fn draw(ui: &mut Ui, ellipse: &Ellipse, texel: &Texel, size: [u32; 2]) {
+fn draw(ui: &mut Ui, ellipse: &ProbedEllipse, texel: &Texel, size: [u32; 2]) {
     let scale = (-f64::from(texel.tile[0])).exp2();
     let (rect, _) = ui.allocate_exact_size(vec2(SIDE, SIDE), Sense::hover());
     let painter = ui.painter_at(rect);

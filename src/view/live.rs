@@ -1,6 +1,6 @@
 //! The open window, frame by frame: input, panels, actions, picture.
 
-use super::Opening;
+use super::ViewOptions;
 use super::action::{Action, Comparison};
 use super::bookmarks::Bookmarks;
 use super::control::{self, Hold};
@@ -9,7 +9,7 @@ use super::job::{self, Job};
 use super::judge::{self, Judge};
 use super::labels::Labels;
 use super::levels::Levels;
-use super::measure::{FrameCost, Measure};
+use super::measure::{FrameCost, Measurement};
 use super::overlay::Overlay;
 use super::panels::Panels;
 use super::path::Player;
@@ -72,7 +72,7 @@ pub struct Live {
     /// The pose of the last frame.
     pub(super) last_pose: Option<Pose>,
     pub(super) terrain: Terrain,
-    pub(super) measure: Option<Measure>,
+    pub(super) measure: Option<Measurement>,
     /// Of this frame.
     pub(super) cost: FrameCost,
     /// Close the window once the path is recorded.
@@ -123,7 +123,7 @@ pub(super) struct LaidOut {
 impl Live {
     /// # Errors
     /// The device cannot present to the window; a file of bookmarks or a path is wrong.
-    pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &Opening, stage: Stage) -> anyhow::Result<Live> {
+    pub fn new(gpu: &Gpu, window: Arc<Window>, opening: &ViewOptions, stage: Stage) -> anyhow::Result<Live> {
         let size: [u32; 2] = window.inner_size().into();
         let modes = (opening.present.clone(), opening.measure.is_some());
         let screen = Screen::new(gpu, gpu.surface(&window)?, size, modes)?;
@@ -132,7 +132,7 @@ impl Live {
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let factor = Some(window.scale_factor() as f32);
         let input = egui_winit::State::new(context, ViewportId::ROOT, &*window, factor, None, None);
-        let measure = |steps| Measure::new(&stage.scene, steps, opening.times.clone());
+        let measure = |steps| Measurement::new(&stage.scene, steps, opening.times.clone());
         let measure = opening.measure.map(measure).transpose()?;
         let (bookmarks, read) = Bookmarks::open(&stage.scene);
         let mut panels = Panels::new(opening.panels);
@@ -275,7 +275,7 @@ impl Live {
             return Ok(true);
         }
         let waited = self.stage.renderer.gpu.waited();
-        let begin = |measure: &mut Measure| measure.begin(&mut self.player, waited);
+        let begin = |measure: &mut Measurement| measure.begin(&mut self.player, waited);
         if let Some(open) = self.measure.as_mut().and_then(begin) {
             if self.panels.open != open {
                 (self.panels.open, self.laid_out) = (open, None);
@@ -312,6 +312,6 @@ impl Live {
         let drawn = self.draw(output)?;
         self.count_response()?;
         self.end_measured_frame(drawn)?;
-        Ok(!self.measure.as_ref().is_some_and(Measure::has_ended))
+        Ok(!self.measure.as_ref().is_some_and(Measurement::has_ended))
     }
 }

@@ -86,7 +86,7 @@ struct Timed {
 }
 
 /// A measurement in progress.
-pub struct Measure {
+pub struct Measurement {
     /// Start of the frame, processor time, and time that the program has waited for the device.
     begun: (Instant, Option<f64>, Duration),
     /// Steps per pass.
@@ -133,18 +133,18 @@ struct PassTimes {
     panels_pass_median: Option<f64>,
 }
 
-impl Measure {
+impl Measurement {
     /// `steps` per pass are rounded up to a multiple of 24.
     ///
     /// # Errors
     /// The scene has no path.
-    pub fn new(scene: &Scene, steps: usize, file: Option<PathBuf>) -> anyhow::Result<Measure> {
+    pub fn new(scene: &Scene, steps: usize, file: Option<PathBuf>) -> anyhow::Result<Measurement> {
         if scene.paths.is_empty() {
             bail!("--measure: scene {} has no path; add [paths.NAME] or use another scene", scene.name);
         }
         let begun = (Instant::now(), processor_ms(), Duration::ZERO);
         let steps = steps.max(1).next_multiple_of(2 * BLOCK);
-        Ok(Measure { begun, steps, frames: Vec::new(), response: None, ended: false, file })
+        Ok(Measurement { begun, steps, frames: Vec::new(), response: None, ended: false, file })
     }
 
     /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Measure::end`]. Returns true
@@ -359,7 +359,7 @@ mod tests {
     fn the_panels_cost_is_the_difference_at_the_same_step() {
         let scene = Scene::embedded("globe").unwrap();
         // Rounded up to a whole number of blocks.
-        let mut measure = Measure::new(&scene, 2 * BLOCK - 1, None).unwrap();
+        let mut measure = Measurement::new(&scene, 2 * BLOCK - 1, None).unwrap();
         assert_eq!(measure.steps, 2 * BLOCK);
         for n in 0..4 * measure.steps {
             let (pass, step) = Pass::of_frame(n, measure.steps).unwrap();
@@ -382,7 +382,7 @@ mod tests {
     #[test]
     fn waits_for_the_device_and_the_display_are_not_host_time() {
         let scene = Scene::embedded("globe").unwrap();
-        let mut measure = Measure::new(&scene, STEPS, None).unwrap();
+        let mut measure = Measurement::new(&scene, STEPS, None).unwrap();
         let mut player = Player::new(&scene);
         measure.begin(&mut player, Duration::ZERO);
         std::thread::sleep(Duration::from_millis(2));

@@ -53,7 +53,7 @@ use ortelius::vk::PresentMode;
 use std::path::PathBuf;
 
 /// What to show, and how to show it.
-pub struct Opening {
+pub struct ViewOptions {
     /// The name of the scene or of the figure.
     pub name: String,
     /// At least one. The window opens with the first, and its first variant.
@@ -88,6 +88,6 @@ pub struct NoDisplay(pub String);
 ///
 /// # Errors
 /// [`NoDisplay`]; an error that stops a renderer; a message of the validation layer; leaked device memory.
-pub fn open(opening: Opening) -> anyhow::Result<()> {
+pub fn open(opening: ViewOptions) -> anyhow::Result<()> {
     app::run(opening)
 }

@@ -10,9 +10,9 @@ use egui::{ClippedPrimitive, ImageData, Pos2, TextureId, TexturesDelta};
 use ortelius::vk::shader::Panels;
 use ortelius::vk::shader::view::{panels_frag, panels_vert};
 use ortelius::vk::{
-    Blend, Buffer, BufferUse, Clear, ClippedSlice, Cmd, ColorTarget, Format, Geometry, Gpu, GraphicsInfo,
-    GraphicsPipeline, Image, ImageInfo, IndexType, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
-    TexelCopy,
+    Blend, Buffer, BufferUse, Clear, ClippedSlice, Cmd, ColorTarget, Format, Gpu, GraphicsInfo,
+    GraphicsPipeline, Image, ImageInfo, IndexType, IndexedGeometry, Resource, Result, Sampler, SamplerFilter,
+    SamplerInfo, TexelCopy,
 };
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -185,7 +185,7 @@ impl Painter {
         }
         let Some((vertices, indices)) = &painting.buffers else { return Ok(()) };
         let ([into_layer, over], [linear, nearest]) = (&self.pipelines, &self.samplers);
-        let geometry = Geometry { vertices: Some(vertices), indices };
+        let geometry = IndexedGeometry { vertices: Some(vertices), indices };
         let push = Panels { points: painting.points };
         let push = bytemuck::bytes_of(&push);
         if painting.is_new {

@@ -3,12 +3,12 @@
 use super::encode::FRAMES_PER_SECOND;
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
-use ortelius::scene::path::{Motion, Path};
+use ortelius::scene::path::{CameraPath, Motion};
 
 /// The selected path, and the position on it.
 #[derive(Default)]
 pub struct Player {
-    chosen: Option<(String, Path)>,
+    chosen: Option<(String, CameraPath)>,
     frame: f64,
     playing: bool,
 }

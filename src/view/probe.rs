@@ -156,7 +156,7 @@ impl Query {
 
 /// The ellipse that a pixel's disc covers in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ellipse {
+pub struct ProbedEllipse {
     /// Both full axes in texels of level 0, the longer first.
     pub axes_texels: [f64; 2],
     /// The Jacobian in texels of level 0 per pixel. Its columns are the derivatives with respect to x and y.
@@ -166,7 +166,7 @@ pub struct Ellipse {
 impl Texel {
     /// The footprint of paper 1, section 2.1, as an ellipse: the image of a disc one pixel wide, in a texture of `size`
     /// texels. The axes are the singular values of the Jacobian. `None` if the Jacobian is not finite.
-    pub fn ellipse(&self, size: [u32; 2]) -> Option<Ellipse> {
+    pub fn ellipse(&self, size: [u32; 2]) -> Option<ProbedEllipse> {
         let [s_x, t_x, s_y, t_y] = self.derivatives.map(f64::from);
         let [width, height] = size.map(f64::from);
         let jacobian = DMat2::from_cols_array(&[s_x * width, t_x * height, s_y * width, t_y * height]);
@@ -174,7 +174,7 @@ impl Texel {
         let (half_trace, det) = (0.5 * (squares.x_axis.x + squares.y_axis.y), squares.determinant());
         let root = (half_trace * half_trace - det).max(0.0).sqrt();
         let axes = [half_trace + root, (half_trace - root).max(0.0)].map(f64::sqrt);
-        jacobian.is_finite().then_some(Ellipse { axes_texels: axes, jacobian })
+        jacobian.is_finite().then_some(ProbedEllipse { axes_texels: axes, jacobian })
     }
 }
 

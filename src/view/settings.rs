@@ -3,7 +3,7 @@
 use super::action::Action;
 use egui::{ComboBox, DragValue, Response, TextEdit, Ui};
 use ortelius::renderer::sections::LANGUAGES;
-use ortelius::scene::{self, Key, KeyAt, Scene, ValueKind};
+use ortelius::scene::{self, KeyAt, KeyDeclaration, Scene, ValueKind};
 use std::collections::HashMap;
 
 /// The declared keys, and the unfinished input of each field.
@@ -19,7 +19,7 @@ pub struct SettingsPanel {
 struct Entry<'a> {
     /// For example `surface.land.filter.kind`.
     dotted: String,
-    key: &'a Key,
+    key: &'a KeyDeclaration,
     value: Option<&'a toml::Value>,
 }
 

@@ -39,7 +39,7 @@ pub struct TransformFeedback<'a> {
 
 /// Indexed triangles that several draws share: indices, and vertices where the shader has inputs.
 #[derive(Clone, Copy)]
-pub struct Geometry<'a> {
+pub struct IndexedGeometry<'a> {
     pub vertices: Option<&'a Buffer>,
     pub indices: &'a Buffer,
 }
@@ -187,7 +187,7 @@ impl Render<'_, '_> {
     }
 
     /// Binds vertices and indices. Returns the type of the indices.
-    fn bind_geometry(&mut self, Geometry { vertices, indices }: Geometry<'_>) -> IndexType {
+    fn bind_geometry(&mut self, IndexedGeometry { vertices, indices }: IndexedGeometry<'_>) -> IndexType {
         for buffer in vertices.into_iter().chain([indices]) {
             self.cmd.list_buffer(buffer, Access::Read, "");
         }
@@ -209,7 +209,7 @@ impl Render<'_, '_> {
         &mut self,
         pipeline: &GraphicsPipeline,
         resources: &[(u32, Resource<'_>)],
-        geometry: Geometry<'_>,
+        geometry: IndexedGeometry<'_>,
         slices: &[IndexRange<P>],
     ) -> Result<()> {
         let Some(first) = slices.first() else { return Ok(()) };
@@ -242,7 +242,7 @@ impl Render<'_, '_> {
         pipeline: &GraphicsPipeline,
         resources: &[(u32, Resource<'_>)],
         push: &[u8],
-        geometry: Geometry<'_>,
+        geometry: IndexedGeometry<'_>,
         slices: &[ClippedSlice],
     ) -> Result<()> {
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;

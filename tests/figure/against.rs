@@ -2,7 +2,7 @@
 
 use super::family::{BARS, SWEPT};
 use super::*;
-use ortelius::figure::{Changes, Outcome, Row, Value, Verdict};
+use ortelius::figure::{CellOutcome, Changes, Row, Value, Verdict};
 use ortelius::stats::Summary;
 
 /// Results of both figures, with the first cell of the bars changed.
@@ -10,7 +10,7 @@ fn changed(change: impl Fn(&mut Row)) -> [Results; 2] {
     let folder = folder();
     let before = reported(&[&SWEPT, &BARS], folder.path());
     let mut after = before.clone();
-    let Outcome::Rows(rows) = &mut after.figures[1].cells[0].outcome else {
+    let CellOutcome::Rows(rows) = &mut after.figures[1].cells[0].outcome else {
         panic!("the bars were measured")
     };
     rows.iter_mut().for_each(change);
@@ -90,7 +90,7 @@ fn exact_numbers_words_series_and_units_changed_if_unequal() {
         assert_eq!(Changes::between(&before, &after).values.len(), 7, "{name}");
     }
     let [before, mut after] = changed(|_| {});
-    let Outcome::Rows(rows) = &mut after.figures[0].cells[0].outcome else { panic!("measured") };
+    let CellOutcome::Rows(rows) = &mut after.figures[0].cells[0].outcome else { panic!("measured") };
     rows[0].value = Value::Number(1.0 / 3.0 + 1e-16);
     assert_eq!(Changes::between(&before, &after).values.len(), 1);
 }
@@ -99,7 +99,7 @@ fn exact_numbers_words_series_and_units_changed_if_unequal() {
 fn changed_verdicts_and_new_or_gone_values_are_on_stdout_and_in_the_page() {
     let [before, mut after] = changed(|row| slow_times(row, 3.0));
     after.figures[0].claims[0].finding.verdict = Verdict::NotReproduced;
-    after.figures[0].cells[5].outcome = Outcome::Absent;
+    after.figures[0].cells[5].outcome = CellOutcome::Absent;
     let changes = Changes::between(&before, &after);
     assert_eq!((changes.gone, changes.new), (5, 0));
     let text = changes.lines(20).join("\n");
@@ -129,7 +129,7 @@ fn results_of_version_4_have_todays_names_and_equal_those_of_version_5() {
     let [mut today, mut old] = changed(|_| {});
     let name = |results: &mut Results, quantity: &str, variant: &str| {
         results.figures[0].id = "pm.shading".into();
-        let Outcome::Rows(rows) = &mut results.figures[0].cells[0].outcome else { panic!("measured") };
+        let CellOutcome::Rows(rows) = &mut results.figures[0].cells[0].outcome else { panic!("measured") };
         (rows[0].quantity, rows[0].variant) = (quantity.into(), variant.into());
     };
     name(&mut today, "faces", "the paper, as many faces as normal-aware");

@@ -37,7 +37,7 @@ fn page(folder: &Path) {
     let mut before = results.clone();
     before.figures[0].claims[0].finding.verdict = ortelius::figure::Verdict::InPart;
     for cell in &mut before.figures[2].cells {
-        if let ortelius::figure::Outcome::Rows(rows) = &mut cell.outcome {
+        if let ortelius::figure::CellOutcome::Rows(rows) = &mut cell.outcome {
             rows.iter_mut().for_each(|row| row.unit = "s".into());
         }
     }

@@ -1,6 +1,6 @@
 //! This program can read every file of results/, and has the figures and claims in them.
 
-use ortelius::figure::{Outcome, Results, Verdict, choose, page_of_results};
+use ortelius::figure::{CellOutcome, Results, Verdict, choose, page_of_results};
 use ortelius::renderer::figures::FAMILIES;
 use std::path::{Path, PathBuf};
 
@@ -21,8 +21,10 @@ fn objection(text: &str) -> Option<String> {
         if let Some(claim) = result.claims.iter().find(|claim| !known(&claim.id)) {
             return Some(format!("{}: no such claim {}", result.id, claim.id));
         }
-        let failed =
-            result.cells.iter().find(|cell| !matches!(cell.outcome, Outcome::Rows(_) | Outcome::LeftOut(_)));
+        let failed = result
+            .cells
+            .iter()
+            .find(|cell| !matches!(cell.outcome, CellOutcome::Rows(_) | CellOutcome::LeftOut(_)));
         if let Some(cell) = failed {
             return Some(format!("{} {}: not measured", result.id, cell.cell));
         }

@@ -1,7 +1,7 @@
 //! Rules for the real figures, and selection by name.
 
 use super::family::{BARS, FAILS, SWEPT};
-use ortelius::figure::claim::{At, Bound, Claim, Origin, Part, Pick, Term, Test, Who, one};
+use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Term, Test, Who, one};
 use ortelius::figure::{Effort, Family, Figure, Setting, Show, View, Views, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
@@ -165,7 +165,7 @@ fn claims_of_a_paper_are_judged_on_the_papers_variants() {
 
 /// True if a claim about time takes a least or a largest of its samples, which a lucky round would decide.
 fn selects_without_a_split(claim: &Claim) -> bool {
-    let extreme = |pick: &Pick| pick.x == At::Least || pick.part != Part::Median;
+    let extreme = |pick: &Pick| pick.x == At::Least || pick.part != Statistic::Median;
     claim.timed && claim.tests.iter().chain(claim.given).any(|test| picks(test).iter().any(extreme))
 }
 
@@ -177,7 +177,7 @@ fn no_claim_about_time_selects_a_value_by_the_rounds_that_judge_it() {
         }
     }
     const LEAST: &[Test] = &[Test::value(one("time", "a").x(At::Least), Bound::AtMost(1.0))];
-    const MOST: &[Test] = &[Test::value(one("time", "a").part(Part::Most), Bound::AtMost(1.0))];
+    const MOST: &[Test] = &[Test::value(one("time", "a").part(Statistic::Most), Bound::AtMost(1.0))];
     for tests in [LEAST, MOST] {
         assert!(selects_without_a_split(&Claim::ours("id", "text", tests).timed()));
         assert!(!selects_without_a_split(&Claim::ours("id", "text", tests)));

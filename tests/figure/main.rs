@@ -11,8 +11,8 @@ mod outputs;
 mod runs;
 
 use ortelius::figure::{
-    Cell, CellResult, Effort, Figure, Machine, Partition, Results, Run, RunError, RunProgress, Store, Tally,
-    write_outputs,
+    Cell, CellResult, Effort, Figure, FigureRun, Machine, Partition, Results, RunError, RunProgress, Store,
+    Tally, write_outputs,
 };
 use std::path::Path;
 use tempfile::TempDir;
@@ -39,8 +39,8 @@ impl RunProgress for Silent {
     fn skipped(&self, _: &CellResult) {}
 }
 
-fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> Run<'a> {
-    Run {
+fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> FigureRun<'a> {
+    FigureRun {
         figures,
         folder,
         effort: Effort::Quick,
@@ -54,7 +54,7 @@ fn a_run<'a>(figures: &'a [&'static Figure], folder: &'a Path) -> Run<'a> {
     }
 }
 
-fn run(run: &Run) -> Result<Tally, RunError> {
+fn run(run: &FigureRun) -> Result<Tally, RunError> {
     run.run(run.figures, &Silent)
 }
 

@@ -2,7 +2,7 @@
 
 use super::family::{BARS, FAILS, MANY, SWEPT};
 use super::*;
-use ortelius::figure::{Outcome, Verdict, merge};
+use ortelius::figure::{CellOutcome, Verdict, merge};
 use std::path::PathBuf;
 
 #[test]
@@ -81,7 +81,7 @@ fn a_claim_with_missing_cells_is_not_measured() {
     // A claim that the measured cells contradict is not measured either: the missing cells may be elsewhere.
     assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
-    let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count();
+    let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == CellOutcome::Absent).count();
     assert_eq!(absent, 3);
 }
 

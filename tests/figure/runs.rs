@@ -2,7 +2,7 @@
 
 use super::family::{BARS, DIES, FAILS, LARGE, LEAVES, MEASURES, SLOW, SWEPT};
 use super::*;
-use ortelius::figure::{Outcome, Verdict, merge, outlive};
+use ortelius::figure::{CellOutcome, Verdict, merge, outlive};
 use std::cell::RefCell;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -86,7 +86,7 @@ fn outlived(folder: &Path, resume: &str) -> (Vec<String>, usize) {
         child.stderr(Stdio::null()).env(FOLDER, folder).env(FROM, format!("{from}{resume}")).status()
     };
     let report = |result: &CellResult| {
-        let Outcome::Crashed(how) = &result.outcome else { panic!("{result:?}") };
+        let CellOutcome::Crashed(how) = &result.outcome else { panic!("{result:?}") };
         reported.borrow_mut().push(format!("{} {}: {how}", result.figure, result.cell));
     };
     let status = outlive(folder, worker, report).unwrap();
@@ -130,7 +130,7 @@ fn a_worker_that_is_asked_to_end_is_not_started_again() {
     assert_eq!(status.unwrap().code(), Some(1), "it has no cell under way");
 }
 
-fn rows(folder: &Path) -> Vec<(Cell, Outcome)> {
+fn rows(folder: &Path) -> Vec<(Cell, CellOutcome)> {
     Store::at(folder).all(&[&SLOW]).unwrap().into_iter().map(|result| (result.cell, result.outcome)).collect()
 }
 
@@ -146,7 +146,7 @@ fn results_of_another_effort_commit_or_device_are_not_mixed() {
     let folder = folder();
     let first = a_run(&[&SWEPT], folder.path());
     run(&first).unwrap();
-    let other = |change: fn(&mut Run)| {
+    let other = |change: fn(&mut FigureRun)| {
         let mut other = a_run(&[&SWEPT, &BARS], folder.path());
         other.resume = true;
         change(&mut other);
@@ -237,7 +237,7 @@ fn a_quick_run_is_judged_without_the_scenes_of_full_runs_and_names_them() {
     let [whole, globe] = [0, 1];
     let judged = |effort| {
         let folder = folder();
-        let tally = run(&Run { effort, ..a_run(&[&LARGE], folder.path()) }).unwrap();
+        let tally = run(&FigureRun { effort, ..a_run(&[&LARGE], folder.path()) }).unwrap();
         let cells = Store::at(folder.path()).all(&[&LARGE]).unwrap();
         let results = Results::gather(&[&LARGE], effort, &cells);
         assert_eq!(results.judged_again(&[&LARGE]).unwrap(), results);
@@ -367,13 +367,13 @@ fn a_measured_cell_replaces_one_that_failed_on_another_machine() {
     let mended = folder();
     let store = Store::create(mended.path()).unwrap();
     let mut result = Store::at(failed.path()).all(&[&FAILS]).unwrap().remove(0);
-    assert!(matches!(result.outcome, Outcome::Failed(_)));
-    result.outcome = Outcome::Rows(Vec::new());
+    assert!(matches!(result.outcome, CellOutcome::Failed(_)));
+    result.outcome = CellOutcome::Rows(Vec::new());
     store.put(&result).unwrap();
     for sources in [[failed.path(), mended.path()], [mended.path(), failed.path()]] {
         merge(&sources, merged.path(), &[&FAILS]).unwrap();
         let first = Store::at(merged.path()).all(&[&FAILS]).unwrap().remove(0);
-        assert_eq!(first.outcome, Outcome::Rows(Vec::new()));
+        assert_eq!(first.outcome, CellOutcome::Rows(Vec::new()));
     }
 }
 

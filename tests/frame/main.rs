@@ -1,7 +1,7 @@
 //! The frame loop: after a resize or a switch of variants between frames, the picture equals that of a process that
 //! draws nothing else. Validation and synchronisation validation are on; any message fails the test.
 
-use ortelius::frame::{self, Progress, Run, STALL, Slot, Stalled, Technique, View};
+use ortelius::frame::{self, FrameSlot, Progress, Run, STALL, Stalled, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::model::mesh::{Mesh, gpu_mesh};
 use ortelius::paper::progressive_mesh::{self, LoadedMesh, ProgressiveMeshes, load};
@@ -298,7 +298,7 @@ impl Technique for Reports {
         Vec::new()
     }
 
-    fn retire(&mut self, _: &Gpu, _: Slot, _: Vec<PassTime>) -> Result<(), VirtualTextureError> {
+    fn retire(&mut self, _: &Gpu, _: FrameSlot, _: Vec<PassTime>) -> Result<(), VirtualTextureError> {
         Ok(())
     }
 
@@ -319,7 +319,7 @@ impl Technique for Reports {
         self.0[0]
     }
 
-    fn memory(&self) -> frame::Memory {
+    fn memory(&self) -> frame::Allocations {
         Vec::new()
     }
 }

@@ -1,7 +1,7 @@
 use ortelius::figure::claim::{Bound, Claim, Test, one};
 use ortelius::figure::{Cell, Figure, Row, Show, Value};
-use ortelius::frame::{Memory, Progress, Slot, Stalled, Target, Technique, View};
-use ortelius::scene::{Language, Scene, Table, settings};
+use ortelius::frame::{Allocations, FrameSlot, Progress, Stalled, Target, Technique, View};
+use ortelius::scene::{Language, Scene, TableDeclaration, settings};
 use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
 
 settings! {
@@ -13,7 +13,7 @@ settings! {
 }
 
 pub const LANGUAGE: Language =
-    Language { tables: &[Table::of::<Fog>(&["surface", "*", "geometry"])], check: |_| Ok(()) };
+    Language { tables: &[TableDeclaration::of::<Fog>(&["surface", "*", "geometry"])], check: |_| Ok(()) };
 
 impl Fog {
     pub fn of(scene: &Scene) -> Fog {
@@ -34,7 +34,7 @@ impl Technique for Fog {
     type Error = Lost;
     fn needs(&self) -> Vec<Need> { Vec::new() }
     fn passes(&self) -> Vec<&'static str> { vec!["fog"] }
-    fn retire(&mut self, _: &Gpu, _: Slot, _: Vec<PassTime>) -> Result<(), Lost> { Ok(()) }
+    fn retire(&mut self, _: &Gpu, _: FrameSlot, _: Vec<PassTime>) -> Result<(), Lost> { Ok(()) }
     fn prepare(&mut self, _: &Gpu, _: &View) -> Result<(), Lost> { Ok(()) }
     fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), Lost> {
         let color = ColorTarget { image: &target.color, clear: Clear::Float([self.density as f32; 4]) };
@@ -42,7 +42,7 @@ impl Technique for Fog {
     }
     fn resize(&mut self, _: &Gpu, _: &Target) -> Result<(), Lost> { Ok(()) }
     fn progress(&self) -> Progress { Progress::Settled }
-    fn memory(&self) -> Memory { Memory::new() }
+    fn memory(&self) -> Allocations { Allocations::new() }
 }
 
 pub const FIGURES: &[&Figure] = &[&Figure {

@@ -33,7 +33,7 @@ fn walk(set: &[&str], deterministic: bool) -> Vec<(u64, f64, Vec<u8>)> {
     }
     let messages = renderer.gpu.messages();
     assert!(messages.is_empty(), "{messages:#?}");
-    let of_frame = |(record, picture): (&ortelius::paper::progressive_mesh::FrameRecord, _)| {
+    let of_frame = |(record, picture): (&ortelius::paper::progressive_mesh::MeshFrameRecord, _)| {
         (record.change.faces, record.error_factor, picture)
     };
     renderer.records.iter().filter_map(|record| record.meshes.as_ref()).zip(pictures).map(of_frame).collect()

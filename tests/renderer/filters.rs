@@ -2,7 +2,7 @@
 
 use crate::scenes::{SIZE, VIEW};
 use crate::{settled, silent};
-use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use ortelius::picture::PixelFormat;
 use ortelius::reference::filter::srgb8_to_linear;
@@ -46,7 +46,7 @@ fn noise(n: u32) -> u8 {
 
 /// The colours that the ellipse may give a sample: one for each level that derivatives with an error of at most 1/256
 /// can select.
-fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[f64; 3]> {
+fn possible(ellipse: &EllipseFilter, sample: &Sample, texture: &PlainTexture) -> Vec<[f64; 3]> {
     let [width, height] = texture.size.map(f64::from);
     let d = &sample.fine;
     let pixel = |by: f64| {
@@ -74,7 +74,7 @@ fn possible(ellipse: &Ellipse, sample: &Sample, texture: &PlainTexture) -> Vec<[
 }
 
 /// The number of covered pixels, and of those further than 5/256 from every colour that `ellipse` allows.
-fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2] {
+fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &EllipseFilter) -> [usize; 2] {
     let mut renderer = settled(scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();
     silent(&renderer);
@@ -103,7 +103,7 @@ fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &Ellipse) -> [usize; 2
 fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, texture) = scene(folder.path(), [1024, 512], noise);
-    let own = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0);
+    let own = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
     let [covered, wrong] = beyond(&scene, &texture, &own);
     assert!(covered > 5000 && wrong == 0, "{wrong} of {covered}");
     // Near misses that must be rejected.

@@ -10,7 +10,7 @@ use ortelius::paper::texture_mapping::relief::{Ray, Relief, ReliefKind};
 use ortelius::picture::PixelFormat;
 use ortelius::reference::ReferenceView;
 use ortelius::reference::filter::srgb8_to_linear;
-use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
+use ortelius::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
 use ortelius::renderer::Options;
 use ortelius::scene::Scene;
 
@@ -53,7 +53,7 @@ fn truth(scene: &Scene, relief: Relief, (colours, picture): Colours, depth_m: f6
     };
     let finer = colours as f64 / texels;
     let colour = |[u, v]: [f64; 2]| bilinear(&bytes, colours, finer * u - 0.5, finer * v - 0.5);
-    supersample(SIZE, hit, colour, Kernel::Box, Density { per_texel: 0.0, least: 12, most: 12 })
+    supersample(SIZE, hit, colour, PixelKernel::Box, Density { per_texel: 0.0, least: 12, most: 12 })
 }
 
 fn bilinear(values: &[f64], side: usize, x: f64, y: f64) -> f64 {

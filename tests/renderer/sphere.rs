@@ -7,7 +7,7 @@ use ortelius::picture::PixelFormat;
 use ortelius::reference::cylinder::Cylinder;
 use ortelius::reference::ellipsoid;
 use ortelius::reference::pattern::Pattern;
-use ortelius::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
+use ortelius::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
 use ortelius::scene::{Cylinder as Pipe, Geometry, Scene};
 
 /// The truth of the default picture without a sun. `coordinate` gives (s, t) of an eye and a ray.
@@ -25,7 +25,7 @@ fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 
     };
     // The same number of squares along both sides.
     let texture = Tiled::new(1024, &Pattern::Checker(32).texels(1024));
-    let kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
+    let kernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 };
     supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
 }
 

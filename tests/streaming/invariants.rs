@@ -2,7 +2,9 @@
 
 use crate::source::{Bench, TestSource, VideoMemory, counting, pyramid, tile, timed};
 use ortelius::math::pyramid::TileId;
-use ortelius::paper::virtual_texture::streaming::{ABSENT, FrameReport, QUEUED, Streaming, StreamingConfig};
+use ortelius::paper::virtual_texture::streaming::{
+    ABSENT, QUEUED, Streaming, StreamingConfig, StreamingCounts,
+};
 use proptest::prelude::*;
 use std::collections::HashMap;
 use std::time::Duration;
@@ -29,7 +31,7 @@ fn contents(slots: u32, held: impl Fn(u32) -> Option<TileId>) -> Result<HashMap<
 
 /// No tile is in two slots, and the tile states agree with the slots. The page table names exactly the tiles in the
 /// tile pool (J1), and each of their slots holds its tile's texels.
-pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &FrameReport) -> Result<(), String> {
+pub fn check(streaming: &Streaming, memory: &VideoMemory, report: &StreamingCounts) -> Result<(), String> {
     let config = streaming.config();
     let j1 = contents(config.gpu_tiles, |slot| streaming.gpu_tile(slot))?;
     let j2 = contents(config.host_tiles, |slot| streaming.host_tile(slot))?;
@@ -95,9 +97,9 @@ fn the_check_rejects_a_display_that_differs() {
     assert!(check(streaming, memory, &report).unwrap_err().contains("does not hold the texels"));
     memory.slots.get_mut(&slot).unwrap()[7] ^= 1;
 
-    let wrong = FrameReport { pending: 1, ..report.clone() };
+    let wrong = StreamingCounts { pending: 1, ..report.clone() };
     assert!(check(streaming, memory, &wrong).unwrap_err().contains("0 tiles missing"));
-    let wrong = FrameReport { queued_loads: 1, ..report };
+    let wrong = StreamingCounts { queued_loads: 1, ..report };
     assert!(check(streaming, memory, &wrong).unwrap_err().contains("0, 0 tiles queued"));
 }
 

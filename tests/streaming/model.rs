@@ -4,7 +4,7 @@
 use crate::invariants::{visible_list, visible_path};
 use crate::source::{Bench, TestSource, counting, pyramid};
 use ortelius::math::pyramid::TileId;
-use ortelius::paper::virtual_texture::streaming::FrameReport;
+use ortelius::paper::virtual_texture::streaming::StreamingCounts;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
@@ -155,7 +155,7 @@ impl Model {
     }
 
     /// The first difference between this model and streaming.
-    fn compare(&self, bench: &Bench, report: &FrameReport, uploads: usize) -> Result<(), String> {
+    fn compare(&self, bench: &Bench, report: &StreamingCounts, uploads: usize) -> Result<(), String> {
         let config = bench.streaming.config();
         let tiles = |cache: &[Held]| cache.iter().map(|&(tile, _)| tile).collect::<BTreeSet<_>>();
         let gpu = (0..config.gpu_tiles).filter_map(|slot| bench.streaming.gpu_tile(slot)).collect();

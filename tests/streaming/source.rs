@@ -1,7 +1,9 @@
 //! A texture whose reads can be delayed, blocked and broken, and video memory that records its bytes.
 
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
+use ortelius::paper::virtual_texture::streaming::{
+    Order, Streaming, StreamingConfig, StreamingCounts, Uploader,
+};
 use ortelius::texture::source::{TileError, TileFormat, TileSource};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Condvar, Mutex};
@@ -123,7 +125,7 @@ impl Uploader for VideoMemory {
 }
 
 impl VideoMemory {
-    pub fn apply(&mut self, report: &FrameReport) {
+    pub fn apply(&mut self, report: &StreamingCounts) {
         for &(tile, slot) in &report.display {
             match slot {
                 Some(slot) => self.display.insert(tile, slot),
@@ -147,11 +149,11 @@ impl Bench {
         Self { source, memory: VideoMemory::default(), streaming }
     }
 
-    pub fn frame(&mut self, visible: &[TileId]) -> FrameReport {
+    pub fn frame(&mut self, visible: &[TileId]) -> StreamingCounts {
         self.frame_ahead(visible, &[])
     }
 
-    pub fn frame_ahead(&mut self, visible: &[TileId], expected: &[TileId]) -> FrameReport {
+    pub fn frame_ahead(&mut self, visible: &[TileId], expected: &[TileId]) -> StreamingCounts {
         let report = self.streaming.frame_ahead(visible, expected, &mut self.memory);
         self.memory.apply(&report);
         crate::invariants::check(&self.streaming, &self.memory, &report).unwrap();
@@ -162,7 +164,7 @@ impl Bench {
     ///
     /// # Panics
     /// Without deterministic loads: their frames depend on threads, so use [`Bench::settle_timed`].
-    pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<FrameReport> {
+    pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<StreamingCounts> {
         assert!(self.streaming.config().deterministic);
         let mut reports = Vec::new();
         while reports.len() < most {
@@ -175,7 +177,7 @@ impl Bench {
     }
 
     /// Frames until settled, however many: a starved loader thread needs any number of them.
-    pub fn settle_timed(&mut self, visible: &[TileId]) -> Vec<FrameReport> {
+    pub fn settle_timed(&mut self, visible: &[TileId]) -> Vec<StreamingCounts> {
         self.until(visible, |bench, _| bench.streaming.settled())
     }
 
@@ -183,8 +185,8 @@ impl Bench {
     pub fn until(
         &mut self,
         visible: &[TileId],
-        mut done: impl FnMut(&Self, &FrameReport) -> bool,
-    ) -> Vec<FrameReport> {
+        mut done: impl FnMut(&Self, &StreamingCounts) -> bool,
+    ) -> Vec<StreamingCounts> {
         let mut reports = Vec::new();
         loop {
             let report = self.frame(visible);

@@ -3,11 +3,11 @@
 
 use ortelius::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, needs};
 use ortelius::paper::texture_mapping::coordinates::twin::{self, Fma};
-use ortelius::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk, reference};
-use ortelius::paper::texture_mapping::method::{Coordinates, Ellipse};
+use ortelius::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, RowWalk, reference};
+use ortelius::paper::texture_mapping::method::{Coordinates, EllipseFilter};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
-use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::texels::GreyMipmap;
 use ortelius::reference::pattern::Pattern;
 use ortelius::vk::{
     Feature, Format, Gpu, GpuOptions, ImageInfo, PassTime, SamplerFilter, SamplerInfo, Watched, Work,
@@ -114,14 +114,14 @@ fn largest(errors: &[(f64, f64)]) -> f64 {
 fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
     let gpu = device();
     let walks = [
-        Walk::Sequential,
-        Walk::TwoEnds,
-        Walk::Lanes(8),
-        Walk::Lanes(128),
-        Walk::Restart(1),
-        Walk::Restart(16),
+        RowWalk::Sequential,
+        RowWalk::TwoEnds,
+        RowWalk::Lanes(8),
+        RowWalk::Lanes(128),
+        RowWalk::Restart(1),
+        RowWalk::Restart(16),
     ];
-    let runs = [Walk::Restart(64), Walk::Lanes(32)];
+    let runs = [RowWalk::Restart(64), RowWalk::Lanes(32)];
     let forms = [Form::Textbook, Form::RowConstants].into_iter().chain(walks.map(Form::Walk));
     let forms = forms.chain(runs.map(Form::RowConstantsBy)).chain(runs.map(Form::TextbookBy));
     let mut roundings = Vec::new();
@@ -140,7 +140,7 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
     assert!(common, "{roundings:?}");
     // The twins differ, so a form that computed another's values would be found.
     let (plane, band) = planes().next().unwrap();
-    let runs = Walk::Restart(64);
+    let runs = RowWalk::Restart(64);
     let own = [Form::RowConstantsBy(runs), Form::TextbookBy(runs), Form::Walk(runs)];
     let [row_constants, textbook, added] = own.map(|form| twin_of(form, &plane, band, Fma::Fused));
     assert!(row_constants != textbook && row_constants != added && textbook != added);
@@ -150,8 +150,8 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
 fn row_constants_err_by_less_than_their_bound_and_by_less_than_5_thousandths_of_a_texel() {
     let gpu = device();
     for (plane, band) in planes() {
-        let runs = [Walk::Restart(64), Walk::Lanes(32)].map(Form::RowConstantsBy);
-        for form in [Form::RowConstants, Form::Walk(Walk::Restart(1))].into_iter().chain(runs) {
+        let runs = [RowWalk::Restart(64), RowWalk::Lanes(32)].map(Form::RowConstantsBy);
+        for form in [Form::RowConstants, Form::Walk(RowWalk::Restart(1))].into_iter().chain(runs) {
             let errors = errors(&values(&gpu, form, Output::Coordinates, &plane, band), &plane, band);
             let beyond = errors.iter().find(|(error, bound)| error.is_nan() || error > bound);
             assert_eq!(beyond, None, "{}: error and bound", form.name());
@@ -165,7 +165,7 @@ fn row_constants_err_by_less_than_their_bound_and_by_less_than_5_thousandths_of_
 fn sequential_sums_drift_beyond_the_bound_of_row_constants() {
     let gpu = device();
     let (plane, band) = planes().next().unwrap();
-    let sequential = Form::Walk(Walk::Sequential);
+    let sequential = Form::Walk(RowWalk::Sequential);
     let errors = errors(&values(&gpu, sequential, Output::Coordinates, &plane, band), &plane, band);
     assert!(errors.iter().any(|(error, bound)| error > bound));
     assert!(largest(&errors) > 0.05, "{}", largest(&errors));
@@ -175,14 +175,15 @@ fn sequential_sums_drift_beyond_the_bound_of_row_constants() {
 fn integers_have_no_drift() {
     let gpu = device();
     if !gpu.has(Feature::Int64) {
-        let form = Form::Integer(Walk::Sequential);
+        let form = Form::Integer(RowWalk::Sequential);
         let (plane, band) = planes().next().unwrap();
         let refused = CoordinatesPass::new(&gpu, form, Output::Coordinates, &plane, band, 64);
         assert!(refused.err().is_some_and(|error| error.to_string().contains("shaderInt64")));
         assert_eq!(needs(form).len(), 1);
         return;
     }
-    for (walk, (plane, band)) in [Walk::Sequential, Walk::Lanes(32), Walk::TwoEnds].into_iter().zip(planes())
+    for (walk, (plane, band)) in
+        [RowWalk::Sequential, RowWalk::Lanes(32), RowWalk::TwoEnds].into_iter().zip(planes())
     {
         let form = Form::Integer(walk);
         for (at, found) in values(&gpu, form, Output::Terms, &plane, band).iter().enumerate() {
@@ -207,13 +208,13 @@ fn integers_have_no_drift() {
 }
 
 /// The largest error of derivatives, relative to the largest derivative of the pixel.
-fn derivative_error(gpu: &Gpu, form: Form, method: Derivatives, plane: &TiltedPlane, band: Band) -> f64 {
+fn derivative_error(gpu: &Gpu, form: Form, method: DerivativeMethod, plane: &TiltedPlane, band: Band) -> f64 {
     let found = values(gpu, form, Output::Derivatives(method), plane, band);
     let of_pixel = |(at, found): (usize, &[f32; 4])| {
         let x = f64::from(at as u32 % WIDTH) + 0.5;
         let y = f64::from(band.first_row + at as u32 / WIDTH) + 0.5;
         let [[u_x, u_y], [v_x, v_y]] = match method {
-            Derivatives::Analytic => plane.jacobian(x, y),
+            DerivativeMethod::Analytic => plane.jacobian(x, y),
             _ => reference::differences(plane, x, y),
         };
         let exact = [u_x, v_x, u_y, v_y];
@@ -227,13 +228,13 @@ fn derivative_error(gpu: &Gpu, form: Form, method: Derivatives, plane: &TiltedPl
 fn derivatives_of_the_rows_constants_err_by_a_few_ulp_and_differences_by_thousands() {
     let gpu = device();
     for (plane, band) in planes() {
-        for method in [Derivatives::Incremental, Derivatives::Analytic] {
+        for method in [DerivativeMethod::Incremental, DerivativeMethod::Analytic] {
             let error = derivative_error(&gpu, Form::RowConstants, method, &plane, band);
             // w varies tenfold, so the sums of the numerator and of w may lose a factor of 10; w enters twice. The
             // division adds 2.5 ulp.
             assert!(error <= 40.0 * 2f64.powi(-24), "{}: {error}", method.name());
         }
-        let differences = derivative_error(&gpu, Form::Textbook, Derivatives::Differences, &plane, band);
+        let differences = derivative_error(&gpu, Form::Textbook, DerivativeMethod::Differences, &plane, band);
         assert!(differences > 1e-4, "{differences}");
     }
 }
@@ -273,7 +274,7 @@ fn a_forms_invocations_are_those_that_the_device_counts() {
         let work = work(&gpu, form, &plane, band);
         let [invocations, _] = form.invocations_and_bytes(size);
         // Threads without a pixel: those of 1024 lanes beyond 320 columns. Workgroups have 64 threads.
-        let idle = if form == Form::Walk(Walk::Lanes(1024)) { (1024 - 320) * 64 } else { 0 };
+        let idle = if form == Form::Walk(RowWalk::Lanes(1024)) { (1024 - 320) * 64 } else { 0 };
         match work.dispatches {
             0 => assert!(work.fragment_invocations >= invocations, "{}: {work:?}", form.name()),
             _ => assert_eq!(work.compute_invocations, invocations + idle, "{}", form.name()),
@@ -282,8 +283,8 @@ fn a_forms_invocations_are_those_that_the_device_counts() {
     let bytes = |form: Form| form.invocations_and_bytes(size)[1];
     let pixels = 320 * 64;
     assert_eq!([bytes(Form::Textbook), bytes(Form::RowConstants)], [0, 12 * pixels]);
-    assert_eq!(bytes(Form::RowConstantsBy(Walk::Restart(64))), 12 * pixels / 64);
-    assert_eq!(bytes(Form::Integer(Walk::Lanes(32))), 48 * 32 * 64);
+    assert_eq!(bytes(Form::RowConstantsBy(RowWalk::Restart(64))), 12 * pixels / 64);
+    assert_eq!(bytes(Form::Integer(RowWalk::Lanes(32))), 48 * 32 * 64);
 }
 
 /// With a thread for each pixel, this picture has more groups than one dimension of a dispatch may have.
@@ -294,7 +295,7 @@ fn a_picture_of_66048_groups_is_drawn_whole() {
     let plane = TiltedPlane::tilted([width, height], 60.0, 20.0, 64.0);
     let texels = |first_row, rows| {
         let band = Band { size: [width, rows], first_row };
-        run(&gpu, Form::Walk(Walk::Restart(1)), Output::Texels, &plane, band).read(&gpu).unwrap()
+        run(&gpu, Form::Walk(RowWalk::Restart(1)), Output::Texels, &plane, band).read(&gpu).unwrap()
     };
     let whole = texels(0, height);
     let parts = [0, 1024, height - 16].map(|first| (first, texels(first, 16)));
@@ -308,8 +309,9 @@ fn a_picture_of_66048_groups_is_drawn_whole() {
 /// The pixels of an ellipse filter with this form of the coordinates.
 fn filtered(gpu: &Gpu, form: Coordinates, plane: &TiltedPlane) -> Vec<Dumped> {
     let size = super::SIZE;
-    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
-    let pass = FilterPass::by(gpu, &Ellipse::BEST, texels.coarsest(), form, (plane, size), true).unwrap();
+    let texels = GreyMipmap::new(64, Pattern::WhiteNoise.texels(64));
+    let pass =
+        FilterPass::by(gpu, &EllipseFilter::BEST, texels.coarsest(), form, (plane, size), true).unwrap();
     let targets = Targets::new(gpu, size, true).unwrap();
     let uploaded = Uploaded::new(gpu, "texture", &texels).unwrap();
     pass.run(gpu, &uploaded, &targets, &push(plane, size, 0)).unwrap();

@@ -1,11 +1,11 @@
 //! Properties of the reference's weights: covariance, maps, edges.
 
-use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::plane::Tilt;
 use ortelius::paper::texture_mapping::reference::ellipse;
-use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::texels::GreyMipmap;
 use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
-use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
+use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::reference::pattern::Pattern;
 
 /// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer one is rotated by `degrees`.
@@ -17,7 +17,7 @@ fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> PixelCentre 
 
 /// The covariance of the filter's effective kernel at level 0: the second moments of the texels' weights. A texel's
 /// weight is the filtered value of an impulse at that texel.
-fn covariance(method: &Ellipse, pixel: &PixelCentre, texels: u32) -> [f64; 3] {
+fn covariance(method: &EllipseFilter, pixel: &PixelCentre, texels: u32) -> [f64; 3] {
     let mut moments = [0.0; 3];
     let reach = ellipse::weights(method, pixel, texels.ilog2(), 0);
     let total: f64 = reach.iter().map(|(_, weight)| weight).sum();
@@ -31,8 +31,8 @@ fn covariance(method: &Ellipse, pixel: &PixelCentre, texels: u32) -> [f64; 3] {
 
 /// The whitened covariance of a filter with this edge, kernel and axis ratio, divided by the kernel's variance: (1 0 1)
 /// if the filter spreads as its kernel does.
-fn whitened(edge: Edge, kernel: Kernel, ratio: f64, degrees: f64) -> [f64; 3] {
-    let method = Ellipse::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
+fn whitened(edge: Edge, kernel: EllipseKernel, ratio: f64, degrees: f64) -> [f64; 3] {
+    let method = EllipseFilter::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
     let mut mean = [0.0; 3];
     let phases = 8;
     for n in 0..phases * phases {
@@ -56,7 +56,7 @@ fn whitened(edge: Edge, kernel: Kernel, ratio: f64, degrees: f64) -> [f64; 3] {
 fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() {
     for (edge, kernel) in [Edge::None, Edge::AreaRamp]
         .into_iter()
-        .flat_map(|edge| [Kernel::FORMULA_4, Kernel::EWA].map(|kernel| (edge, kernel)))
+        .flat_map(|edge| [EllipseKernel::FORMULA_4, EllipseKernel::EWA].map(|kernel| (edge, kernel)))
     {
         for (ratio, degrees) in [(1.0, 0.0), (4.0, 30.0), (16.0, 77.0), (64.0, 45.0), (64.0, 10.0)] {
             let found @ [along, mixed, across] = whitened(edge, kernel, ratio, degrees);
@@ -68,22 +68,22 @@ fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() 
 
 #[test]
 fn the_literal_axes_do_not() {
-    let method = Ellipse::BEST.edge(Edge::None).minor_texels(0.0);
+    let method = EllipseFilter::BEST.edge(Edge::None).minor_texels(0.0);
     let method = method.axes(ortelius::paper::texture_mapping::footprint::Axes::Rows);
     let pixel = pixel(4.0, 6.0, 30.0, [0.5, 0.5]);
     let [a, b, c] = covariance(&method, &pixel, 1 << 16);
     let (sin, cos) = f64::to_radians(30.0).sin_cos();
     let across = a * sin * sin - 2.0 * b * sin * cos + c * cos * cos;
-    let expected = Kernel::EWA.variance() * 16.8;
+    let expected = EllipseKernel::EWA.variance() * 16.8;
     assert!((across / expected - 1.0).abs() > 0.05, "{across}, and {expected} is right");
 }
 
 #[test]
 fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
-    let texels = Texels::new(256, Pattern::PinkNoise.texels(256));
-    let checker = Texels::new(256, Pattern::Checker(2).texels(256));
+    let texels = GreyMipmap::new(256, Pattern::PinkNoise.texels(256));
+    let checker = GreyMipmap::new(256, Pattern::Checker(2).texels(256));
     let nmse = |entries: u32, bits: u32, linear: bool| {
-        let formula = Ellipse::BEST.kernel(Kernel::FORMULA_4).edge(Edge::None);
+        let formula = EllipseFilter::BEST.kernel(EllipseKernel::FORMULA_4).edge(Edge::None);
         let mapped = formula.map(WeightMap { shape: MapShape::Radial, entries, bits, linear });
         let (mut error, mut square) = (0.0, 0.0);
         for tilt in [0.0, 60.0, 75.0] {
@@ -98,7 +98,8 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
                     let level = ellipse::levels(&formula, &pixel, texels.coarsest())[0];
                     let texel = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;
                     let levels = [level, texels.coarsest()];
-                    let value = |method: &Ellipse| ellipse::filtered(method, &pixel, levels, texel).value;
+                    let value =
+                        |method: &EllipseFilter| ellipse::filtered(method, &pixel, levels, texel).value;
                     let truth = value(&formula);
                     error += (value(&mapped) - truth).powi(2);
                     square += truth * truth;
@@ -141,7 +142,7 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
 fn a_footprint_within_a_bound_takes_no_texel_beyond() {
     let mut reached = [0.0f64; 2];
     for (index, most) in [4, 16].into_iter().enumerate() {
-        let method = Ellipse::BEST.within(most);
+        let method = EllipseFilter::BEST.within(most);
         for n in 0..4000 {
             // Minor axes of 0.1 to 10^5 texels, ratios up to 10^4, any direction, any position in the texel.
             let part = |prime: f64| (f64::from(n) * prime).fract();

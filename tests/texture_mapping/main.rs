@@ -10,12 +10,12 @@ mod relief;
 
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
-use ortelius::paper::texture_mapping::method::{Ellipse, Method};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use ortelius::paper::texture_mapping::plane::TiltedPlane;
-use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::texels::GreyMipmap;
 use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
-use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
+use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::vk::{Feature, GpuOptions, Watched};
 
 fn device() -> Watched {
@@ -26,13 +26,13 @@ const SIZE: [u32; 2] = [48, 36];
 
 /// Methods that cover every value of every setting.
 fn methods() -> Vec<Method> {
-    let best = Ellipse::BEST;
+    let best = EllipseFilter::BEST;
     let map = |shape, entries, bits| best.map(WeightMap { shape, entries, bits, linear: false });
     let mut ellipses = vec![
-        Ellipse::PAPER,
-        Ellipse::PAPER.determinant(Determinant::AllPositive),
-        Ellipse::PAPER.axes(Axes::Columns).determinant(Determinant::AllPositive),
-        Ellipse::PAPER.axes(Axes::Corrected).scan(Scan::RowSpan).determinant(Determinant::AllPositive),
+        EllipseFilter::PAPER,
+        EllipseFilter::PAPER.determinant(Determinant::AllPositive),
+        EllipseFilter::PAPER.axes(Axes::Columns).determinant(Determinant::AllPositive),
+        EllipseFilter::PAPER.axes(Axes::Corrected).scan(Scan::RowSpan).determinant(Determinant::AllPositive),
         best,
         best.scan(Scan::BoundingBox),
         best.axes(Axes::Rows),
@@ -45,8 +45,11 @@ fn methods() -> Vec<Method> {
         best.map(WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true }),
         map(MapShape::SquaredRadius, 128, 8).edge(Edge::None),
     ];
-    ellipses.extend(Edge::ALL.map(|edge| best.edge(edge).kernel(Kernel::FORMULA_4)));
-    ellipses.extend([Kernel::DIAMETER_1, Kernel::UNIFORM].map(|kernel| best.kernel(kernel).edge(Edge::None)));
+    ellipses.extend(Edge::ALL.map(|edge| best.edge(edge).kernel(EllipseKernel::FORMULA_4)));
+    ellipses.extend(
+        [EllipseKernel::DIAMETER_1, EllipseKernel::UNIFORM]
+            .map(|kernel| best.kernel(kernel).edge(Edge::None)),
+    );
     let baselines = [
         FilterBaseline::Trilinear,
         FilterBaseline::Anisotropic(16),
@@ -60,7 +63,7 @@ fn methods() -> Vec<Method> {
     ellipses.into_iter().map(Method::Ellipse).chain(baselines.map(Method::Baseline)).collect()
 }
 
-fn dumped(gpu: &Watched, method: &Method, texels: &Texels, plane: &TiltedPlane) -> Vec<Dumped> {
+fn dumped(gpu: &Watched, method: &Method, texels: &GreyMipmap, plane: &TiltedPlane) -> Vec<Dumped> {
     let texture = Uploaded::new(gpu, "texture", texels).unwrap();
     let targets = Targets::new(gpu, SIZE, true).unwrap();
     let pass = FilterPass::new(gpu, method, texels.coarsest(), true).unwrap();

@@ -4,10 +4,10 @@ use super::{SIZE, device, dumped, methods};
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
-use ortelius::paper::texture_mapping::method::{Ellipse, Method};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::reference::ellipse;
-use ortelius::paper::texture_mapping::texels::Texels;
+use ortelius::paper::texture_mapping::texels::GreyMipmap;
 use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::reference::pattern::Pattern;
 
@@ -32,7 +32,7 @@ fn subtracts(method: &Method) -> bool {
 #[test]
 fn every_method_is_the_reference_up_to_rounding() {
     let gpu = device();
-    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let texels = GreyMipmap::new(64, Pattern::WhiteNoise.texels(64));
     let mut objections = Vec::new();
     for method in methods() {
         // The subtracted determinant of a long footprint is noise in f32: see `tm.extremes`.
@@ -54,9 +54,9 @@ fn every_method_is_the_reference_up_to_rounding() {
 #[test]
 fn each_texel_that_the_shader_counts_has_a_weight_in_the_reference() {
     let gpu = device();
-    let texels = Texels::new(512, Pattern::PinkNoise.texels(512));
+    let texels = GreyMipmap::new(512, Pattern::PinkNoise.texels(512));
     let map = WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true };
-    let (best, paper) = (Ellipse::BEST, Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0));
+    let (best, paper) = (EllipseFilter::BEST, EllipseFilter::PAPER.scan(Scan::RowSpan).minor_texels(2.0));
     let paper = paper.determinant(Determinant::AllPositive).axes(Axes::Corrected).k(0.8);
     for (tilt, ellipse) in
         [0.0, 30.0, 60.0, 75.0, 80.0].into_iter().flat_map(|tilt| [(tilt, best), (tilt, paper.map(map))])
@@ -81,12 +81,13 @@ fn each_texel_that_the_shader_counts_has_a_weight_in_the_reference() {
 #[test]
 fn a_changed_setting_is_not_explained_by_rounding() {
     let gpu = device();
-    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let texels = GreyMipmap::new(64, Pattern::WhiteNoise.texels(64));
     let plane = Tilt::of(60.0).plane(SIZE[1]).rounded();
-    let found = dumped(&gpu, &Method::Ellipse(Ellipse::BEST), &texels, &plane);
-    for other in
-        [Ellipse::BEST.k(0.801), Ellipse::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::Cubic)]
-    {
+    let found = dumped(&gpu, &Method::Ellipse(EllipseFilter::BEST), &texels, &plane);
+    for other in [
+        EllipseFilter::BEST.k(0.801),
+        EllipseFilter::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::Cubic),
+    ] {
         let compared = compare(&found, &Method::Ellipse(other), &plane, SIZE, &texels, 0);
         assert!(compared.unexplained.len() > 100, "{other:?}: {:?}", compared.unexplained.len());
     }
@@ -95,7 +96,7 @@ fn a_changed_setting_is_not_explained_by_rounding() {
 #[test]
 fn a_constant_texture_comes_out_exactly() {
     let gpu = device();
-    let texels = Texels::new(64, Pattern::Constant(119).texels(64));
+    let texels = GreyMipmap::new(64, Pattern::Constant(119).texels(64));
     // The summation of the device's anisotropic filter is unspecified, hence its wider bound.
     let own = methods().into_iter().map(|method| (method, 2f32.powi(-25)));
     for (method, most) in own.chain([(Method::Baseline(FilterBaseline::Hardware(16)), 1.0 / 512.0)]) {
@@ -112,13 +113,14 @@ fn a_constant_texture_comes_out_exactly() {
 #[test]
 fn with_k_of_a_half_no_footprint_is_empty_and_without_it_many_are() {
     let gpu = device();
-    let texels = Texels::new(64, Pattern::WhiteNoise.texels(64));
+    let texels = GreyMipmap::new(64, Pattern::WhiteNoise.texels(64));
     let plane = Tilt::of(88.0).plane(SIZE[1]);
-    let empty = |ellipse: Ellipse| {
+    let empty = |ellipse: EllipseFilter| {
         let pixels = dumped(&gpu, &Method::Ellipse(ellipse), &texels, &plane);
         pixels.iter().filter(|pixel| pixel.empty).count()
     };
-    let plain = Ellipse::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::None).minor_texels(0.0);
+    let plain =
+        EllipseFilter::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::None).minor_texels(0.0);
     assert_eq!(empty(plain.k(0.5)), 0);
     assert!(empty(plain.k(0.0)) > SIZE[0] as usize, "{}", empty(plain.k(0.0)));
 }

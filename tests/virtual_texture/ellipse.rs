@@ -1,13 +1,13 @@
 //! Paper 3's ellipse on tiles: its level, the list and the picture, compared with paper 3's own f64 reference.
 
 use crate::truth::{RADIUS_PX, tolerance, view_of};
-use crate::{Renderer, bordered, device, open, open_with, pose};
+use crate::{TextureSession, bordered, device, open, open_with, pose};
 use ortelius::math::pyramid::{Pyramid, TileId};
-use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{bounded, filtered, half_sides, levels};
 use ortelius::paper::virtual_texture::config::Filter;
 use ortelius::paper::virtual_texture::reach::neighbours;
-use ortelius::paper::virtual_texture::reference::picture::{Texels, sides};
+use ortelius::paper::virtual_texture::reference::picture::{SourceTexels, sides};
 use ortelius::paper::virtual_texture::reference::{tiles_of_texels, visible_tiles};
 use ortelius::paper::virtual_texture::{
     Compaction, Config, Dedup, Filtering, Listing, RequestFormat, TileAddress, VirtualTextureSettings,
@@ -15,7 +15,7 @@ use ortelius::paper::virtual_texture::{
 use ortelius::picture::PixelFormat;
 use ortelius::reference::Sample;
 use ortelius::reference::filter::{Edges, MipPyramid, sample_count, srgb8_to_linear};
-use ortelius::reference::supersample::{Density, Kernel, supersample};
+use ortelius::reference::supersample::{Density, PixelKernel, supersample};
 use ortelius::texture::source::{TileError, TileSource};
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -34,8 +34,8 @@ const CASES: [(&str, &str, u32, u32); 7] = [
 ];
 
 /// The ellipse with an axis ratio of at most `ratio`, in tiles of `tile_size`.
-fn ellipse(ratio: u32, tile_size: u32) -> Ellipse {
-    Ellipse::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
+fn ellipse(ratio: u32, tile_size: u32) -> EllipseFilter {
+    EllipseFilter::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
 
 fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
@@ -49,7 +49,7 @@ fn settled(
     camera: &str,
     border: u32,
     change: impl FnOnce(&mut VirtualTextureSettings),
-) -> Renderer {
+) -> TextureSession {
     let scene = bordered(scene, border);
     let mut renderer = open(&device(), &scene, [160, 90], change);
     renderer.settle(&pose(&scene, camera)).unwrap();
@@ -64,7 +64,7 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> PixelCentr
 
 /// The number of pixels whose level differs from that of the reference (from the device's derivatives), and the number
 /// of covered pixels.
-fn wrong_levels(renderer: &mut Renderer, ellipse: &Ellipse) -> [usize; 2] {
+fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
     let mut counts = [0; 2];
@@ -88,7 +88,11 @@ type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 /// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to it. If
 /// rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles, and
 /// of undecided pixels.
-fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (BTreeSet<TileId>, [usize; 2]) {
+fn needed(
+    renderer: &mut TextureSession,
+    margin: i64,
+    half_sides: HalfSides<'_>,
+) -> (BTreeSet<TileId>, [usize; 2]) {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
     let side = i64::from(pyramid.tile_size());
@@ -130,7 +134,7 @@ fn needed(renderer: &mut Renderer, margin: i64, half_sides: HalfSides<'_>) -> (B
 }
 
 /// For the ellipse, whose box contains the centres of its texels.
-fn of_ellipse(ellipse: Ellipse) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
+fn of_ellipse(ellipse: EllipseFilter) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
 }
 
@@ -146,7 +150,7 @@ fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     }
 }
 
-fn listed(renderer: &Renderer) -> BTreeSet<TileId> {
+fn listed(renderer: &TextureSession) -> BTreeSet<TileId> {
     renderer.records.last().unwrap().visible.iter().copied().collect()
 }
 
@@ -241,9 +245,9 @@ fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
 /// tolerance exceeds a quarter of the footprint's width, as at the limb, where triangles are less than a pixel high. An
 /// infinite `limb` gives the facet's own footprint.
 fn possible(
-    ellipse: &Ellipse,
+    ellipse: &EllipseFilter,
     sample: &Sample,
-    texels: &Texels<'_>,
+    texels: &SourceTexels<'_>,
     pyramid: &Pyramid,
     limb: f64,
 ) -> Option<Vec<[f64; 3]>> {
@@ -282,7 +286,7 @@ fn possible(
 const BOUND: f64 = 5.0 / 256.0;
 
 /// Number of pixels inside one triangle that no colour of `reference` explains.
-fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellipse) -> usize {
+fn beyond(renderer: &mut TextureSession, scene: &str, camera: &str, reference: &EllipseFilter) -> usize {
     let scene = bordered(scene, renderer.technique.source.pyramid().border_texels());
     let size = renderer.technique.settings.size;
     let bytes = renderer.picture_bytes().unwrap();
@@ -291,7 +295,7 @@ fn beyond(renderer: &mut Renderer, scene: &str, camera: &str, reference: &Ellips
     let view = view_of(&scene, &pose, size);
     let limb = pose.pixel_tangent(size[1]) * scene.surfaces["land"].grid().unwrap().curvature;
     let source = renderer.technique.source.clone();
-    let (texels, pyramid) = (Texels::new(&*source), source.pyramid());
+    let (texels, pyramid) = (SourceTexels::new(&*source), source.pyramid());
     let (mut worst, mut beyond, mut judged, mut excused) = (0.0f64, 0, 0, 0);
     for (n, found) in found.iter().enumerate() {
         let (x, y) = (n as u32 % size[0], n as u32 / size[0]);
@@ -342,7 +346,7 @@ fn another_ellipse_is_not_the_picture() {
 
 /// A level's linear colours as a function that threads share.
 fn green(source: &dyn TileSource, level: u32) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + Sync> {
-    let (texels, pyramid) = (Texels::new(source), source.pyramid());
+    let (texels, pyramid) = (SourceTexels::new(source), source.pyramid());
     let [width, height] = pyramid.level_size(level);
     let texture = texels.texture();
     let place = |n: u32| texture.texel_at(level, i64::from(n % width), i64::from(n / width));
@@ -370,12 +374,12 @@ fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
         size,
         |x, y| view.coordinate(x, y),
         |[s, t]| texture.bilinear(LEVEL, s, t)[1],
-        Kernel::Gaussian { sigma: 0.5, radius: 1.0 },
+        PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 },
         Density { per_texel: 0.0, least: 6, most: 6 },
     );
     let bytes = renderer.picture_bytes().unwrap();
     let shown: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-    let (texels, own) = (Texels::new(&*source), ellipse(16, pyramid.tile_size()));
+    let (texels, own) = (SourceTexels::new(&*source), ellipse(16, pyramid.tile_size()));
     let (mut square, mut of_facets, mut of_device, mut pixels) = (0.0, 0.0, 0.0, 0);
     for (n, sample) in view.samples().into_iter().enumerate() {
         let Some(sample) = sample.filter(|_| !truth.whole[n]) else { continue };

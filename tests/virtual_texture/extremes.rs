@@ -2,7 +2,7 @@
 //! right.
 
 use crate::device;
-use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, Outcome};
+use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, ListOutcome};
 use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Instant;
@@ -32,12 +32,12 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
             examined.settled,
         );
         faults.extend(examined.fault(extreme).map(|fault| format!("{}: {fault}", extreme.name)));
-        let refused = |(name, outcome): &(String, Outcome)| match outcome {
-            Outcome::Refused(line) => {
+        let refused = |(name, outcome): &(String, ListOutcome)| match outcome {
+            ListOutcome::Refused(line) => {
                 println!("  {name}: {line}");
                 Some(name.clone())
             }
-            Outcome::Listed { .. } | Outcome::Superset { .. } => None,
+            ListOutcome::Listed { .. } | ListOutcome::Superset { .. } => None,
         };
         let refused: BTreeSet<String> = examined.variants.iter().filter_map(refused).collect();
         never_ran = Some(never_ran.map_or(refused.clone(), |never| &never & &refused));

@@ -1,13 +1,13 @@
 //! Borders and filters: which texels filters read, and the mean of stochastic filters.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::VirtualTextureSettings;
 use ortelius::paper::virtual_texture::figures::stage1::snapping;
-use ortelius::paper::virtual_texture::reference::picture::{Texels, footprint, sides};
+use ortelius::paper::virtual_texture::reference::picture::{SourceTexels, footprint, sides};
 use ortelius::paper::virtual_texture::reference::triple;
 use ortelius::picture::Picture;
 use ortelius::picture::PixelFormat;
@@ -17,7 +17,7 @@ use ortelius::reference::Sample;
 use ortelius::reference::filter::sample_count;
 use ortelius::texture::source::{border::true_texel, ruler::ruler_hash};
 
-fn picture(renderer: &mut Renderer) -> Picture {
+fn picture(renderer: &mut TextureSession) -> Picture {
     let [width, height] = renderer.technique.settings.size;
     let bytes = renderer.picture_bytes().unwrap();
     Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
@@ -176,7 +176,7 @@ fn beyond(
     border: u32,
     bound: f64,
     change: impl FnOnce(&mut VirtualTextureSettings),
-    possible: impl Fn(&Texels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
+    possible: impl Fn(&SourceTexels<'_>, &Sample, &Pyramid) -> Vec<[f64; 4]>,
 ) -> usize {
     let gpu = device();
     let (scene, size) = (bordered("earth", border), [320, 180]);
@@ -189,7 +189,7 @@ fn beyond(
     renderer.settle(&pose).unwrap();
     assert_eq!(renderer.technique.bias(), 0);
     let (picture, pyramid) = (picture(&mut renderer), renderer.technique.source.pyramid());
-    let (view, texels) = (view_of(&scene, &pose, size), Texels::new(&*renderer.technique.source));
+    let (view, texels) = (view_of(&scene, &pose, size), SourceTexels::new(&*renderer.technique.source));
     let error = |found: [f32; 4], colour: &[f64; 4]| {
         (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max)
     };

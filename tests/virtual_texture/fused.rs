@@ -1,10 +1,10 @@
 //! Marking in the fragment shader that textures: the list is compared with stage 1's triples, and the picture with that
 //! of the paper's variant.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::lists::assert_lists;
 use crate::{device, landscapes, open, pose, scene};
-use ortelius::frame::{Seen, Shape, Slot, Technique, View};
+use ortelius::frame::{DrawList, FrameSlot, Shape, Technique, View};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
@@ -25,7 +25,7 @@ fn fuse(settings: &mut VirtualTextureSettings, dedup: Dedup) {
 }
 
 /// The last frame's listed tiles, and the tiles that its pixels request.
-fn listed_and_seen(renderer: &mut Renderer) -> (BTreeSet<TileId>, BTreeSet<TileId>) {
+fn listed_and_seen(renderer: &mut TextureSession) -> (BTreeSet<TileId>, BTreeSet<TileId>) {
     renderer.drain().unwrap();
     let seen = reference::visible_tiles(&renderer.requests().unwrap(), &renderer.technique.source.pyramid());
     let record = renderer.records.last().unwrap();
@@ -48,7 +48,7 @@ struct Beside {
 }
 
 impl Beside {
-    fn new(gpu: &Gpu, renderer: &Renderer, shape: &Rc<Shape>, config: Config) -> Beside {
+    fn new(gpu: &Gpu, renderer: &TextureSession, shape: &Rc<Shape>, config: Config) -> Beside {
         let pyramid = renderer.technique.source.pyramid();
         let resident = &renderer.technique.resident;
         Beside {
@@ -67,20 +67,20 @@ impl Beside {
     }
 
     /// Draws `pose` and returns the visible-tile list.
-    fn list(&mut self, gpu: &Gpu, renderer: &Renderer, pose: &Pose) -> Vec<[u32; 3]> {
+    fn list(&mut self, gpu: &Gpu, renderer: &TextureSession, pose: &Pose) -> Vec<[u32; 3]> {
         let (resident, target) = (&renderer.technique.resident, renderer.target());
-        let seen = Seen::new([&*self.shape], View::new(pose, target.size()), 0);
-        let (list, images) = (self.stage3.list(Slot::FIRST), (&*target.color, &*target.depth));
+        let seen = DrawList::new([&*self.shape], View::new(pose, target.size()), 0);
+        let (list, images) = (self.stage3.list(FrameSlot::FIRST), (&*target.color, &*target.depth));
         let mut frame = gpu.frame().unwrap();
         frame.pass("fused", |cmd| self.fused.draw(cmd, resident, &seen, list, images)).unwrap();
-        self.stage3.record(&mut frame, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap();
+        self.stage3.record(&mut frame, FrameSlot::FIRST, self.fused.mask(FrameSlot::FIRST)).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        self.stage3.collect(gpu, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap().0
+        self.stage3.collect(gpu, FrameSlot::FIRST, self.fused.mask(FrameSlot::FIRST)).unwrap().0
     }
 
     /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image. Returns the
     /// number of surplus triples.
-    fn check(&mut self, gpu: &Gpu, renderer: &mut Renderer, pose: &Pose, what: &str) -> usize {
+    fn check(&mut self, gpu: &Gpu, renderer: &mut TextureSession, pose: &Pose, what: &str) -> usize {
         let triples = self.list(gpu, renderer, pose);
         let (requests, pyramid, address) =
             (renderer.requests().unwrap(), renderer.technique.source.pyramid(), self.config.address);

@@ -1,8 +1,8 @@
 //! Stages 1 to 3: the list equals the integer reference computed from the same request image.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::{device, landscapes, open, pose, scene};
-use ortelius::frame::Slot;
+use ortelius::frame::FrameSlot;
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::compact::CompactPass;
@@ -14,7 +14,7 @@ use ortelius::vk::Gpu;
 use std::collections::BTreeSet;
 
 /// Runs stages 2 and 3 of a variant on the request image of the renderer's last frame.
-pub(crate) fn list(gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
+pub(crate) fn list(gpu: &Gpu, renderer: &TextureSession, config: &Config) -> Vec<[u32; 3]> {
     let pyramid = renderer.technique.source.pyramid();
     let stage1 = renderer.technique.stage1().unwrap();
     let dedup = DedupPass::new(gpu, &pyramid, config, stage1).unwrap();
@@ -32,8 +32,8 @@ pub(crate) fn run(
 ) -> Vec<[u32; 3]> {
     let mut list = compact.list(gpu, u64::from(config.list_capacity)).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, Slot::FIRST)).unwrap();
-    frame.pass("compact", |cmd| list.compact(cmd, dedup.mask(Slot::FIRST))).unwrap();
+    frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, FrameSlot::FIRST)).unwrap();
+    frame.pass("compact", |cmd| list.compact(cmd, dedup.mask(FrameSlot::FIRST))).unwrap();
     frame
         .pass("read-back", |cmd| {
             list.read_back(cmd);
@@ -41,12 +41,12 @@ pub(crate) fn run(
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
-    compact.collect(gpu, dedup.mask(Slot::FIRST), &mut list).unwrap().0
+    compact.collect(gpu, dedup.mask(FrameSlot::FIRST), &mut list).unwrap().0
 }
 
 /// Compares a variant's list with the reference of the request image.
 pub(crate) fn assert_equals_reference(
-    renderer: &mut Renderer,
+    renderer: &mut TextureSession,
     triples: &[[u32; 3]],
     address: TileAddress,
     what: &str,

@@ -29,7 +29,7 @@ use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::sync::Arc;
 
 /// A session with one landscape.
-type Renderer = Run<VirtualTexture>;
+type TextureSession = Run<VirtualTexture>;
 
 /// A device with the features of all variants.
 fn device() -> Watched {
@@ -43,7 +43,7 @@ fn open_with(
     size: [u32; 2],
     source: Arc<dyn TileSource>,
     change: impl FnOnce(&mut VirtualTextureSettings),
-) -> Renderer {
+) -> TextureSession {
     let mut settings = VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8).unwrap();
     settings.size = size;
     settings.streaming.gpu_tiles = 64;
@@ -58,7 +58,7 @@ fn open(
     scene: &Scene,
     size: [u32; 2],
     change: impl FnOnce(&mut VirtualTextureSettings),
-) -> Renderer {
+) -> TextureSession {
     open_with(gpu, scene, size, open_texture(scene).unwrap(), change)
 }
 

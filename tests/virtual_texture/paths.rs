@@ -1,6 +1,6 @@
 //! Moving cameras: small caches, prefetched tiles, a failing disk.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::scene;
 use crate::streaming::Broken;
 use crate::{device, open, open_with};
@@ -22,7 +22,7 @@ fn earth_of_ruler() -> Scene {
 const SIZE: [u32; 2] = [160, 90];
 
 /// Renders every 24th frame of a path (240 frames; teleport 150); returns the largest visible set.
-fn go(renderer: &mut Renderer, scene: &Scene, path: &str) -> usize {
+fn go(renderer: &mut TextureSession, scene: &Scene, path: &str) -> usize {
     let path = scene.path(path).unwrap();
     let first = renderer.records.len();
     for frame in (0..path.frames).step_by(24) {

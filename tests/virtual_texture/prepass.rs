@@ -4,7 +4,7 @@
 use crate::lists::assert_lists;
 use crate::{device, scene};
 use glam::DVec3;
-use ortelius::frame::{Seen, Shape, Slot, View, world_view};
+use ortelius::frame::{DrawList, FrameSlot, Shape, View, world_view};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
 use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
@@ -117,14 +117,15 @@ impl Drawn<'_> {
     fn check(&mut self, pose: &Pose, what: &str) -> f64 {
         let gpu = self.gpu;
         let Drawn { fused, resident, shape, target, depth, stage3, .. } = &*self;
-        let seen = Seen::new([shape], View::new(pose, SIZE), 0);
+        let seen = DrawList::new([shape], View::new(pose, SIZE), 0);
         let mut frame = gpu.frame().unwrap();
         frame.pass("footprint", |cmd| self.stage1.draw(cmd, &seen)).unwrap();
-        let list = stage3.list(Slot::FIRST);
+        let list = stage3.list(FrameSlot::FIRST);
         frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, list, (target, depth))).unwrap();
-        stage3.record(&mut frame, Slot::FIRST, fused.mask(Slot::FIRST)).unwrap();
+        stage3.record(&mut frame, FrameSlot::FIRST, fused.mask(FrameSlot::FIRST)).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        let triples = self.stage3.collect(gpu, Slot::FIRST, self.fused.mask(Slot::FIRST)).unwrap().0;
+        let triples =
+            self.stage3.collect(gpu, FrameSlot::FIRST, self.fused.mask(FrameSlot::FIRST)).unwrap().0;
         let what = format!("{what}: {pose:?}");
         let [whole, culled] = [&*self.stage1.depth, &self.depth].map(|d| gpu.read_image(d).unwrap());
         let differing = whole.chunks(4).zip(culled.chunks(4)).filter(|(a, b)| a != b).count();

@@ -1,6 +1,6 @@
 //! The list made by the host, from the whole request image and from a subset of its pixels.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::{device, open, pose, scene};
 use ortelius::frame::Technique;
 use ortelius::math::pyramid::TileId;
@@ -11,7 +11,7 @@ use ortelius::vk::{FRAMES_IN_FLIGHT, Feature, Gpu, GpuOptions, Watched};
 use std::collections::BTreeSet;
 
 /// The host's copy of the request image of the renderer's last frame.
-fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
+fn copied(gpu: &Gpu, renderer: &TextureSession) -> HostCopy {
     let stage1 = renderer.technique.stage1().unwrap();
     let copy = HostCopy::new(gpu, stage1.requests.info().size, stage1.format).unwrap();
     let mut frame = gpu.frame().unwrap();
@@ -26,7 +26,7 @@ fn copied(gpu: &Gpu, renderer: &Renderer) -> HostCopy {
 }
 
 /// The host's copies of the samples of several frames.
-fn gathered(gpu: &Gpu, renderer: &Renderer, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
+fn gathered(gpu: &Gpu, renderer: &TextureSession, n: u32, frames: std::ops::Range<u64>) -> Vec<Vec<u32>> {
     let stage1 = renderer.technique.stage1().unwrap();
     let gather = Feedback::new(gpu, stage1.format, n).unwrap();
     let samples = gather.samples(gpu, stage1.requests.info().size).unwrap();
@@ -133,7 +133,7 @@ fn samples_list_only_visible_tiles_and_a_cycle_lists_all() {
         let format = renderer.technique.stage1().unwrap().format;
         let mut host = HostList::new(HostPass::Bitmap, &pyramid, format, TileAddress::OwnLevel).unwrap();
         for n in [2, 4, 6, 8] {
-            let mut memory = feedback::Memory::new(feedback::cycle(n));
+            let mut memory = feedback::SampleHistory::new(feedback::cycle(n));
             let mut remembered = Vec::new();
             // Samples from the middle of one cycle into the next.
             for samples in gathered(&gpu, &renderer, n, 3..3 + feedback::cycle(n)) {

@@ -1,6 +1,6 @@
 //! Streaming on the device: caches that are too small, unreadable tiles, deterministic runs, fade-in.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::{device, open, open_with, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::virtual_texture::config::open_texture;
@@ -115,7 +115,7 @@ fn a_deterministic_run_shows_the_same_frames_twice() {
 }
 
 /// Every channel of a linear-light picture.
-fn floats(renderer: &mut Renderer) -> Vec<f32> {
+fn floats(renderer: &mut TextureSession) -> Vec<f32> {
     renderer
         .picture_bytes()
         .unwrap()

@@ -1,18 +1,18 @@
 //! Paper 3's filters on tiles, compared with paper 3's own f64 reference and with a plain texture.
 
-use crate::{Renderer, device, open_with, pose};
-use ortelius::frame::{Seen, Shape, View};
+use crate::{TextureSession, device, open_with, pose};
+use ortelius::frame::{DrawList, Shape, View};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh::gpu_mesh;
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::footprint::Axes;
-use ortelius::paper::texture_mapping::method::{Ellipse, Method, PixelCentre};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, Method, PixelCentre};
 use ortelius::paper::texture_mapping::reference::baselines::{Texture, filtered, stochastic_levels};
 use ortelius::paper::texture_mapping::reference::{FilteredTexel, ellipse};
-use ortelius::paper::texture_mapping::weights::{Edge, Kernel};
+use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::paper::virtual_texture::choices::{FilterAxes, FilterEdge, FilterKernel};
 use ortelius::paper::virtual_texture::config::{Filter, source_mesh};
-use ortelius::paper::virtual_texture::texturing::Plain;
+use ortelius::paper::virtual_texture::texturing::PlainBaseline;
 use ortelius::paper::virtual_texture::{
     Compaction, Dedup, Filtering, FootprintPicture, TileAddress, VirtualTextureSettings,
 };
@@ -76,7 +76,7 @@ fn scene() -> Scene {
 }
 
 /// A settled picture on which all tiles that the filter reads are resident.
-fn settled(source: Noise, camera: &str, change: impl FnOnce(&mut VirtualTextureSettings)) -> Renderer {
+fn settled(source: Noise, camera: &str, change: impl FnOnce(&mut VirtualTextureSettings)) -> TextureSession {
     let scene = scene();
     let mut renderer = open_with(&device(), &scene, SIZE, Arc::new(source), |settings| {
         settings.target = PixelFormat::Linear32;
@@ -110,19 +110,20 @@ fn published() -> Vec<(Filter, Method)> {
 /// Ellipses with each value of each setting.
 fn ellipses() -> Vec<(Filter, Method)> {
     let own = filter(Filtering::Ellipse, 16, 1);
-    let best = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0);
+    let best = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
     let axes = [Axes::Rows, Axes::Columns, Axes::Corrected, Axes::Round];
     let axes = FilterAxes::ALL.iter().zip(axes).map(|(&axes, of)| (Filter { axes, ..own }, best.axes(of)));
     let edges = FilterEdge::ALL.iter().zip(Edge::ALL);
     let edges = edges.map(|(&edge, of)| (Filter { edge, ..own }, best.edge(of)));
-    let kernels = [Kernel::EWA, Kernel::FORMULA_4, Kernel::DIAMETER_1, Kernel::UNIFORM];
+    let kernels =
+        [EllipseKernel::EWA, EllipseKernel::FORMULA_4, EllipseKernel::DIAMETER_1, EllipseKernel::UNIFORM];
     let kernels = FilterKernel::ALL.iter().zip(kernels);
     let kernels = kernels.map(|(&kernel, of)| (Filter { kernel, ..own }, best.kernel(of)));
     let all = axes.chain(edges).chain(kernels);
     all.map(|(filter, ellipse)| (filter, Method::Ellipse(ellipse))).collect()
 }
 
-fn pixels(renderer: &mut Renderer) -> Vec<[f32; 4]> {
+fn pixels(renderer: &mut TextureSession) -> Vec<[f32; 4]> {
     renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 
@@ -152,7 +153,12 @@ fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, by: f64) -
 
 /// The ellipse's value. A texel that the error of the pixel's centre moves across the edge crosses it at one of the
 /// four corners of that error.
-fn of_ellipse(ellipse: &Ellipse, pixel: &PixelCentre, texture: &Texture<'_>, level: u32) -> FilteredTexel {
+fn of_ellipse(
+    ellipse: &EllipseFilter,
+    pixel: &PixelCentre,
+    texture: &Texture<'_>,
+    level: u32,
+) -> FilteredTexel {
     let value = |[dx, dy]: [f64; 2]| {
         let centre = [pixel.centre[0] + dx * PLACE_ERROR, pixel.centre[1] + dy * PLACE_ERROR];
         let texel = |column, row| (texture.texel)(level, column, row);
@@ -239,7 +245,7 @@ fn worst_share(
 }
 
 /// Compares the settled picture with `method`, given the device's coordinates and derivatives.
-fn compared(renderer: &mut Renderer, method: Method, missing: Option<TileId>) -> Compared {
+fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileId>) -> Compared {
     let (dump, found) = (renderer.footprint().unwrap(), pixels(renderer));
     let (pyramid, mut result) = (renderer.technique.source.pyramid(), Compared::default());
     let levels = levels(&pyramid);
@@ -313,7 +319,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
     let baselines = baselines.map(|(filter, other)| (filter, Method::Baseline(other)));
     // Each ellipse as another one; the approximations of the edge's volume differ too little.
     let own = filter(Filtering::Ellipse, 16, 1);
-    let best = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0);
+    let best = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
     let ellipses = [
         (Filter { axes: FilterAxes::Rows, ..own }, best),
         (Filter { axes: FilterAxes::Columns, ..own }, best.axes(Axes::Rows)),
@@ -321,7 +327,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
         (Filter { edge: FilterEdge::None, ..own }, best.edge(Edge::Exact)),
         (Filter { edge: FilterEdge::Exact, ..own }, best),
         (Filter { kernel: FilterKernel::Formula4, ..own }, best),
-        (Filter { kernel: FilterKernel::Diameter1, ..own }, best.kernel(Kernel::FORMULA_4)),
+        (Filter { kernel: FilterKernel::Diameter1, ..own }, best.kernel(EllipseKernel::FORMULA_4)),
         (Filter { kernel: FilterKernel::Uniform, ..own }, best),
     ];
     let ellipses = ellipses.map(|(filter, other)| (filter, Method::Ellipse(other)));
@@ -337,7 +343,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
 fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
     let missing = TileId { level: 2, row: 0, column: 0 };
     let own = Filter { minor_texels: 1, ..filter(Filtering::Ellipse, 16, 1) };
-    let ellipse = (own, Method::Ellipse(Ellipse::BEST.most_ratio(16.0)));
+    let ellipse = (own, Method::Ellipse(EllipseFilter::BEST.most_ratio(16.0)));
     for (filter, method) in published().into_iter().chain([ellipse]) {
         let of = |missing| settled(noise(6, 0, missing), "above", |settings| settings.config.filter = filter);
         let method = in_tiles(method, 6);
@@ -370,13 +376,13 @@ fn a_fused_draw_shows_and_lists_the_same_with_every_published_filter() {
 }
 
 /// The picture of the same mesh with all texels in one plain texture.
-fn plain(renderer: &Renderer, camera: &str, filter: &Filter) -> Vec<[f32; 4]> {
+fn plain(renderer: &TextureSession, camera: &str, filter: &Filter) -> Vec<[f32; 4]> {
     let (scene, gpu) = (scene(), &renderer.gpu);
     let target = gpu.image("plain picture", *renderer.target().color.info()).unwrap();
-    let plain = Plain::new(gpu, &*renderer.technique.source, &target, filter).unwrap();
+    let plain = PlainBaseline::new(gpu, &*renderer.technique.source, &target, filter).unwrap();
     let shape = Shape::new(gpu, &gpu_mesh(&source_mesh(&scene).unwrap())).unwrap();
     let view = View::new(&pose(&scene, camera), SIZE);
-    gpu.run_pass("plain", |cmd| plain.draw(cmd, &Seen::new([&shape], view, 0), &target)).unwrap();
+    gpu.run_pass("plain", |cmd| plain.draw(cmd, &DrawList::new([&shape], view, 0), &target)).unwrap();
     gpu.read_image(&target).unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 

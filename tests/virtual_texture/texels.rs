@@ -4,7 +4,7 @@
 use crate::truth::view_of;
 use crate::{bordered, device, open, pose, scene};
 use ortelius::model::mesh;
-use ortelius::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{levels, weights};
 use ortelius::paper::virtual_texture::config::{Filter, open_texture, source_mesh, texture};
 use ortelius::paper::virtual_texture::reference::picture::sides;
@@ -113,7 +113,7 @@ fn counted(name: &str, camera: &str, filter: Filter, base: Config) -> [f64; 2] {
     renderer.settle(&pose).unwrap();
     assert_eq!(renderer.technique.bias(), 0);
     let pyramid = renderer.technique.source.pyramid();
-    let ellipse = Ellipse::BEST.most_ratio(filter.max_anisotropy as f32).minor_texels(2.0);
+    let ellipse = EllipseFilter::BEST.most_ratio(filter.max_anisotropy as f32).minor_texels(2.0);
     let ellipse = ellipse.within(pyramid.tile_size() / 2);
     let of = |sample: &Sample| {
         let (footprint, size) = (sides(sample, &pyramid), pyramid.level_size(0).map(f64::from));

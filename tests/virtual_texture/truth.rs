@@ -4,7 +4,7 @@ use crate::{bordered, device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::config::source_mesh;
 use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
-use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
+use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
 use ortelius::paper::virtual_texture::reference::{Tolerance, visible_tiles};
 use ortelius::paper::virtual_texture::{Interpolation, VirtualTextureSettings};
 use ortelius::picture::Picture;
@@ -127,7 +127,8 @@ fn settled_beside_truth(
     let floats: Vec<[f32; 4]> =
         renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let view = view_of(scene, &pose, size);
-    let truth = Texels::new(&*renderer.technique.source).picture(&view, ReferenceFilter::Samples(1)).unwrap();
+    let truth =
+        SourceTexels::new(&*renderer.technique.source).picture(&view, ReferenceFilter::Samples(1)).unwrap();
     let difference = compare(&Picture::new(size[0], size[1], floats), &truth).unwrap();
     let one_triangle = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);

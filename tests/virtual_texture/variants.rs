@@ -1,7 +1,7 @@
 //! The variants of stages 2 and 3: each valid pair lists the reference set at every subgroup size; invalid pairs are
 //! rejected.
 
-use crate::Renderer;
+use crate::TextureSession;
 use crate::lists::{assert_equals_reference, assert_lists, list, run};
 use crate::{device, landscapes, open, pose, scene};
 use ortelius::math::pyramid::{Pyramid, TileId};
@@ -18,7 +18,7 @@ use ortelius::vk::{BufferUse, Feature, Gpu, GpuOptions, Need, TexelCopy, Watched
 use std::collections::BTreeSet;
 
 /// Every valid pair of stages 2 and 3 with both addresses.
-fn all_variants(renderer: &Renderer) -> Vec<Config> {
+fn all_variants(renderer: &TextureSession) -> Vec<Config> {
     variants_of(&renderer.technique.settings.config, &renderer.technique.source.pyramid())
 }
 
@@ -41,7 +41,7 @@ fn variants_of(base: &Config, pyramid: &Pyramid) -> Vec<Config> {
 struct Passes(Vec<(Pyramid, RequestFormat, Config, DedupPass, CompactPass)>);
 
 impl Passes {
-    fn list(&mut self, gpu: &Gpu, renderer: &Renderer, config: &Config) -> Vec<[u32; 3]> {
+    fn list(&mut self, gpu: &Gpu, renderer: &TextureSession, config: &Config) -> Vec<[u32; 3]> {
         let (pyramid, stage1) = (renderer.technique.source.pyramid(), renderer.technique.stage1().unwrap());
         let same = |known: &(Pyramid, RequestFormat, Config, _, _)| {
             (known.0, known.1, known.2)
@@ -107,7 +107,7 @@ fn every_variant_of_either_stage_lists_the_reference_set_in_all_scenes_and_forma
 }
 
 /// Each variant of stage 2, with both addresses where valid; the variants of stage 3 alternate.
-fn one_of_each(renderer: &Renderer) -> Vec<Config> {
+fn one_of_each(renderer: &TextureSession) -> Vec<Config> {
     let all = all_variants(renderer);
     let turn = |n: usize, &dedup: &Dedup| {
         let of_dedup: Vec<&Config> = all.iter().filter(|config| config.dedup == dedup).collect();

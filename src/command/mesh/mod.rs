@@ -8,7 +8,7 @@ mod verify;
 
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use ortelius::paper::progressive_mesh::file::Loaded;
+use ortelius::paper::progressive_mesh::file::LoadedFile;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub fn run(args: &MeshArgs) -> Result<()> {
 }
 
 /// Reads a file that can be executed; warns if its end is missing.
-fn load(path: &Path) -> Result<Loaded> {
+fn load(path: &Path) -> Result<LoadedFile> {
     let loaded = ProgressiveMesh::read(path)?;
     loaded.mesh.check().map_err(|flaw| Unsound::new(path, flaw.to_string()))?;
     if let Some(missing) = loaded.contents.missing() {

@@ -23,7 +23,7 @@ const MOST_LISTED: usize = 8;
 
 /// A number's relation to its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Outcome {
+enum BoundRelation {
     Holds,
     /// Beyond the stated range, on its better side.
     Better,
@@ -45,7 +45,7 @@ struct Item {
     interval: [f64; 2],
     /// Rounds behind the interval; 0 for an exact number.
     rounds: usize,
-    outcome: Outcome,
+    outcome: BoundRelation,
 }
 
 /// All numbers of a test.
@@ -112,14 +112,14 @@ impl Claim {
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {
-        let here: Vec<Outcome> =
+        let here: Vec<BoundRelation> =
             items.iter().filter(|item| item.at.covers(place)).map(|item| item.outcome).collect();
-        let any = |is: fn(&Outcome) -> bool| here.iter().any(is);
-        *if any(|outcome| *outcome == Outcome::Fails) {
+        let any = |is: fn(&BoundRelation) -> bool| here.iter().any(is);
+        *if any(|outcome| *outcome == BoundRelation::Fails) {
             &mut fails
-        } else if any(|outcome| matches!(outcome, Outcome::Undecided(_))) {
+        } else if any(|outcome| matches!(outcome, BoundRelation::Undecided(_))) {
             &mut undecided
-        } else if any(|outcome| *outcome == Outcome::Holds) {
+        } else if any(|outcome| *outcome == BoundRelation::Holds) {
             &mut holds
         } else {
             &mut better
@@ -149,7 +149,7 @@ fn judged_places<'a>(items: &[&'a Item]) -> Vec<&'a SceneAt> {
 
 impl Item {
     fn met(&self) -> bool {
-        matches!(self.outcome, Outcome::Holds | Outcome::Better)
+        matches!(self.outcome, BoundRelation::Holds | BoundRelation::Better)
     }
 
     /// `earth/oblique 2.7x [2.6 .. 2.9] (tile-memo)`
@@ -351,17 +351,19 @@ impl Bound {
         }
     }
 
-    fn outcome(self, value: f64, [low, high]: [f64; 2], rounds: usize, halved: bool) -> Outcome {
+    fn outcome(self, value: f64, [low, high]: [f64; 2], rounds: usize, halved: bool) -> BoundRelation {
         let factor = if halved { 2.0 } else { 1.0 };
         // A range can be missed on either side.
         let astride = self.edges().iter().any(|&edge| low < edge && edge < high);
         match [self.fine(low), self.fine(high)] {
-            _ if (1..LEAST_ROUNDS).contains(&rounds) => Outcome::Undecided(factor * LEAST_ROUNDS as f64),
-            [true, true] if self.bettered(low) && self.bettered(high) => Outcome::Better,
-            [true, true] => Outcome::Holds,
-            [false, false] if !astride => Outcome::Fails,
-            _ if rounds == 0 => Outcome::Fails,
-            _ => Outcome::Undecided(factor * self.rounds_to_decide(value, [low, high], rounds as f64)),
+            _ if (1..LEAST_ROUNDS).contains(&rounds) => {
+                BoundRelation::Undecided(factor * LEAST_ROUNDS as f64)
+            }
+            [true, true] if self.bettered(low) && self.bettered(high) => BoundRelation::Better,
+            [true, true] => BoundRelation::Holds,
+            [false, false] if !astride => BoundRelation::Fails,
+            _ if rounds == 0 => BoundRelation::Fails,
+            _ => BoundRelation::Undecided(factor * self.rounds_to_decide(value, [low, high], rounds as f64)),
         }
     }
 
@@ -467,7 +469,7 @@ fn numbers(tests: &[Test], found: &[Items]) -> String {
 fn why(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
         let met = items.iter().filter(|item| item.met()).count();
-        let better = items.iter().filter(|item| item.outcome == Outcome::Better).count();
+        let better = items.iter().filter(|item| item.outcome == BoundRelation::Better).count();
         let mut words = format!("{met} of {} {}", items.len(), test.bound.words());
         if better > 0 {
             words += &format!(" or better ({better} better)");
@@ -478,13 +480,13 @@ fn why(tests: &[Test], found: &[Items]) -> String {
             _ => format!(" {}", item.words()),
         };
         let failed: Vec<String> =
-            items.iter().filter(|item| item.outcome == Outcome::Fails).map(named).collect();
+            items.iter().filter(|item| item.outcome == BoundRelation::Fails).map(named).collect();
         if !failed.is_empty() && failed.len() < items.len() {
             let more = if failed.len() > MOST_LISTED { ", …" } else { "" };
             words += &format!(", not{}{more}", failed[..failed.len().min(MOST_LISTED)].join(","));
         }
         for item in items {
-            if let Outcome::Undecided(rounds) = item.outcome {
+            if let BoundRelation::Undecided(rounds) = item.outcome {
                 let rounds = if rounds > 1e5 { "more than 100 000".into() } else { human(rounds) };
                 words += &format!(", undecided{}: {rounds} rounds would decide", named(item));
             }

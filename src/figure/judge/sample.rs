@@ -1,6 +1,6 @@
 //! Looks up the numbers of a claim in a table.
 
-use super::super::claim::{At, Part, Pick, Places, Who};
+use super::super::claim::{At, Pick, Places, Statistic, Who};
 use super::super::{Row, Table, TableRecord, Value};
 use crate::stats::median;
 
@@ -70,20 +70,20 @@ pub fn places(table: &Table, places: &Places, swept: bool) -> Vec<SceneAt> {
     found
 }
 
-fn number(row: &Row, part: Part) -> Option<f64> {
+fn number(row: &Row, part: Statistic) -> Option<f64> {
     match (&row.value, part) {
-        (Value::Summary(summary), Part::Least) => Some(summary.min),
-        (Value::Summary(summary), Part::Most) => Some(summary.max),
+        (Value::Summary(summary), Statistic::Least) => Some(summary.min),
+        (Value::Summary(summary), Statistic::Most) => Some(summary.max),
         (value, _) => value.number(),
     }
 }
 
-fn sample(record: &TableRecord, part: Part) -> Option<Sample> {
+fn sample(record: &TableRecord, part: Statistic) -> Option<Sample> {
     Some(Sample {
         variant: record.row.variant.clone(),
         unit: record.row.unit.clone(),
         value: number(&record.row, part)?,
-        rounds: if part == Part::Median { record.row.rounds.clone() } else { Vec::new() },
+        rounds: if part == Statistic::Median { record.row.rounds.clone() } else { Vec::new() },
         x: record.x,
         cell: (record.scene.clone(), record.x),
         chosen: false,

@@ -1,6 +1,8 @@
 //! Each rule is tested on both sides of its bound and on it.
 
-use super::super::claim::{At, Better, Bound, Claim, Part, Places, Test, best, each, every, one, others};
+use super::super::claim::{
+    At, Better, Bound, Claim, Places, Statistic, Test, best, each, every, one, others,
+};
 use super::super::{Cell, Finding, Machine, Row, Table, TableRecord, Value, Verdict};
 use Bound::{Above, AtLeast, AtMost, Below, Equal, Within};
 use Verdict::{
@@ -317,9 +319,9 @@ fn means_growth_and_steps_follow_their_definitions() {
 fn picks_select_ends_points_the_least_and_other_variants() {
     let summary = Value::Summary(crate::stats::Summary::of(&[1.0, 2.0, 9.0]).unwrap());
     let spread = table("discrete", &[("s", None, "a", summary)]);
-    const LEAST: &[Test] = &[Test::value(OF_A.part(Part::Least), Equal(1.0))];
+    const LEAST: &[Test] = &[Test::value(OF_A.part(Statistic::Least), Equal(1.0))];
     const MEDIAN: &[Test] = &[Test::value(OF_A, Equal(2.0))];
-    const MOST: &[Test] = &[Test::value(OF_A.part(Part::Most), Equal(9.0))];
+    const MOST: &[Test] = &[Test::value(OF_A.part(Statistic::Most), Equal(9.0))];
     assert_eq!([LEAST, MEDIAN, MOST].map(|tests| verdict(tests, &spread)), [Reproduced; 3]);
 
     const POINTS: &[Test] =

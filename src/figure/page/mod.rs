@@ -8,7 +8,9 @@ mod trade;
 use super::machine::short_commit;
 use super::plot::{self, Drawn};
 use super::words::human;
-use super::{Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Outcome, Results, Store, Verdict};
+use super::{
+    CellOutcome, Changes, ClaimResult, Effort, Figure, FigureResult, Machine, Results, Store, Verdict,
+};
 use glossary::GLOSSARY;
 use minijinja::{Environment, HtmlEscape, Value, syntax::SyntaxConfig, value::Serde};
 use pictures::PagePicture;
@@ -216,11 +218,13 @@ fn figure_view<'a>(
     beside: Beside<'_>,
 ) -> anyhow::Result<FigureView<'a>> {
     let failure = |cell: &super::CellRows| match &cell.outcome {
-        Outcome::Failed(error) | Outcome::Crashed(error) => Some([cell.cell.to_string(), error.clone()]),
+        CellOutcome::Failed(error) | CellOutcome::Crashed(error) => {
+            Some([cell.cell.to_string(), error.clone()])
+        }
         _ => None,
     };
     let left_out = |cell: &'a super::CellRows| match &cell.outcome {
-        Outcome::LeftOut(why) => Some((cell.cell.to_string(), &**why)),
+        CellOutcome::LeftOut(why) => Some((cell.cell.to_string(), &**why)),
         _ => None,
     };
     let plot = |drawn: &Drawn| PlotView {
@@ -248,7 +252,7 @@ fn figure_view<'a>(
         has_data: matches!(beside, Beside::Run(_)),
         failures: result.cells.iter().filter_map(failure).collect(),
         left_out_cells: result.cells.iter().filter_map(left_out).collect(),
-        absent: result.cells.iter().filter(|cell| cell.outcome == Outcome::Absent).count(),
+        absent: result.cells.iter().filter(|cell| cell.outcome == CellOutcome::Absent).count(),
         cells: result.cells.len(),
     })
 }

@@ -1,7 +1,7 @@
 //! A figure's numbers as tables, one for each quantity: scenes and values of the sweep against variants.
 
 use crate::figure::words::human;
-use crate::figure::{CellRows, Figure, FigureResult, Outcome, Row, Value, plot};
+use crate::figure::{CellOutcome, CellRows, Figure, FigureResult, Row, Value, plot};
 use crate::vk::Work;
 use serde::Serialize;
 
@@ -54,7 +54,7 @@ pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
         .cells
         .iter()
         .filter_map(|cell| match &cell.outcome {
-            Outcome::Rows(rows) => Some((cell, &rows[..])),
+            CellOutcome::Rows(rows) => Some((cell, &rows[..])),
             _ => None,
         })
         .collect();

@@ -13,7 +13,7 @@ use std::path::Path;
 const TEMPLATE: &str = include_str!("trade.html");
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct TradePage<'a> {
     style: String,
     version: &'static str,
     trade: &'a Trade,
@@ -127,7 +127,7 @@ impl Trade {
 fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
     let mut all: Vec<&Traded> = trade.settings.iter().collect();
     all.sort_by(|a, b| a.ms.median.total_cmp(&b.ms.median));
-    let page = Page {
+    let page = TradePage {
         style: STYLES.concat(),
         version: env!("CARGO_PKG_VERSION"),
         trade,

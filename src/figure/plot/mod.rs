@@ -9,7 +9,7 @@ mod svg;
 pub use svg::{escaped, file};
 
 use super::words::human;
-use super::{Axis, CellRows, Figure, FigureResult, Machine, Outcome, Plot, Row, Value};
+use super::{Axis, CellOutcome, CellRows, Figure, FigureResult, Machine, Plot, Row, Value};
 use crate::stats::Summary;
 use bars::{Bar, Group};
 use lines::{Along, Line};
@@ -174,7 +174,7 @@ fn below(cells: &[&CellRows], quantity: &str, machines: &[Machine]) -> String {
 
 fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'a Row> {
     let rows = match &cell.outcome {
-        Outcome::Rows(rows) => &rows[..],
+        CellOutcome::Rows(rows) => &rows[..],
         _ => &[],
     };
     rows.iter().filter(move |row| row.quantity == quantity)

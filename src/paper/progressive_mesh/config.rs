@@ -6,15 +6,17 @@ use super::governor::{Budget, Rule};
 use crate::math::light::LightColours;
 use crate::picture::PixelFormat;
 use crate::scene::camera::Ground;
-use crate::scene::{Geometry, Language, Part, Scene, SceneError, SceneFault, Setting, Table, settings};
+use crate::scene::{
+    Geometry, Language, Scene, SceneError, SceneFault, SceneTable, Setting, TableDeclaration, settings,
+};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
 /// Paper 2's part of the scene language.
 pub const LANGUAGE: Language = Language {
     tables: &[
-        Table::of::<ProgressiveSurface>(&["surface", "*", "geometry"]),
-        Table::of::<Budget>(&["governor"]),
+        TableDeclaration::of::<ProgressiveSurface>(&["surface", "*", "geometry"]),
+        TableDeclaration::of::<Budget>(&["governor"]),
     ],
     check,
 };
@@ -127,7 +129,7 @@ settings! {
     check check_surface;
 }
 
-fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_surface(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     check_order(surface, part)?;
     check_place(surface, part)?;
     check_layout(surface, part)?;
@@ -135,7 +137,7 @@ fn check_surface(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Sc
 }
 
 /// Checks that other settings fit the order.
-fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_order(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let order = surface.order;
     if order.is_baseline() && surface.apply != Apply::Cpu {
         let what =
@@ -149,7 +151,7 @@ fn check_order(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Scen
     Ok(())
 }
 
-fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_place(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match part.scene.ground {
         Ground::Plane => part.absent(&["latitude_deg", "longitude_deg"], "a mesh over a plane"),
         Ground::Planet => {
@@ -164,7 +166,7 @@ fn check_place(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Scen
     }
 }
 
-fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_layout(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let area = |kind| match surface.instances {
         1 => Ok(()),
         _ => part.needed("area_m", &surface.area_m, kind).map(drop),
@@ -190,7 +192,7 @@ fn check_layout(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), Sce
     }
 }
 
-fn check_ground(surface: &ProgressiveSurface, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_ground(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let Some(name) = &surface.ground else { return Ok(()) };
     let key = |key| part.scene.has(&["surface", name, "geometry", key]);
     let wrong = |what: String| Err(part.fault("ground", what));

@@ -2,7 +2,7 @@
 //! its result depends only on the model, the options and the version of the builder. A hash of these names the file.
 
 use super::choices::FaceOrder;
-use super::file::{Loaded, PmeshError};
+use super::file::{LoadedFile, PmeshError};
 use super::mesh::ProgressiveMesh;
 use super::order::{OrderOptions, classical, order};
 use super::simplify::{Collapses, SimplifyOptions, simplify};
@@ -107,7 +107,7 @@ fn read(path: &Path, model: &Model) -> Option<ProgressiveMesh> {
         [full.vertices as usize, full.faces as usize] == [model.wedge_positions.len(), model.faces.len()]
     };
     let fault = match ProgressiveMesh::read(path) {
-        Ok(Loaded { mesh, contents }) if !contents.is_cut() && is_of_model(&mesh) => return Some(mesh),
+        Ok(LoadedFile { mesh, contents }) if !contents.is_cut() && is_of_model(&mesh) => return Some(mesh),
         Ok(_) => format!("{}: not the whole mesh of this model", path.display()),
         Err(PmeshError::Read { source, .. }) if source.kind() == ErrorKind::NotFound => return None,
         Err(error) => error.to_string(),

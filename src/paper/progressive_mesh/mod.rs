@@ -53,6 +53,6 @@ pub mod technique;
 pub use config::ProgressiveMeshSettings;
 pub use keep::ordered;
 pub use load::{LoadError, LoadedMesh, Textured, load};
-pub use record::FrameRecord;
+pub use record::MeshFrameRecord;
 pub use surface::{FrameChanges, MeshOnDevice, SurfaceError, SurfaceMemory};
 pub use technique::ProgressiveMeshes;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 /// One frame of a report.
 #[derive(Clone, Debug)]
-pub struct FrameRecord {
+pub struct MeshFrameRecord {
     /// Number of the frame, from 0.
     pub index: u64,
     /// The sum over all surfaces.
@@ -19,7 +19,7 @@ pub struct FrameRecord {
     pub passes: Vec<PassTime>,
 }
 
-impl FrameRecord {
+impl MeshFrameRecord {
     /// The frame's time in milliseconds: the host's work on levels plus the device's passes. `None` if the
     /// device has no timestamps.
     pub fn milliseconds(&self) -> Option<f64> {

@@ -6,7 +6,7 @@ use crate::math::camera::Pose;
 use crate::math::geodesy::{self, LocalFrame};
 use crate::scene::Scene;
 use crate::scene::camera::Ground;
-use crate::scene::path::Path;
+use crate::scene::path::CameraPath;
 use glam::{DMat3, DVec2, DVec3};
 
 /// The place and heading of an instance.
@@ -46,7 +46,7 @@ pub fn stands(scene: &Scene, surface: &ProgressiveSurface) -> Vec<Stand> {
         return vec![stand(DVec2::ZERO, 0.0)];
     }
     let area_m = surface.area_m.unwrap_or_default();
-    let mut random = Random::new(surface.seed.unwrap_or(0));
+    let mut random = Pcg32::new(surface.seed.unwrap_or(0));
     match surface.layout {
         Layout::Grid => grid(count, area_m).map(|by| stand(by, 0.0)).collect(),
         Layout::Scatter => {
@@ -116,7 +116,7 @@ fn grid(count: u32, area_m: [f64; 2]) -> impl Iterator<Item = DVec2> {
 }
 
 /// The eye at a fractional frame (over a plane, moved to height 0), and the unit vector to its right.
-fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
+fn eye_on_path(path: &CameraPath, frame: f64, ground: Ground) -> (DVec3, DVec3) {
     let whole = frame.floor();
     let [before, after]: [Pose; 2] = [whole, whole + 1.0].map(|frame| path.pose(frame as u32));
     match ground {
@@ -132,11 +132,11 @@ fn eye_on_path(path: &Path, frame: f64, ground: Ground) -> (DVec3, DVec3) {
 /// Pseudo-random numbers in 0 .. 1, the same on every machine: PCG with 64-bit state and 32-bit output (M. O'Neill,
 /// "PCG: A Family of Simple Fast Space-Efficient Statistically Good Algorithms for Random Number Generation", Harvey
 /// Mudd College HMC-CS-2014-0905, 2014).
-struct Random(u64);
+struct Pcg32(u64);
 
-impl Random {
-    fn new(seed: u32) -> Random {
-        Random(u64::from(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x853c_49e6_748f_ea9b)
+impl Pcg32 {
+    fn new(seed: u32) -> Pcg32 {
+        Pcg32(u64::from(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x853c_49e6_748f_ea9b)
     }
 
     fn next(&mut self) -> f64 {

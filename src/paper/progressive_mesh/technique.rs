@@ -7,18 +7,20 @@
 use super::config::ProgressiveMeshSettings;
 use super::governor::{Budget, Governor};
 use super::load::LoadedMesh;
-use super::record::FrameRecord;
+use super::record::MeshFrameRecord;
 use super::surface::vertices::VertexBuffer;
 use super::surface::{FrameChanges, MeshOnDevice, SurfaceError};
-use crate::frame::{Memory, Onto, PerFrame, Progress, Records, Run, Shape, Slot, Target, Technique, View};
+use crate::frame::{
+    Allocations, FrameSlot, Onto, PerFrame, Progress, Records, Run, Shape, Target, Technique, View,
+};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::picture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::progressive_mesh::{geomorph_vert, surface_frag, surface_vert};
 use crate::vk::{
-    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Frame, Geometry, Gpu, GraphicsInfo,
-    GraphicsPipeline, Need, PassTime, Resource, Result,
+    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Frame, Gpu, GraphicsInfo, GraphicsPipeline,
+    IndexedGeometry, Need, PassTime, Resource, Result,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -57,7 +59,7 @@ pub struct ProgressiveMeshes {
     geomorph: Option<GraphicsPipeline>,
     copies: Copies,
     staging: PerFrame<Buffer>,
-    pending: PerFrame<Option<FrameRecord>>,
+    pending: PerFrame<Option<MeshFrameRecord>>,
     governor: Option<Governor>,
     /// If set, the next frame draws nothing and brings this instance of the first surface to this level.
     only: Option<(usize, u32)>,
@@ -162,7 +164,7 @@ impl ProgressiveMeshes {
     }
 
     /// Uploads the level changes, or executes them on the device.
-    fn record_levels(&self, cmd: &mut Cmd<'_>, slot: Slot) -> Result<()> {
+    fn record_levels(&self, cmd: &mut Cmd<'_>, slot: FrameSlot) -> Result<()> {
         let mut from = 0;
         for (n, surface) in self.surfaces.iter().enumerate() {
             let mut ranges = Vec::new();
@@ -188,7 +190,7 @@ impl ProgressiveMeshes {
                     VertexBuffer::Textured { .. } => continue,
                 };
                 let pipeline = pipeline.as_ref().expect("created with the surfaces");
-                let geometry = Geometry { vertices, indices: &surface.indices };
+                let geometry = IndexedGeometry { vertices, indices: &surface.indices };
                 let slices = surface.slices(&view.pose, view.size, self.settings.sun);
                 render.draw_slices(pipeline, &resources, geometry, &slices)?;
             }
@@ -220,7 +222,7 @@ impl Run<ProgressiveMeshes> {
 }
 
 impl Technique for ProgressiveMeshes {
-    type Record = FrameRecord;
+    type Record = MeshFrameRecord;
     type Error = SurfaceError;
 
     fn needs(&self) -> Vec<Need> {
@@ -237,9 +239,9 @@ impl Technique for ProgressiveMeshes {
     fn retire(
         &mut self,
         _: &Gpu,
-        slot: Slot,
+        slot: FrameSlot,
         times: Vec<PassTime>,
-    ) -> std::result::Result<FrameRecord, SurfaceError> {
+    ) -> std::result::Result<MeshFrameRecord, SurfaceError> {
         let mut record = self.pending[slot].take().expect("a frame that has ended was prepared");
         record.passes = times;
         if let (Some(governor), Some(ms)) = (&mut self.governor, record.milliseconds()) {
@@ -253,7 +255,7 @@ impl Technique for ProgressiveMeshes {
         self.copies = Copies::default();
         let (change, error_factor) = self.choose_levels(gpu, view)?;
         self.copies.stage(gpu, &mut self.staging[view.slot()])?;
-        self.pending[view.slot()] = Some(FrameRecord {
+        self.pending[view.slot()] = Some(MeshFrameRecord {
             index: view.frame,
             change,
             host: start.elapsed(),
@@ -294,7 +296,7 @@ impl Technique for ProgressiveMeshes {
     }
 
     /// The staging buffers grow with the uploads of a frame.
-    fn memory(&self) -> Memory {
+    fn memory(&self) -> Allocations {
         let of_surface = |surface: &MeshOnDevice| {
             let buffers = [("vertices", surface.vertices.bytes()), ("indices", surface.index_bytes())];
             let program = surface.program_bytes();

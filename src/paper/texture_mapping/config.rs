@@ -2,7 +2,7 @@
 
 use super::relief::shipped::{BRICK_WALL, CLIFF};
 use super::relief::{Relief, ReliefKind};
-use crate::scene::{Language, Part, SceneFault, Table, choices, settings};
+use crate::scene::{Language, SceneFault, SceneTable, TableDeclaration, choices, settings};
 use std::path::PathBuf;
 
 choices! {
@@ -52,7 +52,7 @@ settings! {
     check check;
 }
 
-fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check(keys: &ReliefKeys, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match keys.map {
         ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
         _ => part.absent(&["path"], "a shipped or generated relief"),
@@ -60,8 +60,10 @@ fn check(keys: &ReliefKeys, part: &Part<'_>) -> Result<(), SceneFault> {
 }
 
 /// Paper 3's part of the language of scenes.
-pub const LANGUAGE: Language =
-    Language { tables: &[Table::of::<ReliefKeys>(&["surface", "*", "relief"])], check: |_| Ok(()) };
+pub const LANGUAGE: Language = Language {
+    tables: &[TableDeclaration::of::<ReliefKeys>(&["surface", "*", "relief"])],
+    check: |_| Ok(()),
+};
 
 /// Texels a side of a generated relief and of its colours. Noise is smooth, so a smaller map is enough, and is built
 /// sooner.

@@ -39,7 +39,7 @@ pub enum Scan {
 
 /// All settings of the footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
+pub struct FootprintSettings {
     pub axes: Axes,
     pub determinant: Determinant,
     /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. With at least 1/2 every

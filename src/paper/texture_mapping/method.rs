@@ -1,15 +1,15 @@
 //! The methods that filter a pixel's footprint to a colour; the GPU and the reference take the same [`Method`].
 
 use super::baselines::FilterBaseline;
-use super::footprint::{Axes, Determinant, Footprint, MOST_REACH, Scan};
+use super::footprint::{Axes, Determinant, FootprintSettings, MOST_REACH, Scan};
 use super::weight_map::WeightMap;
-use super::weights::{Edge, Kernel};
+use super::weights::{Edge, EllipseKernel};
 
 /// A filter method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
     /// Weighted texels of an ellipse (steps A to D of [`super`]).
-    Ellipse(Ellipse),
+    Ellipse(EllipseFilter),
     /// A published filter.
     Baseline(FilterBaseline),
     /// Object-space texturing (step G): fragments of rotated polygons. The value is their spacing in pixels.
@@ -18,19 +18,19 @@ pub enum Method {
 
 /// The settings of [`Method::Ellipse`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ellipse {
-    pub footprint: Footprint,
-    pub kernel: Kernel,
+pub struct EllipseFilter {
+    pub footprint: FootprintSettings,
+    pub kernel: EllipseKernel,
     /// Replaces the evaluation of the kernel.
     pub map: Option<WeightMap>,
     pub edge: Edge,
 }
 
-impl Ellipse {
+impl EllipseFilter {
     /// The thesis's settings: no reconstruction term, formula (4) as printed, level 0 unless a pixel would visit too
     /// many texels, no edge weights.
-    pub const PAPER: Ellipse = Ellipse {
-        footprint: Footprint {
+    pub const PAPER: EllipseFilter = EllipseFilter {
+        footprint: FootprintSettings {
             axes: Axes::Rows,
             determinant: Determinant::Subtracting,
             k: 0.0,
@@ -39,15 +39,15 @@ impl Ellipse {
             most_ratio: 1e6,
             most_reach: MOST_REACH,
         },
-        kernel: Kernel::FORMULA_4,
+        kernel: EllipseKernel::FORMULA_4,
         map: None,
         edge: Edge::None,
     };
 
     /// The corrected formulas with all of our additions. In `tm.pareto`, twice the texels across the ellipse would
     /// reduce the error by only 6 %.
-    pub const BEST: Ellipse = Ellipse {
-        footprint: Footprint {
+    pub const BEST: EllipseFilter = EllipseFilter {
+        footprint: FootprintSettings {
             axes: Axes::Corrected,
             determinant: Determinant::AllPositive,
             k: 0.8,
@@ -56,7 +56,7 @@ impl Ellipse {
             most_ratio: 64.0,
             most_reach: MOST_REACH,
         },
-        kernel: Kernel::EWA,
+        kernel: EllipseKernel::EWA,
         map: None,
         edge: Edge::AreaRamp,
     };
@@ -67,50 +67,50 @@ impl Ellipse {
         if self.edge == Edge::None { 1.0 } else { 1.5 }
     }
 
-    pub const fn kernel(self, kernel: Kernel) -> Ellipse {
-        Ellipse { kernel, ..self }
+    pub const fn kernel(self, kernel: EllipseKernel) -> EllipseFilter {
+        EllipseFilter { kernel, ..self }
     }
 
-    pub const fn edge(self, edge: Edge) -> Ellipse {
-        Ellipse { edge, ..self }
+    pub const fn edge(self, edge: Edge) -> EllipseFilter {
+        EllipseFilter { edge, ..self }
     }
 
-    pub const fn map(self, map: WeightMap) -> Ellipse {
-        Ellipse { map: Some(map), ..self }
+    pub const fn map(self, map: WeightMap) -> EllipseFilter {
+        EllipseFilter { map: Some(map), ..self }
     }
 
-    pub const fn minor_texels(self, minor_texels: f32) -> Ellipse {
-        Ellipse { footprint: Footprint { minor_texels, ..self.footprint }, ..self }
+    pub const fn minor_texels(self, minor_texels: f32) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { minor_texels, ..self.footprint }, ..self }
     }
 
-    pub const fn most_ratio(self, most_ratio: f32) -> Ellipse {
-        Ellipse { footprint: Footprint { most_ratio, ..self.footprint }, ..self }
+    pub const fn most_ratio(self, most_ratio: f32) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { most_ratio, ..self.footprint }, ..self }
     }
 
     /// Limits the footprint: including the edge's half texel, it reaches at most `texels` from the texel of its
     /// centre. For a tiled texture, `texels` is half a tile. The ellipse's matrix V grows by at most `V / t + (1 + t)
     /// / 4 I` with `t >= 2 sqrt k` (`outer` in `reference/ellipse.rs`; I is the identity).
-    pub fn within(self, texels: u32) -> Ellipse {
+    pub fn within(self, texels: u32) -> EllipseFilter {
         let k = f64::from(self.footprint.k);
         let (t, most) = (2.0 * k.sqrt(), f64::from(texels) - 0.5);
         let most_reach = ((most * most - (1.0 + t) / 4.0) / (1.0 + 1.0 / t) - k).sqrt() as f32;
-        Ellipse { footprint: Footprint { most_reach, ..self.footprint }, ..self }
+        EllipseFilter { footprint: FootprintSettings { most_reach, ..self.footprint }, ..self }
     }
 
-    pub const fn k(self, k: f32) -> Ellipse {
-        Ellipse { footprint: Footprint { k, ..self.footprint }, ..self }
+    pub const fn k(self, k: f32) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { k, ..self.footprint }, ..self }
     }
 
-    pub const fn axes(self, axes: Axes) -> Ellipse {
-        Ellipse { footprint: Footprint { axes, ..self.footprint }, ..self }
+    pub const fn axes(self, axes: Axes) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { axes, ..self.footprint }, ..self }
     }
 
-    pub const fn scan(self, scan: Scan) -> Ellipse {
-        Ellipse { footprint: Footprint { scan, ..self.footprint }, ..self }
+    pub const fn scan(self, scan: Scan) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { scan, ..self.footprint }, ..self }
     }
 
-    pub const fn determinant(self, determinant: Determinant) -> Ellipse {
-        Ellipse { footprint: Footprint { determinant, ..self.footprint }, ..self }
+    pub const fn determinant(self, determinant: Determinant) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { determinant, ..self.footprint }, ..self }
     }
 }
 

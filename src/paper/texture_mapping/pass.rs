@@ -4,9 +4,9 @@ use super::baselines::FilterBaseline;
 use super::coordinates::pass::set_up;
 use super::coordinates::{Band, Form};
 use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
-use super::method::{Coordinates, Ellipse, Method, PixelCentre};
+use super::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use super::plane::TiltedPlane;
-use super::texels::Texels;
+use super::texels::GreyMipmap;
 use crate::vk::shader::common::screen_vert;
 use crate::vk::shader::texture_mapping as glsl;
 use crate::vk::shader::{PlanePush, Shader};
@@ -71,7 +71,7 @@ pub fn needs(method: &Method) -> Vec<Need> {
 impl Uploaded {
     /// # Errors
     /// Out of memory, device lost.
-    pub fn new(gpu: &Gpu, name: &str, texels: &Texels) -> Result<Uploaded> {
+    pub fn new(gpu: &Gpu, name: &str, texels: &GreyMipmap) -> Result<Uploaded> {
         let info = ImageInfo::texture([texels.side; 2], Format::Rgba8, texels.levels.len() as u32);
         let image = gpu.image(name, info)?;
         let grey = |level: &Vec<u8>| level.iter().flat_map(|&byte| [byte, byte, byte, 255]).collect();
@@ -100,7 +100,7 @@ pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
 }
 
 /// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.
-fn sums_of(texels: &Texels) -> Vec<u32> {
+fn sums_of(texels: &GreyMipmap) -> Vec<u32> {
     let side = 2 * texels.side as usize + 1;
     let mut sums = vec![0u32; side * side];
     for y in 1..side {
@@ -227,8 +227,8 @@ fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
     constants
 }
 
-fn ellipse_constants(ellipse: &Ellipse) -> [(&'static str, u32); 16] {
-    let Ellipse { footprint, kernel, map, edge } = ellipse;
+fn ellipse_constants(ellipse: &EllipseFilter) -> [(&'static str, u32); 16] {
+    let EllipseFilter { footprint, kernel, map, edge } = ellipse;
     let axes = match footprint.axes {
         Axes::Rows => 0,
         Axes::Columns => 1,
@@ -275,7 +275,7 @@ impl FilterPass {
     /// Out of memory.
     pub fn by(
         gpu: &Gpu,
-        ellipse: &Ellipse,
+        ellipse: &EllipseFilter,
         coarsest: u32,
         coordinates: Coordinates,
         (plane, size): (&TiltedPlane, [u32; 2]),
@@ -312,7 +312,7 @@ impl FilterPass {
             ..GraphicsInfo::triangles(&screen_vert::SHADER, shader)
         })?;
         let words = match method {
-            Method::Ellipse(ellipse @ Ellipse { map: Some(map), kernel, .. }) => {
+            Method::Ellipse(ellipse @ EllipseFilter { map: Some(map), kernel, .. }) => {
                 map.words(kernel.alpha, ellipse.map_reach())
             }
             _ => vec![0],

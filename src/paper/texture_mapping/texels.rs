@@ -2,15 +2,15 @@
 
 /// Levels from the finest to a single texel, in row order.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Texels {
+pub struct GreyMipmap {
     pub side: u32,
     pub levels: Vec<Vec<u8>>,
 }
 
-impl Texels {
+impl GreyMipmap {
     /// Each coarser texel is the mean of its texels of level 0, rounded to the nearest byte, so that
     /// rounding errors do not accumulate.
-    pub fn new(side: u32, finest: Vec<u8>) -> Texels {
+    pub fn new(side: u32, finest: Vec<u8>) -> GreyMipmap {
         assert!(side.is_power_of_two() && finest.len() == (side * side) as usize, "{side} texels a side");
         let mut sums: Vec<u64> = finest.iter().map(|&byte| u64::from(byte)).collect();
         let mut levels = vec![finest];
@@ -24,7 +24,7 @@ impl Texels {
             let texels = 1u64 << (2 * level);
             levels.push(sums.iter().map(|sum| ((2 * sum + texels) / (2 * texels)) as u8).collect());
         }
-        Texels { side, levels }
+        GreyMipmap { side, levels }
     }
 
     /// The number of the coarsest level, which has one texel.
@@ -45,7 +45,7 @@ mod tests {
 
     #[test]
     fn a_texel_is_the_mean_of_its_texels_of_level_0() {
-        let texels = Texels::new(4, (0..16).map(|n| if n == 5 { 255 } else { 0 }).collect());
+        let texels = GreyMipmap::new(4, (0..16).map(|n| if n == 5 { 255 } else { 0 }).collect());
         assert_eq!(texels.levels[1], [64, 0, 0, 0]);
         assert_eq!(texels.levels[2], [16]);
         assert_eq!(texels.byte(0, -3, 5), 255);

@@ -8,7 +8,7 @@
 
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kernel {
+pub struct EllipseKernel {
     /// Pixels from the centre to r = 1.
     pub radius_px: f32,
     /// `W = exp(-alpha r^2)`; with 0 every texel of the ellipse has the same weight.
@@ -32,15 +32,15 @@ pub enum Edge {
     AreaRamp,
 }
 
-impl Kernel {
+impl EllipseKernel {
     /// Formula (4) with sigma 0.4 of the support's radius, as in step C's body. The radius is one pixel.
-    pub const FORMULA_4: Kernel = Kernel { radius_px: 1.0, alpha: 3.125 };
+    pub const FORMULA_4: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 3.125 };
     /// The other reading: the support's diameter is one pixel. It hardly antialiases.
-    pub const DIAMETER_1: Kernel = Kernel { radius_px: 0.5, alpha: 3.125 };
+    pub const DIAMETER_1: EllipseKernel = EllipseKernel { radius_px: 0.5, alpha: 3.125 };
     /// Sigma 0.5 pixels, cut at r = 1: the usual EWA filter (Heckbert 1989; pbrt).
-    pub const EWA: Kernel = Kernel { radius_px: 1.0, alpha: 2.0 };
+    pub const EWA: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 2.0 };
     /// No weights.
-    pub const UNIFORM: Kernel = Kernel { radius_px: 1.0, alpha: 0.0 };
+    pub const UNIFORM: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 0.0 };
 
     /// Variance of the normalised kernel along each axis for a radius of 1: the weighted mean of r^2 / 2 over the
     /// disc.

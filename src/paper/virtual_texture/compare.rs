@@ -3,8 +3,8 @@
 
 use super::config::Filter;
 use super::technique::{VirtualTexture, VirtualTextureError};
-use super::texturing::Plain;
-use crate::frame::{Run, Slot, Target, View};
+use super::texturing::PlainBaseline;
+use crate::frame::{FrameSlot, Run, Target, View};
 use crate::math::camera::Pose;
 use crate::stats::{Summary, median};
 use crate::vk::{Gpu, PassTime};
@@ -77,12 +77,12 @@ impl VirtualTexture {
     pub fn again(&mut self, gpu: &Gpu, view: &View, target: &Target) -> Result<Again, VirtualTextureError> {
         let view = View { frame: 0, ..*view };
         // No copies: all tiles are resident, and the page table is complete.
-        self.without_copies(gpu, Slot::FIRST)?;
+        self.without_copies(gpu, FrameSlot::FIRST)?;
         let mut frame = gpu.frame()?;
         self.record_frame(&mut frame, &view, target)?;
         let times = frame.submit()?.wait()?;
         let start = Instant::now();
-        let (triples, _) = self.method.collect(gpu, Slot::FIRST)?;
+        let (triples, _) = self.method.collect(gpu, FrameSlot::FIRST)?;
         Ok(Again { triples, times, host_time: start.elapsed() })
     }
 
@@ -96,7 +96,7 @@ impl VirtualTexture {
         view: &View,
         target: &Target,
     ) -> Result<Option<PlainComparison>, VirtualTextureError> {
-        let plain = Plain::new(gpu, &*self.source, &target.color, &Filter::ONE_SAMPLE)?;
+        let plain = PlainBaseline::new(gpu, &*self.source, &target.color, &Filter::ONE_SAMPLE)?;
         let (mut settled, mut plain_ns, mut empty) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
         for run in 0..WARM_UP + RUNS {

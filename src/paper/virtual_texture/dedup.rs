@@ -9,7 +9,7 @@
 use super::choices::Dedup;
 use super::tile_mask::{Mask, TileMask};
 use super::{Config, TileAddress, footprint::FootprintPass, pyramid_constants, with};
-use crate::frame::{PerFrame, Slot};
+use crate::frame::{FrameSlot, PerFrame};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::virtual_texture as glsl;
 use crate::vk::shader::{Blocks, MarkingFrame, Shader};
@@ -101,7 +101,7 @@ impl DedupPass {
     }
 
     /// The mask of the frame in `slot`.
-    pub fn mask(&self, slot: Slot) -> Mask<'_> {
+    pub fn mask(&self, slot: FrameSlot) -> Mask<'_> {
         match &self.step {
             DedupStep::Blocks(.., masks) | DedupStep::Points(_, masks) => Mask::of_image(&masks[slot]),
             DedupStep::Compute(.., masks) => masks[slot].of_frame(),
@@ -135,7 +135,7 @@ impl DedupPass {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: Slot) -> Result<()> {
+    pub fn run(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: FrameSlot) -> Result<()> {
         self.mark_own(cmd, requests, slot)?;
         let Some(reach) = &self.reach else { return Ok(()) };
         cmd.sync();
@@ -161,7 +161,7 @@ impl DedupPass {
         cmd.dispatch(pipeline, &resources, push, groups)
     }
 
-    fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: Slot) -> Result<()> {
+    fn mark_own(&self, cmd: &mut Cmd<'_>, requests: &Image, slot: FrameSlot) -> Result<()> {
         let size = requests.info().size;
         match &self.step {
             DedupStep::Blocks(pipeline, block_log2, masks) => {

@@ -5,7 +5,7 @@ use super::ruler::{RulerCheck, Verdicts};
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::Texturing;
 use super::{Config, RequestFormat, config::Filter, reach};
-use crate::frame::{Onto, Run, Seen, Target};
+use crate::frame::{DrawList, Onto, Run, Target};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{self, Depth, Format, Gpu, Image, ImageInfo};
 
@@ -109,7 +109,7 @@ impl Run<VirtualTexture> {
 /// These functions require that the last frame has ended, so that its depth is complete in the target.
 impl VirtualTexture {
     /// The shapes of the last frame, drawn onto its own depth.
-    fn last_seen(&self, target: &Target) -> Seen<'_> {
+    fn last_seen(&self, target: &Target) -> DrawList<'_> {
         self.seen(self.last_view(target.size())).onto(Onto::Drawn)
     }
 

@@ -122,18 +122,18 @@ impl Samples {
 
 /// The union of the tiles seen in the last frames.
 #[derive(Clone, Debug)]
-pub struct Memory {
+pub struct SampleHistory {
     frames: u64,
     now: u64,
     /// The frame in which each tile was last seen.
     seen: BTreeMap<TileId, u64>,
 }
 
-impl Memory {
+impl SampleHistory {
     /// A memory of the last `frames` frames (at least one), the current frame included.
-    pub fn new(frames: u64) -> Memory {
+    pub fn new(frames: u64) -> SampleHistory {
         assert!(frames > 0, "a memory of no frame");
-        Memory { frames, now: 0, seen: BTreeMap::new() }
+        SampleHistory { frames, now: 0, seen: BTreeMap::new() }
     }
 
     /// Number of frames that are remembered.
@@ -184,12 +184,12 @@ mod tests {
     #[test]
     fn a_tile_is_remembered_for_the_given_number_of_frames() {
         let tile = |column| TileId { level: 0, row: 0, column };
-        let mut memory = Memory::new(3);
+        let mut memory = SampleHistory::new(3);
         assert_eq!(memory.add(&[tile(1), tile(0)]), [tile(0), tile(1)]);
         assert_eq!(memory.add(&[tile(1)]), [tile(0), tile(1)]);
         assert_eq!(memory.add(&[]), [tile(0), tile(1)]);
         assert_eq!(memory.add(&[]), [tile(1)], "seen a frame later");
         assert_eq!(memory.add(&[tile(2)]), [tile(2)]);
-        assert_eq!(Memory::new(1).add(&[tile(2)]), [tile(2)]);
+        assert_eq!(SampleHistory::new(1).add(&[tile(2)]), [tile(2)]);
     }
 }

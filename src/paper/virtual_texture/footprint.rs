@@ -6,7 +6,7 @@
 //! hold q = -1, [`BACKGROUND`].
 
 use super::{Config, RequestFormat, pyramid_constants, with};
-use crate::frame::{Onto, Seen};
+use crate::frame::{DrawList, Onto};
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::Shader;
 use crate::vk::shader::common::mesh_vert;
@@ -110,7 +110,7 @@ impl FootprintPass {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &DrawList<'_>) -> Result<()> {
         let requests = ColorTarget { image: &self.requests, clear: Clear::Uint([BACKGROUND; 4]) };
         let depth = DepthTarget { image: &self.depth, clear: seen.onto != Onto::Drawn };
         cmd.render(self.requests.info().size, &[requests], Some(depth), |render| {
@@ -158,7 +158,7 @@ impl FootprintDump {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &FootprintPass, seen: &Seen<'_>) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &FootprintPass, seen: &DrawList<'_>) -> Result<()> {
         let nothing = Clear::Float([f32::NAN; 4]);
         let targets = [
             ColorTarget { image: &stage.requests, clear: Clear::Uint([BACKGROUND; 4]) },

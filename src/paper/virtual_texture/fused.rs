@@ -9,30 +9,30 @@
 //! and flipped slivers overlap their neighbours. [`super::prepass`] decides which clusters the depth pass can skip.
 
 use super::choices::{Compaction, Dedup};
-use super::texturing::{Shading, constants};
+use super::texturing::{ShadingPipelines, constants};
 use super::tile_mask::{Mask, TileMask};
 use super::visible_list::VisibleList;
 use super::{Config, RequestFormat, TileAddress, prepass::Culling, pyramid_constants, tile_pool::TilePool};
-use crate::frame::{Onto, PerFrame, Seen, Slot};
+use crate::frame::{DrawList, FrameSlot, Onto, PerFrame};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::{depth_vert, mesh_vert};
 use crate::vk::shader::virtual_texture::fused_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Format, Geometry, Gpu, GraphicsInfo, GraphicsPipeline, Image,
-    IndexRange, Render, Resource, Result,
+    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, IndexRange,
+    IndexedGeometry, Render, Resource, Result,
 };
 
 pub struct Fused {
     /// Present if the variant is exact.
-    depth_alone: Option<DepthAlone>,
-    shading: Shading,
-    lists: Lists,
+    depth_alone: Option<DepthOnlyPipelines>,
+    shading: ShadingPipelines,
+    lists: TileMarking,
     masks: PerFrame<TileMask>,
 }
 
 /// Draws that write depth only.
-struct DepthAlone {
+struct DepthOnlyPipelines {
     /// For shapes with a position-only vertex buffer.
     positions: GraphicsPipeline,
     /// For all other shapes.
@@ -41,7 +41,7 @@ struct DepthAlone {
 
 /// What the draw records of its tiles. The order is that of LISTS in fused.frag.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Lists {
+enum TileMarking {
     Nothing,
     TileMask,
     MaskAndList,
@@ -60,8 +60,8 @@ impl Fused {
         target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let lists = match config.compact {
-            Compaction::FusedAppend => Lists::MaskAndList,
-            _ => Lists::TileMask,
+            Compaction::FusedAppend => TileMarking::MaskAndList,
+            _ => TileMarking::TileMask,
         };
         Fused::leaving(lists, gpu, pyramid, config, resident, target)
     }
@@ -78,11 +78,11 @@ impl Fused {
         target: (Format, Option<LightColours>),
     ) -> Result<Fused> {
         let config = Config { dedup: Dedup::Fused, ..*config };
-        Fused::leaving(Lists::Nothing, gpu, pyramid, &config, resident, target)
+        Fused::leaving(TileMarking::Nothing, gpu, pyramid, &config, resident, target)
     }
 
     fn leaving(
-        lists: Lists,
+        lists: TileMarking,
         gpu: &Gpu,
         pyramid: &Pyramid,
         config: &Config,
@@ -104,15 +104,15 @@ impl Fused {
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &fused_frag::SHADERS[0])
         };
         Ok(Fused {
-            depth_alone: if exact { Some(DepthAlone::new(gpu, &shade)?) } else { None },
-            shading: Shading::new(gpu, &shade, &fused_frag::SHADERS, lit)?,
+            depth_alone: if exact { Some(DepthOnlyPipelines::new(gpu, &shade)?) } else { None },
+            shading: ShadingPipelines::new(gpu, &shade, &fused_frag::SHADERS, lit)?,
             lists,
             masks: PerFrame::new(|| TileMask::new(gpu, pyramid, config))?,
         })
     }
 
     /// The mask of the frame in `slot`.
-    pub fn mask(&self, slot: Slot) -> Mask<'_> {
+    pub fn mask(&self, slot: FrameSlot) -> Mask<'_> {
         self.masks[slot].of_frame()
     }
 
@@ -130,15 +130,15 @@ impl Fused {
         &self,
         cmd: &mut Cmd<'_>,
         resident: &TilePool,
-        seen: &Seen<'_>,
+        seen: &DrawList<'_>,
         list: &VisibleList,
         (color, depth): (&Image, &Image),
     ) -> Result<()> {
         let mask = &self.masks[seen.view.slot()];
-        if self.lists != Lists::Nothing {
+        if self.lists != TileMarking::Nothing {
             mask.begin(cmd);
         }
-        if self.lists == Lists::MaskAndList {
+        if self.lists == TileMarking::MaskAndList {
             list.begin(cmd);
         }
         let size = color.info().size;
@@ -160,9 +160,9 @@ impl Fused {
     }
 }
 
-impl DepthAlone {
+impl DepthOnlyPipelines {
     /// Creates the depth-only pipelines that match `shade`, the draw after them.
-    fn new(gpu: &Gpu, shade: &GraphicsInfo<'_>) -> Result<DepthAlone> {
+    fn new(gpu: &Gpu, shade: &GraphicsInfo<'_>) -> Result<DepthOnlyPipelines> {
         let pipeline = |vertex| {
             gpu.graphics_pipeline(&GraphicsInfo {
                 name: "depth alone",
@@ -173,13 +173,16 @@ impl DepthAlone {
                 ..*shade
             })
         };
-        Ok(DepthAlone { positions: pipeline(&depth_vert::SHADER)?, vertices: pipeline(&mesh_vert::SHADER)? })
+        Ok(DepthOnlyPipelines {
+            positions: pipeline(&depth_vert::SHADER)?,
+            vertices: pipeline(&mesh_vert::SHADER)?,
+        })
     }
 
-    fn draw(&self, render: &mut Render<'_, '_>, seen: &Seen<'_>) -> Result<()> {
+    fn draw(&self, render: &mut Render<'_, '_>, seen: &DrawList<'_>) -> Result<()> {
         for (shape, slices) in seen.shapes() {
             let Some(alone) = &shape.depth_alone else {
-                let geometry = Geometry { vertices: Some(&shape.vertices), indices: &shape.indices };
+                let geometry = IndexedGeometry { vertices: Some(&shape.vertices), indices: &shape.indices };
                 render.draw_slices(&self.vertices, &[], geometry, slices)?;
                 continue;
             };
@@ -189,7 +192,7 @@ impl DepthAlone {
                 .into_iter()
                 .map(|run| IndexRange { push, first_index: run.start, count: run.end - run.start })
                 .collect();
-            let geometry = Geometry { vertices: Some(&alone.vertices), indices: &alone.indices };
+            let geometry = IndexedGeometry { vertices: Some(&alone.vertices), indices: &alone.indices };
             render.draw_slices(&self.positions, &[], geometry, &runs)?;
         }
         Ok(())

@@ -10,7 +10,7 @@ use super::read_back::{HostCopy, HostList, HostPass};
 use super::tile_mask::Mask;
 use super::visible_list::VisibleList;
 use super::{Compaction, Config, Listing};
-use crate::frame::{PerFrame, Slot};
+use crate::frame::{FrameSlot, PerFrame};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Frame, Gpu, Image, Result};
 use std::cell::Cell;
@@ -58,7 +58,7 @@ impl Stage3 {
     }
 
     /// The list of the frame in `slot`.
-    pub fn list(&self, slot: Slot) -> &VisibleList {
+    pub fn list(&self, slot: FrameSlot) -> &VisibleList {
         &self.lists[slot]
     }
 
@@ -66,7 +66,7 @@ impl Stage3 {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn record(&self, frame: &mut Frame<'_>, slot: Slot, mask: Mask<'_>) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame<'_>, slot: FrameSlot, mask: Mask<'_>) -> Result<()> {
         let list = &self.lists[slot];
         if !self.appended {
             frame.pass("compact", |cmd| list.compact(cmd, mask))?;
@@ -86,7 +86,7 @@ impl Stage3 {
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn collect(&mut self, gpu: &Gpu, slot: Slot, mask: Mask<'_>) -> Result<Collected> {
+    pub fn collect(&mut self, gpu: &Gpu, slot: FrameSlot, mask: Mask<'_>) -> Result<Collected> {
         self.compact.collect(gpu, mask, &mut self.lists[slot])
     }
 
@@ -149,7 +149,7 @@ impl ListPasses {
     ///
     /// # Errors
     /// Out of memory.
-    pub fn record(&self, frame: &mut Frame<'_>, requests: &Image, slot: Slot) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame<'_>, requests: &Image, slot: FrameSlot) -> Result<()> {
         match self {
             ListPasses::Device(dedup, stage3) => {
                 frame.pass("dedup", |cmd| dedup.run(cmd, requests, slot))?;
@@ -184,7 +184,7 @@ impl ListPasses {
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
+    pub fn collect(&mut self, gpu: &Gpu, slot: FrameSlot) -> Result<Collected> {
         match self {
             ListPasses::Device(dedup, stage3) => stage3.collect(gpu, slot, dedup.mask(slot)),
             ListPasses::Host(host, copies) => Ok((host.list(&copies[slot].words()), false)),

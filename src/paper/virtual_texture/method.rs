@@ -3,7 +3,7 @@
 
 use super::list_passes::{Collected, ListPasses, Stage3};
 use super::{Config, footprint::FootprintPass, fused::Fused, texturing::Texturing, tile_pool::TilePool};
-use crate::frame::{Seen, Slot, Target};
+use crate::frame::{DrawList, FrameSlot, Target};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Depth, Frame, Gpu, Result};
@@ -64,7 +64,7 @@ impl ListAndDraw {
         &self,
         frame: &mut Frame<'_>,
         resident: &TilePool,
-        seen: &Seen<'_>,
+        seen: &DrawList<'_>,
         target: &Target,
     ) -> Result<()> {
         let slot = seen.view.slot();
@@ -96,7 +96,7 @@ impl ListAndDraw {
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Collected> {
+    pub fn collect(&mut self, gpu: &Gpu, slot: FrameSlot) -> Result<Collected> {
         match self {
             ListAndDraw::Staged { list_passes, .. } => list_passes.collect(gpu, slot),
             ListAndDraw::Fused { draw, stage3 } => stage3.collect(gpu, slot, draw.mask(slot)),

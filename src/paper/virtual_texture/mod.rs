@@ -79,7 +79,7 @@ pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestF
 pub use compare::{Again, PlainComparison};
 pub use config::{Config, ONE_SAMPLE, PAPER, VirtualTextureSettings, needs};
 pub use dump::{FootprintPicture, read_requests, read_words, texels_per_pixel};
-pub use record::FrameRecord;
+pub use record::TextureFrameRecord;
 pub use technique::{VirtualTexture, VirtualTextureError};
 pub use variants::{MaskLayout, Unfit, all_needs};
 

@@ -7,7 +7,7 @@
 
 use super::list_passes::Stage3;
 use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::FootprintPass};
-use crate::frame::{PerFrame, Seen, Shape, Slot, View};
+use crate::frame::{DrawList, FrameSlot, PerFrame, Shape, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Frame, Gpu, Result};
@@ -49,14 +49,14 @@ impl Prefetch {
     pub fn record(
         &mut self,
         frame: &mut Frame<'_>,
-        slot: Slot,
+        slot: FrameSlot,
         shapes: &[Shape],
         pose: Option<&Pose>,
     ) -> Result<()> {
         let Prefetch { stage1, stage2, stage3, ran } = self;
         ran[slot] = pose.is_some();
         let Some(pose) = pose else { return Ok(()) };
-        let seen = Seen::new(shapes, View::new(pose, stage1.requests.info().size), 0);
+        let seen = DrawList::new(shapes, View::new(pose, stage1.requests.info().size), 0);
         let list = stage3.list(slot);
         frame.pass("prefetch: footprint", |cmd| stage1.draw(cmd, &seen))?;
         frame.pass("prefetch: dedup", |cmd| stage2.run(cmd, &stage1.requests, slot))?;
@@ -71,7 +71,7 @@ impl Prefetch {
     ///
     /// # Errors
     /// Device lost.
-    pub fn collect(&mut self, gpu: &Gpu, slot: Slot) -> Result<Vec<[u32; 3]>> {
+    pub fn collect(&mut self, gpu: &Gpu, slot: FrameSlot) -> Result<Vec<[u32; 3]>> {
         if !std::mem::take(&mut self.ran[slot]) {
             return Ok(Vec::new());
         }

@@ -1,16 +1,16 @@
 //! The record of a frame.
 
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::streaming::FrameReport;
+use crate::paper::virtual_texture::streaming::StreamingCounts;
 use crate::vk::PassTime;
 use std::time::Duration;
 
 /// The reported data of one frame.
 #[derive(Clone, Debug)]
-pub struct FrameRecord {
+pub struct TextureFrameRecord {
     /// 0 for the first.
     pub index: u64,
-    pub streaming: FrameReport,
+    pub streaming: StreamingCounts,
     /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] frames earlier; `None` at the start and after
     /// a pause.
     pub list_of: Option<u64>,
@@ -30,7 +30,7 @@ pub struct FrameRecord {
 
 /// A frame's lists: its visible tiles, and those that it expects soon.
 #[derive(Clone)]
-pub(super) struct Lists {
+pub(super) struct FrameTiles {
     pub visible: Vec<TileId>,
     pub expected: Vec<TileId>,
 }

@@ -3,7 +3,7 @@
 //! the next coarser one, borders, wrapping, poles, and the resident tail.
 
 use super::{Config, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
-use crate::frame::Seen;
+use crate::frame::DrawList;
 use crate::math::pyramid::Pyramid;
 use crate::vk::shader::common::mesh_vert;
 use crate::vk::shader::virtual_texture::ruler_frag;
@@ -63,7 +63,7 @@ impl RulerCheck {
         cmd: &mut Cmd<'_>,
         stage1: &FootprintPass,
         resident: &TilePool,
-        seen: &Seen<'_>,
+        seen: &DrawList<'_>,
     ) -> Result<()> {
         let color = ColorTarget { image: &self.verdict, clear: Clear::Uint([0; 4]) };
         let depth = DepthTarget { image: &stage1.depth, clear: false };

@@ -4,17 +4,19 @@
 //! The list of frame n is used in frame n + [`FRAMES_IN_FLIGHT`], so the host never waits for a frame that it has just
 //! submitted.
 
-use super::feedback::{self, Memory as SamplesSeen};
+use super::feedback::{self, SampleHistory as SamplesSeen};
 use super::prefetch::Prefetch;
-use super::record::Lists;
-use super::streaming::{FrameReport, Streaming, StreamingError, Uploader, distinct_tiles};
+use super::record::FrameTiles;
+use super::streaming::{Streaming, StreamingCounts, StreamingError, Uploader, distinct_tiles};
 use super::tile_pool::{TilePool, TilePoolError, Uploads};
 use super::{
-    Config, FrameRecord, Listing, Unfit, VirtualTextureSettings, fade::FadeIn, footprint::FootprintPass,
+    Config, Listing, TextureFrameRecord, Unfit, VirtualTextureSettings, fade::FadeIn,
+    footprint::FootprintPass,
 };
 use super::{method::ListAndDraw, needs};
 use crate::frame::{
-    Draw, Memory, Onto, PerFrame, Progress, Records, Run, Seen, Shape, Slot, Stalled, Target, Technique, View,
+    Allocations, Draw, DrawList, FrameSlot, Onto, PerFrame, Progress, Records, Run, Shape, Stalled, Target,
+    Technique, View,
 };
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
@@ -60,12 +62,12 @@ pub struct VirtualTexture {
     /// True to keep streaming the tiles that were visible when this was set, wherever the camera moves.
     pub frozen: bool,
     /// The list that is streamed while frozen: the first one available after `frozen` was set.
-    frozen_list: Option<Lists>,
+    frozen_list: Option<FrameTiles>,
     prefetch: Option<Prefetch>,
     fade: FadeIn,
     uploads: PerFrame<Uploads>,
     /// Lists of frames that have ended, for the frames that will stream them.
-    lists: PerFrame<Option<Lists>>,
+    lists: PerFrame<Option<FrameTiles>>,
     streamed: PerFrame<Streamed>,
     /// `Some` if the list is subsampled.
     samples_seen: Option<SamplesSeen>,
@@ -86,7 +88,7 @@ pub const MESH: &str = "mesh";
 #[derive(Default)]
 struct Streamed {
     frame: u64,
-    report: FrameReport,
+    report: StreamingCounts,
     list_of: Option<u64>,
 }
 
@@ -216,8 +218,8 @@ impl VirtualTexture {
     }
 
     /// The shapes seen from `view`, with tiles chosen as in the last frame.
-    pub fn seen(&self, view: View) -> Seen<'_> {
-        Seen::lit(&self.shapes, view, self.bias, self.sun).onto(self.onto)
+    pub fn seen(&self, view: View) -> DrawList<'_> {
+        DrawList::lit(&self.shapes, view, self.bias, self.sun).onto(self.onto)
     }
 
     /// The last frame's level bias, the user's constant included.
@@ -237,7 +239,7 @@ impl VirtualTexture {
     }
 
     /// Forgets the copies of the frame in `slot`, which has ended.
-    pub(super) fn without_copies(&mut self, gpu: &Gpu, slot: Slot) -> vk::Result<()> {
+    pub(super) fn without_copies(&mut self, gpu: &Gpu, slot: FrameSlot) -> vk::Result<()> {
         let uploads = &mut self.uploads[slot];
         uploads.clear();
         uploads.show(gpu, &mut self.resident.page_table, &[])
@@ -271,8 +273,8 @@ impl VirtualTexture {
         }
         let mut report = match &lists {
             // There is no list yet, so the bias stays.
-            None => FrameReport { bias: self.bias, ..FrameReport::default() },
-            Some(Lists { visible, expected }) => {
+            None => StreamingCounts { bias: self.bias, ..StreamingCounts::default() },
+            Some(FrameTiles { visible, expected }) => {
                 self.streaming.frame_ahead(visible, expected, &mut Copies(uploads))
             }
         };
@@ -322,7 +324,7 @@ fn prefetch(
 }
 
 impl Technique for VirtualTexture {
-    type Record = FrameRecord;
+    type Record = TextureFrameRecord;
     type Error = VirtualTextureError;
 
     fn needs(&self) -> Vec<Need> {
@@ -336,9 +338,9 @@ impl Technique for VirtualTexture {
     fn retire(
         &mut self,
         gpu: &Gpu,
-        slot: Slot,
+        slot: FrameSlot,
         passes: Vec<PassTime>,
-    ) -> Result<FrameRecord, VirtualTextureError> {
+    ) -> Result<TextureFrameRecord, VirtualTextureError> {
         let start = Instant::now();
         let (triples, overflowed) = self.method.collect(gpu, slot)?;
         let seen = self.distinct(&triples);
@@ -352,8 +354,8 @@ impl Technique for VirtualTexture {
         };
         let expected = self.distinct(&expected);
         let Streamed { frame, report, list_of } = std::mem::take(&mut self.streamed[slot]);
-        self.lists[slot] = Some(Lists { visible: visible.clone(), expected: expected.clone() });
-        Ok(FrameRecord {
+        self.lists[slot] = Some(FrameTiles { visible: visible.clone(), expected: expected.clone() });
+        Ok(TextureFrameRecord {
             index: frame,
             streaming: report,
             list_of,
@@ -407,7 +409,7 @@ impl Technique for VirtualTexture {
         let Some((_, since)) = self.pose else { return Progress::Arriving };
         // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
         let listed = self.last_frame + 1 > since + FRAMES_IN_FLIGHT as u64 + self.frames_to_list() - 1;
-        let report = &self.streamed[Slot::of(self.last_frame)].report;
+        let report = &self.streamed[FrameSlot::of(self.last_frame)].report;
         if listed && self.streaming.settled() && self.fade.settled() {
             Progress::Settled
         } else if !listed || report.bias_held || report.loads + report.uploads + report.failures.len() > 0 {
@@ -417,7 +419,7 @@ impl Technique for VirtualTexture {
         }
     }
 
-    fn memory(&self) -> Memory {
+    fn memory(&self) -> Allocations {
         let [j1, g1, h1] = self.resident.bytes();
         let mut memory = self.method.memory();
         memory.extend([

@@ -5,7 +5,7 @@
 
 use super::config::Filter;
 use super::{Config, Interpolation, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
-use crate::frame::{Seen, Shape};
+use crate::frame::{DrawList, Shape};
 use crate::math::light::LightColours;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
@@ -27,12 +27,12 @@ pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static s
 }
 
 /// The pipelines of a shading pass: for unlit shapes, and for shapes that the sun lights.
-pub(super) struct Shading {
+pub(super) struct ShadingPipelines {
     unlit: GraphicsPipeline,
     lit: Option<GraphicsPipeline>,
 }
 
-impl Shading {
+impl ShadingPipelines {
     /// `info` describes the unlit pipeline; `fragment` holds the unlit and the lit fragment shader.
     ///
     /// # Errors
@@ -42,7 +42,7 @@ impl Shading {
         info: &GraphicsInfo<'_>,
         fragment: &'static [Shader; 2],
         lit: Option<LightColours>,
-    ) -> Result<Shading> {
+    ) -> Result<ShadingPipelines> {
         let lit = lit.map(|light| {
             gpu.graphics_pipeline(&GraphicsInfo {
                 vertex: &lit_mesh_vert::SHADER,
@@ -51,7 +51,7 @@ impl Shading {
                 ..*info
             })
         });
-        Ok(Shading { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
+        Ok(ShadingPipelines { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
     }
 
     /// The pipeline for a shape. Without a light, all shapes are unlit.
@@ -61,7 +61,7 @@ impl Shading {
 }
 
 pub struct Texturing {
-    shading: Shading,
+    shading: ShadingPipelines,
 }
 
 impl Texturing {
@@ -113,7 +113,7 @@ impl Texturing {
             colors: &[target],
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &texturing_frag::SHADERS[0])
         };
-        Ok(Texturing { shading: Shading::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
+        Ok(Texturing { shading: ShadingPipelines::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
     }
 
     /// Draws the picture; `stage1` must have drawn the same view.
@@ -125,7 +125,7 @@ impl Texturing {
         cmd: &mut Cmd<'_>,
         stage1: &FootprintPass,
         resident: &TilePool,
-        seen: &Seen<'_>,
+        seen: &DrawList<'_>,
         target: &Image,
     ) -> Result<()> {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
@@ -143,14 +143,14 @@ impl Texturing {
 
 /// The baseline of `--compare-plain`: the same mesh with one plain RGBA8 texture, at most 4096 texels a side, filtered
 /// in linear light like the tiles.
-pub struct Plain {
+pub struct PlainBaseline {
     pipeline: GraphicsPipeline,
     texture: Image,
     sampler: Sampler,
     depth: Image,
 }
 
-impl Plain {
+impl PlainBaseline {
     /// Reads the finest level with at most 4096 texels a side, and all coarser ones. Paper 3's filters are those of
     /// `filter`; for paper 1's, the sampler takes one trilinear sample.
     ///
@@ -161,7 +161,7 @@ impl Plain {
         source: &dyn TileSource,
         target: &Image,
         filter: &Filter,
-    ) -> std::result::Result<Plain, super::tile_pool::TilePoolError> {
+    ) -> std::result::Result<PlainBaseline, super::tile_pool::TilePoolError> {
         let pyramid = source.pyramid();
         let first = (0..=pyramid.coarsest_level())
             .find(|&level| pyramid.level_size(level).iter().all(|&side| side <= 4096));
@@ -181,7 +181,7 @@ impl Plain {
             colors: &[target.info().format],
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &plain_frag::SHADERS[0])
         })?;
-        Ok(Plain {
+        Ok(PlainBaseline {
             pipeline,
             texture,
             sampler: gpu
@@ -196,7 +196,7 @@ impl Plain {
 
     /// # Errors
     /// Out of memory.
-    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &Seen<'_>, target: &Image) -> Result<()> {
+    pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &DrawList<'_>, target: &Image) -> Result<()> {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &self.depth, clear: true };
         let resources = [(plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler))];

@@ -1,19 +1,19 @@
 //! scene.filters: paper 3's ellipse on paper 1's tiles, in shipped scenes.
 
-use super::kernel_truth::{Seen, Surface};
+use super::kernel_truth::{CoordinateMap, TexturedView};
 use crate::figure::claim::{Bound::Above, Bound::AtMost, Bound::Below, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Timed};
 use crate::math::camera::Pose;
-use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use crate::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use crate::paper::virtual_texture::config::source_mesh;
-use crate::paper::virtual_texture::reference::picture::Texels;
+use crate::paper::virtual_texture::reference::picture::SourceTexels;
 use crate::paper::virtual_texture::texels_per_pixel;
 use crate::picture::error::{Difference, compare_where};
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
 use crate::reference::filter::luminance;
-use crate::reference::supersample::{Kernel, Truth};
+use crate::reference::supersample::{PixelKernel, Truth};
 use crate::reference::{PixelTriangles, ReferenceView, ellipsoid};
 use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
@@ -170,7 +170,7 @@ const STRATA: u32 = 46;
 /// Width of the outline band. At a sphere's limb, only footprints this close to the edge are cut off.
 const OUTLINE_PIXELS: u32 = 3;
 
-const KERNELS: [(&str, Kernel); 2] = [(NMSE, Kernel::GAUSSIAN), (BOX, Kernel::Box)];
+const KERNELS: [(&str, PixelKernel); 2] = [(NMSE, PixelKernel::GAUSSIAN), (BOX, PixelKernel::Box)];
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("SCENE/CAMERA")?;
@@ -182,12 +182,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         ReferenceView::new(&source_mesh(&scene)?, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
     let dense = PixelTriangles::new(&view);
     // The facets' gradients are not those of the curved surface.
-    let surface: Box<Surface> = match scene.name.as_str() {
+    let surface: Box<CoordinateMap> = match scene.name.as_str() {
         "globe" => on_ellipsoid(&pose, size),
         _ => Box::new(|x, y| dense.coordinate(x, y)),
     };
     let (source, samples) = (&*source_of(&shown[0].1), view.samples());
-    let seen = Seen { source, size, samples: &samples, surface: &surface, strata: STRATA };
+    let seen = TexturedView { source, size, samples: &samples, surface: &surface, strata: STRATA };
     let truths = KERNELS.map(|(quantity, kernel)| (quantity, seen.truth(kernel)));
     let own = &truths[0].1;
     let near = own.whole.iter().zip(outline(&view)).map(|(whole, near)| *whole && near).collect();
@@ -296,7 +296,7 @@ fn errors(
     parts.iter().map(of).collect()
 }
 
-fn on_ellipsoid(pose: &Pose, [width, height]: [u32; 2]) -> Box<Surface<'_>> {
+fn on_ellipsoid(pose: &Pose, [width, height]: [u32; 2]) -> Box<CoordinateMap<'_>> {
     let to_world = pose.world_to_clip(width, height).inverse();
     Box::new(move |x, y| {
         let [x, y] = [2.0 * x / f64::from(width) - 1.0, 2.0 * y / f64::from(height) - 1.0];
@@ -310,10 +310,14 @@ fn source_of(shown: &Renderer) -> Arc<dyn TileSource> {
 }
 
 /// The ellipse with two texels in f64, with the exact gradient of the surface in each pixel's centre.
-fn exact_ellipses(source: &dyn TileSource, surface: &Surface<'_>, size: [u32; 2]) -> anyhow::Result<Picture> {
-    let (pyramid, texels) = (source.pyramid(), Texels::new(source));
+fn exact_ellipses(
+    source: &dyn TileSource,
+    surface: &CoordinateMap<'_>,
+    size: [u32; 2],
+) -> anyhow::Result<Picture> {
+    let (pyramid, texels) = (source.pyramid(), SourceTexels::new(source));
     let [columns, rows] = pyramid.level_size(0).map(f64::from);
-    let ellipse = Ellipse::BEST.most_ratio(16.0).minor_texels(2.0).within(pyramid.tile_size() / 2);
+    let ellipse = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0).within(pyramid.tile_size() / 2);
     let texture = texels.texture();
     let pixel = |x: f64, y: f64| -> Option<[f32; 4]> {
         const STEP: f64 = 1e-4;

@@ -4,28 +4,28 @@ use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::reference::picture::sides;
 use crate::reference::Sample;
 use crate::reference::filter::{Edges, MipPyramid, luminance, srgb8_to_linear};
-use crate::reference::supersample::{Density, Kernel, Truth, supersample};
+use crate::reference::supersample::{Density, PixelKernel, Truth, supersample};
 use crate::texture::source::TileSource;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// Texture coordinates at a position of the picture, in pixels from the upper left corner.
-pub type Surface<'a> = dyn Fn(f64, f64) -> Option<[f64; 2]> + Sync + 'a;
+pub type CoordinateMap<'a> = dyn Fn(f64, f64) -> Option<[f64; 2]> + Sync + 'a;
 
 /// A textured surface, seen in a picture.
-pub struct Seen<'a> {
+pub struct TexturedView<'a> {
     pub source: &'a dyn TileSource,
     pub size: [u32; 2],
     /// The centre of each pixel.
     pub samples: &'a [Option<Sample>],
-    pub surface: &'a Surface<'a>,
+    pub surface: &'a CoordinateMap<'a>,
     /// Strata along each side of a pixel's kernel; each has two samples.
     pub strata: u32,
 }
 
-impl Seen<'_> {
+impl TexturedView<'_> {
     /// Each pixel has its own level: at the level of the foreground, the horizon would need thousands of tiles.
-    pub fn truth(&self, kernel: Kernel) -> Truth {
+    pub fn truth(&self, kernel: PixelKernel) -> Truth {
         let (pyramid, [width, height]) = (self.source.pyramid(), self.size);
         let levels: Vec<Level<'_>> =
             (0..pyramid.first_resident_level()).map(|level| Level::new(self.source, level)).collect();
@@ -48,7 +48,7 @@ impl Seen<'_> {
         }
     }
 
-    fn of_pixel(&self, level: &Level<'_>, pixel: [u32; 2], kernel: Kernel) -> Truth {
+    fn of_pixel(&self, level: &Level<'_>, pixel: [u32; 2], kernel: PixelKernel) -> Truth {
         let (texture, [left, top]) = (level.texture(), pixel.map(f64::from));
         let [width, height] = self.source.pyramid().level_size(0).map(f64::from);
         let surface =

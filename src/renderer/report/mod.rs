@@ -8,7 +8,7 @@ pub use surfaces::{InstanceBytes, SurfaceReport, SurfacesFrame};
 
 use super::{Record, Renderer};
 use crate::paper::virtual_texture::streaming::StreamingConfig;
-use crate::paper::virtual_texture::{Config, FrameRecord, PlainComparison, VirtualTexture};
+use crate::paper::virtual_texture::{Config, PlainComparison, TextureFrameRecord, VirtualTexture};
 use crate::picture::write::{FileError, write_whole};
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
@@ -151,8 +151,8 @@ impl From<&Record> for FrameReport {
     }
 }
 
-impl From<&FrameRecord> for TextureFrame {
-    fn from(record: &FrameRecord) -> Self {
+impl From<&TextureFrameRecord> for TextureFrame {
+    fn from(record: &TextureFrameRecord) -> Self {
         let streaming = &record.streaming;
         TextureFrame {
             host_list_ns: record.host_list.as_nanos() as u64,

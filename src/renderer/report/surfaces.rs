@@ -2,7 +2,7 @@
 
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::file::Extent;
-use crate::paper::progressive_mesh::{FrameRecord, MeshOnDevice, SurfaceMemory};
+use crate::paper::progressive_mesh::{MeshFrameRecord, MeshOnDevice, SurfaceMemory};
 use serde::Serialize;
 
 /// One surface.
@@ -55,8 +55,8 @@ pub struct SurfacesFrame {
     pub error_factor: f64,
 }
 
-impl From<&FrameRecord> for SurfacesFrame {
-    fn from(record: &FrameRecord) -> Self {
+impl From<&MeshFrameRecord> for SurfacesFrame {
+    fn from(record: &MeshFrameRecord) -> Self {
         let change = &record.change;
         SurfacesFrame {
             host_ns: record.host.as_nanos() as u64,

@@ -26,7 +26,7 @@ mod work;
 pub use encode::{bc1 as encode_bc1, bc1_tile as encode_bc1_tile};
 pub use error::{BakeError, SourceError};
 pub use input::open as open_picture;
-pub use plan::Plan;
+pub use plan::BakePlan;
 pub use source::SourceName;
 
 use crate::texture::source::TileFormat;
@@ -69,8 +69,8 @@ impl BakeProgress for () {
 ///
 /// # Errors
 /// [`BakeError`]: the source is not usable, or the settings do not fit it.
-pub fn plan(settings: &BakeSettings) -> Result<Plan, BakeError> {
-    Plan::new(settings, &Source::open(&settings.source)?)
+pub fn plan(settings: &BakeSettings) -> Result<BakePlan, BakeError> {
+    BakePlan::new(settings, &Source::open(&settings.source)?)
 }
 
 /// Bakes, or resumes an interrupted bake.
@@ -78,9 +78,9 @@ pub fn plan(settings: &BakeSettings) -> Result<Plan, BakeError> {
 /// # Errors
 /// [`BakeError`]. After a damaged source nothing remains. After a full disk or a kill, OUT.partial,
 /// OUT.scratch and OUT.journal remain, and the same call resumes.
-pub fn bake(settings: &BakeSettings, progress: &dyn BakeProgress) -> Result<Plan, BakeError> {
+pub fn bake(settings: &BakeSettings, progress: &dyn BakeProgress) -> Result<BakePlan, BakeError> {
     let source = Source::open(&settings.source)?;
-    let plan = Plan::new(settings, &source)?;
+    let plan = BakePlan::new(settings, &source)?;
     let files = Files::of(&settings.output)?;
     work::run(settings, &plan, source, &files, progress)?;
     Ok(plan)

@@ -19,7 +19,7 @@ const EARTH_BYTES: u64 = 144 << 20;
 
 /// Sizes of a bake.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub struct BakePlan {
     pub source_name: String,
     /// Width and height of the source in texels.
     pub source_size: [u32; 2],
@@ -32,7 +32,7 @@ pub struct Plan {
     pub memory_bytes: u64,
 }
 
-impl Plan {
+impl BakePlan {
     pub(super) fn new(settings: &BakeSettings, source: &Source) -> Result<Self, BakeError> {
         let side = settings.tile_side;
         if !side.is_power_of_two() || !(16..=1024).contains(&side) {
@@ -105,7 +105,7 @@ impl Plan {
     }
 }
 
-impl fmt::Display for Plan {
+impl fmt::Display for BakePlan {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pyramid = self.layout.pyramid();
         let [width, height] = pyramid.level_size(0);

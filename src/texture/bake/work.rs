@@ -3,7 +3,7 @@
 use super::encode::bc1_tile;
 use super::error::{BakeError, SourceError};
 use super::journal::{Job, Journal};
-use super::plan::Plan;
+use super::plan::BakePlan;
 use super::resample::Enlarged;
 use super::scratch::{Scratch, mean_square, payload_bytes};
 use super::source::{Source, synthetic};
@@ -23,7 +23,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// A bake in progress.
 pub(super) struct Work<'a> {
     pub layout: FileLayout,
-    pub plan: &'a Plan,
+    pub plan: &'a BakePlan,
     pub files: &'a Files,
     journal: Journal,
     pub partial: File,
@@ -52,7 +52,7 @@ impl Done {
 /// The whole bake, from an opened source to the finished file.
 pub(super) fn run(
     settings: &BakeSettings,
-    plan: &Plan,
+    plan: &BakePlan,
     source: Source,
     files: &Files,
     progress: &dyn BakeProgress,
@@ -98,7 +98,7 @@ pub(super) fn run(
 }
 
 /// Everything that determines the output's bytes.
-fn identity_text(plan: &Plan, source: &Source) -> String {
+fn identity_text(plan: &BakePlan, source: &Source) -> String {
     format!(
         "ortelius {}, {:?}, bands of {}, from {}",
         env!("CARGO_PKG_VERSION"),

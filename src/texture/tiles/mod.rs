@@ -9,7 +9,7 @@ mod verify;
 
 pub use layout::{FileLayout, HEADER_BYTES, LayoutError, PAGE_BYTES, index_page};
 pub use reader::TileFile;
-pub use verify::{BadRecord, Report, TileRecord, verify};
+pub use verify::{BadRecord, TileRecord, VerifyReport, verify};
 
 use std::io;
 use std::path::PathBuf;

@@ -37,7 +37,7 @@ impl fmt::Display for BadRecord {
 
 /// Result of [`verify`].
 #[derive(Clone, Debug)]
-pub struct Report {
+pub struct VerifyReport {
     pub layout: FileLayout,
     /// In the order of the file's index: tiles, then resident levels.
     pub bad: Vec<BadRecord>,
@@ -48,7 +48,7 @@ pub struct Report {
 ///
 /// # Errors
 /// [`TileFileError`] if header, length or index is wrong, so that no record can be checked.
-pub fn verify(path: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Report, TileFileError> {
+pub fn verify(path: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<VerifyReport, TileFileError> {
     let file = TileFile::open(path)?;
     let layout = *file.layout();
     let pyramid = layout.pyramid();
@@ -78,5 +78,5 @@ pub fn verify(path: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Report, Ti
         let (offset, entry) = (layout.resident_offset(level), layout.resident_entry(level));
         bad.extend(check(TileRecord::ResidentLevel(level), offset, &mut bytes, entry));
     }
-    Ok(Report { layout, bad })
+    Ok(VerifyReport { layout, bad })
 }

@@ -1,13 +1,13 @@
 //! A change of the window's scenes: planned for each side, prepared on a thread if it takes time, then installed.
 
-use super::{Choice, Second, Stage, open, options};
+use super::{Second, ShownVariants, Stage, open, options};
 use crate::view::job::{Job, JobProgress};
 use anyhow::Context;
 use ortelius::renderer::{Kept, LoadedSwitch, RenderError, Renderer, Switch};
 use ortelius::scene::Scene;
 
 /// How one side of the window gets another scene.
-enum Plan {
+enum SidePlan {
     Stays,
     Switches(Box<Switch>),
     Opens,
@@ -24,15 +24,15 @@ enum Ready {
 type Side<T> = (Scene, T);
 
 /// A change that a thread prepares.
-pub(super) struct Opening {
-    choice: Choice,
+pub(super) struct PendingChange {
+    choice: ShownVariants,
     /// Both sides are opened again, whatever they show.
     is_reload: bool,
     job: Job<Vec<Side<Ready>>>,
 }
 
 /// A change whose preparation has ended.
-pub struct Opened {
+pub struct FinishedChange {
     pub is_reload: bool,
     /// Its variant on the left.
     pub variant: usize,
@@ -45,13 +45,13 @@ impl Stage {
     /// while the thread works begins when it has ended.
     pub(super) fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
         let plans = self.plan(&self.wanted)?;
-        let in_place = |plan: &Plan| match plan {
-            Plan::Stays => true,
-            Plan::Switches(switch) => switch.kept() == Kept::Everything,
-            Plan::Opens => false,
+        let in_place = |plan: &SidePlan| match plan {
+            SidePlan::Stays => true,
+            SidePlan::Switches(switch) => switch.kept() == Kept::Everything,
+            SidePlan::Opens => false,
         };
         if plans.iter().all(|(_, plan)| in_place(plan)) {
-            let load = |(scene, plan): Side<Plan>| Ok((scene, self.load(plan)?));
+            let load = |(scene, plan): Side<SidePlan>| Ok((scene, self.load(plan)?));
             let sides = plans.into_iter().map(load).collect::<anyhow::Result<_>>()?;
             return self.install(self.wanted.clone(), sides).map(Some);
         }
@@ -62,16 +62,16 @@ impl Stage {
     }
 
     /// What loads at once.
-    fn load(&self, plan: Plan) -> anyhow::Result<Ready> {
+    fn load(&self, plan: SidePlan) -> anyhow::Result<Ready> {
         match plan {
-            Plan::Stays => Ok(Ready::Nothing),
-            Plan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load(None)?))),
-            Plan::Opens => unreachable!("a scene is opened on a thread"),
+            SidePlan::Stays => Ok(Ready::Nothing),
+            SidePlan::Switches(switch) => Ok(Ready::Switch(Box::new(switch.load(None)?))),
+            SidePlan::Opens => unreachable!("a scene is opened on a thread"),
         }
     }
 
     /// The left side of a choice, and the right side if it has one.
-    fn plan(&self, choice: &Choice) -> anyhow::Result<Vec<Side<Plan>>> {
+    fn plan(&self, choice: &ShownVariants) -> anyhow::Result<Vec<Side<SidePlan>>> {
         let second = self.second.as_ref().map(|second| (&second.scene, &second.renderer));
         let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
         let sides = sides.into_iter().filter_map(|(variant, shown)| Some((variant?, shown)));
@@ -80,11 +80,11 @@ impl Stage {
             let scene = self.scene_of(choice, variant).with_context(name)?;
             let options = options(self.renderer.size(), self.deterministic);
             let plan = match shown {
-                None => Plan::Opens,
-                Some((now, _)) if *now == scene => Plan::Stays,
+                None => SidePlan::Opens,
+                Some((now, _)) if *now == scene => SidePlan::Stays,
                 Some((now, renderer)) => {
                     let switch = renderer.plan_switch(now, &scene, &options).with_context(name)?;
-                    switch.map_or(Plan::Opens, |switch| Plan::Switches(Box::new(switch)))
+                    switch.map_or(SidePlan::Opens, |switch| SidePlan::Switches(Box::new(switch)))
                 }
             };
             Ok((scene, plan))
@@ -93,7 +93,7 @@ impl Stage {
     }
 
     /// The scene of a variant with the selected Pareto point and the manual changes.
-    fn scene_of(&self, choice: &Choice, variant: usize) -> anyhow::Result<Scene> {
+    fn scene_of(&self, choice: &ShownVariants, variant: usize) -> anyhow::Result<Scene> {
         let by_hand = choice.changes.iter().map(|(key, value)| format!("{key}={value}"));
         let view = &self.views[choice.view];
         let changes: Vec<String> =
@@ -102,7 +102,7 @@ impl Stage {
     }
 
     /// Starts the thread that prepares the wanted change.
-    fn open(&mut self, plans: Vec<Side<Plan>>, is_reload: bool) -> anyhow::Result<()> {
+    fn open(&mut self, plans: Vec<Side<SidePlan>>, is_reload: bool) -> anyhow::Result<()> {
         let (gpu, size, deterministic) = (self.gpu.clone(), self.renderer.size(), self.deterministic);
         let choice = self.wanted.clone();
         let variants = [Some(choice.left), choice.right].into_iter().flatten();
@@ -112,15 +112,15 @@ impl Stage {
         let prepare = move |progress: &JobProgress| {
             #[cfg(test)]
             gate.iter().for_each(|gate| gate.recv().unwrap_or_default());
-            let side = |((scene, plan), name): (Side<Plan>, &String)| -> anyhow::Result<_> {
+            let side = |((scene, plan), name): (Side<SidePlan>, &String)| -> anyhow::Result<_> {
                 progress.check()?;
                 let ready = match plan {
-                    Plan::Stays => Ok(Ready::Nothing),
-                    Plan::Switches(switch) => {
+                    SidePlan::Stays => Ok(Ready::Nothing),
+                    SidePlan::Switches(switch) => {
                         let loaded = switch.load(Some(progress.stopped()));
                         loaded.map(Box::new).map(Ready::Switch).map_err(Into::into)
                     }
-                    Plan::Opens => {
+                    SidePlan::Opens => {
                         let opened = open(&gpu, &scene, size, deterministic, progress);
                         opened.map(Box::new).map(Ready::Renderer)
                     }
@@ -130,12 +130,12 @@ impl Stage {
             plans.into_iter().zip(&names).map(side).collect()
         };
         let job = Job::start("opening", 1, prepare)?;
-        self.opening = Some(Opening { choice, is_reload, job });
+        self.opening = Some(PendingChange { choice, is_reload, job });
         Ok(())
     }
 
     /// Shows a choice, whose sides are ready.
-    fn install(&mut self, choice: Choice, sides: Vec<Side<Ready>>) -> anyhow::Result<Kept> {
+    fn install(&mut self, choice: ShownVariants, sides: Vec<Side<Ready>>) -> anyhow::Result<Kept> {
         let mut sides = sides.into_iter();
         let (scene, ready) = sides.next().expect("there is a left side");
         let mut kept = Kept::Everything;
@@ -159,20 +159,20 @@ impl Stage {
             (Some(_), None) => {}
         }
         let right = self.second.as_ref().map(|second| second.variant);
-        self.shown = Choice { right, ..choice };
+        self.shown = ShownVariants { right, ..choice };
         Ok(kept)
     }
 
     /// Shows what a thread has prepared, once; then begins with a request that arrived meanwhile. After an error, the
     /// old picture stays, and what is wanted is what is shown.
-    pub fn take_opened(&mut self) -> Option<Opened> {
-        let has_ended = |opening: &mut Opening| opening.job.has_ended();
-        let Opening { choice, is_reload, job } = self.opening.take_if(has_ended)?;
+    pub fn take_opened(&mut self) -> Option<FinishedChange> {
+        let has_ended = |opening: &mut PendingChange| opening.job.has_ended();
+        let PendingChange { choice, is_reload, job } = self.opening.take_if(has_ended)?;
         let kept = job.wait().and_then(|sides| match is_reload || !self.is_shown(&self.wanted) {
             true => self.install(choice.clone(), sides).map(Some),
             false => Ok(None),
         });
-        let opened = |kept| Some(Opened { is_reload, variant: choice.left, kept });
+        let opened = |kept| Some(FinishedChange { is_reload, variant: choice.left, kept });
         if kept.is_err() && self.wanted == choice {
             self.wanted = self.shown.clone();
         }
@@ -190,8 +190,9 @@ impl Stage {
     }
 
     /// True if the window shows a choice, down to its settings.
-    fn is_shown(&self, choice: &Choice) -> bool {
-        let stays = |sides: Vec<Side<Plan>>| sides.iter().all(|(_, plan)| matches!(plan, Plan::Stays));
+    fn is_shown(&self, choice: &ShownVariants) -> bool {
+        let stays =
+            |sides: Vec<Side<SidePlan>>| sides.iter().all(|(_, plan)| matches!(plan, SidePlan::Stays));
         choice.right.is_some() == self.second.is_some() && self.plan(choice).is_ok_and(stays)
     }
 
@@ -204,7 +205,7 @@ impl Stage {
         assert!(self.opening.is_none(), "one scene is opened at a time");
         let second = self.second.as_ref().map(|second| second.scene.clone());
         let scenes = std::iter::once(self.scene.clone()).chain(second);
-        self.open(scenes.map(|scene| (scene, Plan::Opens)).collect(), true)
+        self.open(scenes.map(|scene| (scene, SidePlan::Opens)).collect(), true)
     }
 }
 

@@ -5,13 +5,13 @@ mod change;
 #[cfg(test)]
 mod tests;
 
-pub use change::Opened;
+pub use change::FinishedChange;
 pub use ortelius::frame::HISTORY;
 
 use super::job::JobProgress;
 use super::variants::Variant;
 use super::views::OpenView;
-use change::Opening;
+use change::PendingChange;
 use ortelius::frame::Technique;
 use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
@@ -24,10 +24,10 @@ pub struct Stage {
     /// At least one.
     pub views: Vec<OpenView>,
     deterministic: bool,
-    shown: Choice,
+    shown: ShownVariants,
     /// The last request. It differs from `shown` while a scene is opened.
-    wanted: Choice,
-    opening: Option<Opening>,
+    wanted: ShownVariants,
+    opening: Option<PendingChange>,
     /// The scene of the shown variant.
     pub scene: Scene,
     pub renderer: Renderer,
@@ -46,7 +46,7 @@ pub struct Second {
 
 /// Which variants are shown, with which settings.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Choice {
+struct ShownVariants {
     view: usize,
     /// The view's variants.
     left: usize,
@@ -91,8 +91,8 @@ impl Stage {
             gpu: gpu.clone(),
             views,
             deterministic,
-            shown: Choice::default(),
-            wanted: Choice::default(),
+            shown: ShownVariants::default(),
+            wanted: ShownVariants::default(),
             opening: None,
             scene,
             renderer,
@@ -120,16 +120,18 @@ impl Stage {
     pub fn show_view(&mut self, view: usize) -> anyhow::Result<Option<Kept>> {
         let (before, next) = (&self.views[self.wanted.view], &self.views[view]);
         let same = |variant: usize| next.variant(&before.variants[variant].name).unwrap_or(0);
-        let choice = Choice {
+        let choice = ShownVariants {
             view,
             left: same(self.wanted.left),
             right: self.wanted.right.map(same),
-            ..Choice::default()
+            ..ShownVariants::default()
         };
         let choice = match before.scene.name == next.scene.name {
-            true => {
-                Choice { front: self.wanted.front.clone(), changes: self.wanted.changes.clone(), ..choice }
-            }
+            true => ShownVariants {
+                front: self.wanted.front.clone(),
+                changes: self.wanted.changes.clone(),
+                ..choice
+            },
             false => choice,
         };
         self.request(|wanted| *wanted = choice)
@@ -209,7 +211,7 @@ impl Stage {
         self.request(|wanted| wanted.changes.retain(|(changed, _)| changed != key))
     }
 
-    fn request(&mut self, change: impl FnOnce(&mut Choice)) -> anyhow::Result<Option<Kept>> {
+    fn request(&mut self, change: impl FnOnce(&mut ShownVariants)) -> anyhow::Result<Option<Kept>> {
         let before = self.wanted.clone();
         change(&mut self.wanted);
         let done = self.pursue();

@@ -2,7 +2,7 @@
 //! faces (Lin and Yu 2006, Bogomjakov and Gotsman 2002: see [`OrderBaseline`](super::OrderBaseline); the shaders are
 //! ours).
 
-use super::Prepared;
+use super::PreparedBaseline;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use crate::vk::shader::Compacting;
@@ -37,7 +37,7 @@ impl FaceCompaction {
     pub fn new(
         gpu: &Gpu,
         mesh: &ProgressiveMesh,
-        prepared: &Prepared,
+        prepared: &PreparedBaseline,
         index: IndexType,
     ) -> Result<FaceCompaction> {
         let full = live_faces(mesh, mesh.last_level());

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 
 /// A baseline with the data prepared for a mesh in
 /// [classical](crate::paper::progressive_mesh::order::classical) order, in which a face keeps its slot.
-pub struct Prepared {
+pub struct PreparedBaseline {
     baseline: OrderBaseline,
     /// Meshes of a discrete chain, coarsest first.
     chain: Vec<Vec<[u32; 3]>>,
@@ -24,7 +24,7 @@ pub struct Prepared {
     levels: Vec<Level>,
 }
 
-impl Prepared {
+impl PreparedBaseline {
     /// `space` has the index that represents each vertex: its own, or (for [`Vertices::welded`]) that of the
     /// first vertex at its position.
     ///
@@ -32,7 +32,7 @@ impl Prepared {
     ///
     /// # Panics
     /// If the mesh has tswaps, or `space` does not have an entry for each vertex.
-    pub fn new(mesh: &ProgressiveMesh, baseline: OrderBaseline, space: Vec<u32>) -> Prepared {
+    pub fn new(mesh: &ProgressiveMesh, baseline: OrderBaseline, space: Vec<u32>) -> PreparedBaseline {
         assert!(mesh.swaps.levels.is_empty(), "a mesh in classical order has no tswaps");
         assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
         let (mut chain, mut skip, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
@@ -42,7 +42,7 @@ impl Prepared {
             OrderBaseline::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
             OrderBaseline::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
         }
-        Prepared { baseline, chain, skip, ranks, space, levels: mesh.levels.clone() }
+        PreparedBaseline { baseline, chain, skip, ranks, space, levels: mesh.levels.clone() }
     }
 
     pub fn baseline(&self) -> OrderBaseline {

@@ -16,7 +16,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::vk::IndexType;
 use rayon::prelude::*;
 
-pub use lists::Prepared;
+pub use lists::PreparedBaseline;
 pub use skip::SkipList;
 
 /// A method other than the paper's to draw a mesh at a level of detail.
@@ -99,7 +99,7 @@ pub fn baseline_costs(
     caches: &[Cache],
     levels: &[u32],
 ) -> BaselineCosts {
-    let prepared = Prepared::new(mesh, baseline, mesh.vertices.welded.clone());
+    let prepared = PreparedBaseline::new(mesh, baseline, mesh.vertices.welded.clone());
     let drawn: Vec<(Vec<f64>, f64)> = levels
         .par_iter()
         .map(|&level| {
@@ -145,7 +145,7 @@ mod tests {
         let mut costs = Vec::new();
         for baseline in BASELINES {
             assert_eq!(OrderBaseline::of(baseline.order()), Some(baseline));
-            let prepared = Prepared::new(&mesh, baseline, mesh.vertices.welded.clone());
+            let prepared = PreparedBaseline::new(&mesh, baseline, mesh.vertices.welded.clone());
             for &level in &levels {
                 let live = live_faces(&mesh, level);
                 let (drawn, live) = (prepared.drawn(level, &live), live.len());

@@ -1,7 +1,7 @@
 //! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
 //! skip lists take only 44 to 63 % of this memory, so comparing them at that ratio would be unfair to them.
 
-use super::super::baselines::{OrderBaseline, Prepared, baseline_costs};
+use super::super::baselines::{OrderBaseline, PreparedBaseline, baseline_costs};
 use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::run::Program;
@@ -46,7 +46,7 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     let index = IndexType::of_vertices(plain.vertices.positions.len());
     let lists = |ratio| {
         let baseline = OrderBaseline::SkipLists { ratio };
-        let prepared = Prepared::new(plain, baseline, plain.vertices.welded.clone());
+        let prepared = PreparedBaseline::new(plain, baseline, plain.vertices.welded.clone());
         (prepared.list_bytes(index) as f64, prepared.listed_faces() as f64)
     };
     let (faces, face_bytes) = (plain.faces.len() as f64, 3.0 * index.bytes() as f64);

@@ -6,11 +6,11 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
 use crate::paper::progressive_mesh::{
-    FrameRecord, LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes, load,
+    LoadedMesh, MeshFrameRecord, ProgressiveMeshSettings, ProgressiveMeshes, load,
 };
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
-use crate::scene::path::Path;
+use crate::scene::path::CameraPath;
 use crate::stats::{Summary, median};
 use crate::vk::Gpu;
 use anyhow::Context;
@@ -119,7 +119,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let runs = (0..WALKS).map(|_| walk.records(&held)).collect::<anyhow::Result<Vec<_>>>()?;
     let mut rows = vec![Row::number(PLANNED, BUDGET, "ms", budget_ms)];
     for (n, variant) in VARIANTS.into_iter().enumerate() {
-        let runs: Vec<&[FrameRecord]> = runs.iter().map(|run| &*run[n]).collect();
+        let runs: Vec<&[MeshFrameRecord]> = runs.iter().map(|run| &*run[n]).collect();
         rows.extend(rows_of_runs(variant, &runs, budget_ms)?);
     }
     Ok(rows)
@@ -127,8 +127,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 impl Walk<'_> {
     /// The frames of one walk with each of `budgets`. The budgets alternate frame by frame.
-    fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<FrameRecord>>> {
-        let path: &Path = self.scene.path(self.path)?;
+    fn records(&self, budgets: &[Option<(Budget, Rule)>]) -> anyhow::Result<Vec<Vec<MeshFrameRecord>>> {
+        let path: &CameraPath = self.scene.path(self.path)?;
         let own = ProgressiveMeshSettings::of_scene(&self.scene, PixelFormat::Srgb8)?;
         let session = |held: &Option<(Budget, Rule)>| {
             let (budget, rule) = held.unzip();
@@ -157,8 +157,8 @@ impl Walk<'_> {
     }
 }
 
-fn times(records: &[FrameRecord]) -> Option<Vec<f64>> {
-    records.iter().map(FrameRecord::milliseconds).collect()
+fn times(records: &[MeshFrameRecord]) -> Option<Vec<f64>> {
+    records.iter().map(MeshFrameRecord::milliseconds).collect()
 }
 
 /// The results of one walk of a variant, without its first [`SETTLING`] frames.
@@ -168,7 +168,7 @@ struct Shown {
 }
 
 impl Shown {
-    fn of(records: &[FrameRecord]) -> anyhow::Result<Shown> {
+    fn of(records: &[MeshFrameRecord]) -> anyhow::Result<Shown> {
         let settled = &records[SETTLING.min(records.len().saturating_sub(1))..];
         let times = times(settled).context("timed before")?;
         Ok(Shown { times, factors: settled.iter().map(|record| record.error_factor).collect() })
@@ -187,7 +187,7 @@ impl Shown {
     }
 }
 
-fn rows_of_runs(variant: &str, runs: &[&[FrameRecord]], budget_ms: f64) -> anyhow::Result<Vec<Row>> {
+fn rows_of_runs(variant: &str, runs: &[&[MeshFrameRecord]], budget_ms: f64) -> anyhow::Result<Vec<Row>> {
     let first = runs.first().context("walked at least once")?;
     let series = |values: Vec<f64>| {
         Value::Series(values.iter().enumerate().map(|(n, value)| [n as f64, *value]).collect())

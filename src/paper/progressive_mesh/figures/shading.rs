@@ -139,7 +139,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
     scans::check_fetched(name)?;
     let model = scans::open(name)?;
-    let stage = Stage::new(bench, name, eye)?;
+    let stage = ShadingScene::new(bench, name, eye)?;
     // The picture has no texture. pm.texture measures what texture coordinates add to the error.
     let mut bare = model.clone();
     bare.attributes.coordinates.clear();
@@ -197,7 +197,7 @@ fn picture(bench: &mut Bench, cell: &Cell, what: &str, shot: &Shot, size: [u32; 
 }
 
 /// A scene's camera and settings, for any mesh in place of the scene's.
-struct Stage {
+struct ShadingScene {
     gpu: Gpu,
     settings: ProgressiveMeshSettings,
     surface: ProgressiveSurface,
@@ -215,13 +215,13 @@ struct Shot {
     inside: Vec<bool>,
 }
 
-impl Stage {
+impl ShadingScene {
     /// The scene `bunny` with another model.
-    fn new(bench: &Bench, model: &str, eye: &str) -> anyhow::Result<Stage> {
+    fn new(bench: &Bench, model: &str, eye: &str) -> anyhow::Result<ShadingScene> {
         let scene = Scene::load_with("bunny", &[format!("surface.bunny.geometry.source={model}")])?;
         let surface = config::surface(&scene, "bunny")?;
         let size = bench.effort_of([320, 180], [1280, 720]);
-        Ok(Stage {
+        Ok(ShadingScene {
             gpu: bench.gpu(&[])?,
             settings: ProgressiveMeshSettings {
                 size: size.map(|side| side * SAMPLES),

@@ -81,7 +81,7 @@ fn views() -> Vec<View> {
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let part = cell.x.context("the sweep has values")? / 100.0;
     let model = if cell.scene == GLOBE { globe() } else { scans::open(&cell.scene)? };
-    let texels = Texels::of(&model);
+    let texels = UvLookup::of(&model);
     let target_faces = (model.faces.len() as f64 * part) as usize;
     let mut rows = Vec::new();
     for (variant, metric) in [(BY_DISTANCE, ErrorMetric::Geometry), (AWARE, ErrorMetric::Appearance)] {
@@ -111,7 +111,7 @@ fn globe() -> Model {
 
 /// The inverse of a model's texture coordinates: where it shows a texel. Faces are listed by the cells of a grid over
 /// the coordinates.
-struct Texels<'a> {
+struct UvLookup<'a> {
     model: &'a Model,
     low: DVec2,
     cell: DVec2,
@@ -119,14 +119,14 @@ struct Texels<'a> {
     cells: Vec<Vec<u32>>,
 }
 
-impl Texels<'_> {
-    fn of(model: &Model) -> Texels<'_> {
+impl UvLookup<'_> {
+    fn of(model: &Model) -> UvLookup<'_> {
         let coordinates = model.attributes.coordinates.iter().map(|st| DVec2::from(st.map(f64::from)));
         let low = coordinates.clone().fold(DVec2::MAX, DVec2::min);
         let high = coordinates.fold(DVec2::MIN, DVec2::max);
         let side = (model.faces.len() as f64).sqrt() as usize + 1;
         let cell = (high - low) / side as f64;
-        let mut texels = Texels { model, low, cell, side, cells: vec![Vec::new(); side * side] };
+        let mut texels = UvLookup { model, low, cell, side, cells: vec![Vec::new(); side * side] };
         for face in 0..model.faces.len() {
             let corners = texels.corners(face as u32);
             let [first, last] = [DVec2::min, DVec2::max]
@@ -186,7 +186,7 @@ const PARTS: u32 = 6;
 
 impl Shifts {
     /// Of the level after some collapses; `None` if no face shows a texel of the model.
-    fn of(texels: &Texels, collapses: &Collapses, steps: usize) -> Option<Shifts> {
+    fn of(texels: &UvLookup, collapses: &Collapses, steps: usize) -> Option<Shifts> {
         let mut shifts = Vec::new();
         for wedges in collapses.faces_after(texels.model, steps) {
             let [a, b, c] = wedges.map(|wedge| texels.point(wedge));
@@ -234,7 +234,7 @@ mod tests {
     fn the_full_model_shifts_nothing_and_a_moved_texel_is_found() {
         assert_eq!(thirds().count() as u32, PARTS * PARTS);
         let model = globe();
-        let texels = Texels::of(&model);
+        let texels = UvLookup::of(&model);
         let whole = Shifts::of(&texels, &Collapses::default(), 0).unwrap();
         assert!(whole.largest < 1.0, "{whole:?} of 6 378 137 m");
         // A twentieth of a turn at the equator, on the model's chords.

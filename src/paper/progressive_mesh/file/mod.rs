@@ -58,7 +58,7 @@ const CORNERS_PER_BYTE: u64 = 16;
 
 /// A loaded file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Loaded {
+pub struct LoadedFile {
     /// The mesh. For a truncated file, the part that is present; its last level is not the full mesh.
     pub mesh: ProgressiveMesh,
     pub contents: Contents,

@@ -5,7 +5,7 @@ use super::level::{Growing, Has, Left};
 use super::write::chunk_checksum;
 use super::{
     APPEARANCE, CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, IN_PLACE, ITEMS_PER_BYTE,
-    Loaded, MAGIC,
+    LoadedFile, MAGIC,
 };
 use crate::file;
 use crate::paper::progressive_mesh::choices::ErrorMetric;
@@ -50,7 +50,7 @@ impl ProgressiveMesh {
     ///
     /// # Errors
     /// [`PmeshError`] names the file, the fault and its position.
-    pub fn read(path: &Path) -> Result<Loaded, PmeshError> {
+    pub fn read(path: &Path) -> Result<LoadedFile, PmeshError> {
         let shown = path.display().to_string();
         let read = || {
             let mut bytes = Vec::new();
@@ -65,7 +65,7 @@ impl ProgressiveMesh {
     ///
     /// # Errors
     /// [`FileFlaw`]: the fault and its position.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Loaded, FileFlaw> {
+    pub fn from_bytes(bytes: &[u8]) -> Result<LoadedFile, FileFlaw> {
         let header = Header::parse(bytes)?;
         if let Some(longer) = (bytes.len() as u64).checked_sub(header.length).filter(|&longer| longer > 0) {
             return Err(FileFlaw::Longer(longer));
@@ -96,7 +96,7 @@ impl ProgressiveMesh {
     }
 }
 
-fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<Loaded, FileFlaw> {
+fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<LoadedFile, FileFlaw> {
     let (mesh, sizes, whole) = (growing.mesh, growing.sizes, header.whole);
     let read = Extent {
         levels: mesh.levels.len() as u32,
@@ -114,7 +114,7 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
     }
     let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
     let frame_bytes = bytes.len() as f64 - named;
-    Ok(Loaded { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
+    Ok(LoadedFile { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
 }
 
 /// The flaw of a file that ends before the coarsest level is complete. That level needs the header and the first

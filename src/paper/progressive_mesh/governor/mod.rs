@@ -22,7 +22,7 @@
 
 mod integral;
 
-pub use crate::scene::{Part, SceneFault, settings};
+pub use crate::scene::{SceneFault, SceneTable, settings};
 use integral::Integral;
 
 use std::collections::VecDeque;
@@ -61,7 +61,7 @@ settings! {
     check check_budget;
 }
 
-fn check_budget(budget: &Budget, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check_budget(budget: &Budget, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match (budget.frame_ms, budget.frame_faces) {
         (None, None) => Err(part.whole("a governor needs a budget: frame_ms, frame_faces, or both")),
         _ => Ok(()),

@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::slice;
 
 /// The mesh on its way up from level 0. A split is named by the collapse that it undoes.
-pub(super) struct Plan<'a> {
+pub(super) struct RefinementState<'a> {
     model: &'a Model,
     pub collapses: &'a Collapses,
     pub options: &'a OrderOptions,
@@ -45,7 +45,7 @@ pub(super) fn plan(
     base: Vec<u32>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Arrangement {
-    let mut plan = Plan::new(model, collapses, options, base);
+    let mut plan = RefinementState::new(model, collapses, options, base);
     let mut progress = |done| progress(done, model.faces.len());
     match options.regions {
         1 => plan.groups(&mut progress),
@@ -54,7 +54,7 @@ pub(super) fn plan(
     plan.arrangement
 }
 
-impl<'a> Plan<'a> {
+impl<'a> RefinementState<'a> {
     fn new(model: &'a Model, collapses: &'a Collapses, options: &'a OrderOptions, base: Vec<u32>) -> Self {
         let down = Descent::new(model, collapses);
         let first_wedge = (0..collapses.wedges.len())

@@ -9,7 +9,7 @@
 use super::Groups;
 use super::assemble::Move;
 use super::greedy::Lines;
-use super::plan::Plan;
+use super::plan::RefinementState;
 use std::ops::Range;
 
 /// Minimum faces of a region: the border of a smaller one costs more than the order saves.
@@ -27,7 +27,7 @@ struct Tail {
     incoming: Vec<u32>,
 }
 
-impl Plan<'_> {
+impl RefinementState<'_> {
     /// Executes the splits in the order of errors. At every level, the moved faces so far are within the
     /// budget of the splits so far.
     ///
@@ -88,7 +88,7 @@ impl Plan<'_> {
 impl Tail {
     /// Finds the ordered slots to which the tail's faces belong: the median slot of the faces that their
     /// split changed.
-    fn settle(&mut self, plan: &Plan) {
+    fn settle(&mut self, plan: &RefinementState) {
         self.incoming.clear();
         self.incoming.resize(self.start, 0);
         let mut slots = Vec::new();
@@ -122,7 +122,7 @@ impl Tail {
     }
 
     /// The number of the tail's first `incoming` faces that do not belong to `region` and must make room.
-    fn displaced(&self, plan: &Plan, region: &Range<usize>, incoming: usize) -> usize {
+    fn displaced(&self, plan: &RefinementState, region: &Range<usize>, incoming: usize) -> usize {
         let first = &plan.at[self.start..self.start + incoming];
         first.iter().filter(|&&face| !self.is_incoming(face, region)).count()
     }
@@ -133,7 +133,7 @@ impl Tail {
 
     /// Swaps a region's incoming faces to the start of the tail, then reorders the region together with them.
     /// Returns the number of moved faces.
-    fn renew(&mut self, plan: &mut Plan, region: Range<usize>, incoming: usize) -> usize {
+    fn renew(&mut self, plan: &mut RefinementState, region: Range<usize>, incoming: usize) -> usize {
         let before = plan.at[self.start..].to_vec();
         let end = self.start + incoming;
         let is_incoming = |slot: &usize| self.is_incoming(plan.at[*slot], &region);

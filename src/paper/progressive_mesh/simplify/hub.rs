@@ -137,14 +137,14 @@ impl Hub {
     /// The allowed directions, which depend only on the kinds of the hub's edges. An inner position may move
     /// anywhere, and a position on a border or seam only along it. A position where borders or seams end,
     /// cross or branch may not move.
-    pub fn path(&self) -> Path {
+    pub fn path(&self) -> MoveConstraint {
         let mut marked = self.edges.iter().filter(|edge| edge.kind != EdgeKind::Plain).map(|edge| edge.kind);
         match (marked.next(), marked.next(), marked.next()) {
-            (None, ..) => Path::Anywhere,
+            (None, ..) => MoveConstraint::Anywhere,
             // Two sheets share this edge; its collapse separates them again.
-            (Some(EdgeKind::Complex), None, _) => Path::Along(EdgeKind::Complex),
-            (Some(one), Some(two), None) if one == two => Path::Along(one),
-            _ => Path::Nowhere,
+            (Some(EdgeKind::Complex), None, _) => MoveConstraint::Along(EdgeKind::Complex),
+            (Some(one), Some(two), None) if one == two => MoveConstraint::Along(one),
+            _ => MoveConstraint::Nowhere,
         }
     }
 
@@ -230,19 +230,19 @@ impl Hub {
 
 /// Where a hub may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Path {
+pub enum MoveConstraint {
     Anywhere,
     /// Only along edges of this kind.
     Along(EdgeKind),
     Nowhere,
 }
 
-impl Path {
+impl MoveConstraint {
     pub fn allows(self, kind: EdgeKind) -> bool {
         match self {
-            Path::Anywhere => true,
-            Path::Along(only) => kind == only,
-            Path::Nowhere => false,
+            MoveConstraint::Anywhere => true,
+            MoveConstraint::Along(only) => kind == only,
+            MoveConstraint::Nowhere => false,
         }
     }
 }

@@ -16,7 +16,7 @@ const MOST: u32 = 1024;
 
 /// Lists of vanished positions: one for each face, or one for each border edge (indexed by the edge's start
 /// in the direction of its face).
-pub struct Lists {
+pub struct LostPositions {
     first: Vec<u32>,
     next: Vec<u32>,
     count: Vec<u32>,
@@ -25,10 +25,10 @@ pub struct Lists {
     dropped: Vec<f64>,
 }
 
-impl Lists {
+impl LostPositions {
     /// Empty lists for `positions` positions.
-    pub fn new(positions: usize, lists: usize) -> Lists {
-        Lists {
+    pub fn new(positions: usize, lists: usize) -> LostPositions {
+        LostPositions {
             first: vec![END; lists],
             next: vec![END; positions],
             count: vec![0; lists],
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_full_list_keeps_the_largest_distance_of_the_rest() {
-        let mut lists = Lists::new(2000, 2);
+        let mut lists = LostPositions::new(2000, 2);
         (0..MOST).for_each(|position| lists.give(position, 1, 9.0));
         assert_eq!((lists.of(1).count(), lists.dropped(1)), (1024, None));
         [3.0, 5.0, 4.0]

@@ -5,12 +5,12 @@
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
-use super::lost::{Lists, squared_to_segment};
+use super::lost::{LostPositions, squared_to_segment};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
-use super::start::{Shading, WedgeLists, nearest_wedge, normals, quadrics};
+use super::start::{ShadingAttributes, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
 use super::surface::{Frame, HubCorner, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
@@ -35,10 +35,10 @@ pub struct Sequence<'a> {
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
     /// Set if errors count normals and texture coordinates.
-    pub(super) shading: Option<Shading>,
+    pub(super) shading: Option<ShadingAttributes>,
     /// Vanished positions by face, and by border edge.
-    pub(super) lost: Lists,
-    pub(super) lost_of_border: Lists,
+    pub(super) lost: LostPositions,
+    pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
     queue: Queue,
@@ -113,9 +113,9 @@ impl<'a> Sequence<'a> {
             rules: Rules::Strict,
             quadrics: quadrics(&mut surface, &mut hub, positions),
             shading: (options.metric == ErrorMetric::Appearance)
-                .then(|| Shading::of(model, &surface, positions)),
-            lost: Lists::new(positions, model.faces.len()),
-            lost_of_border: Lists::new(positions, positions),
+                .then(|| ShadingAttributes::of(model, &surface, positions)),
+            lost: LostPositions::new(positions, model.faces.len()),
+            lost_of_border: LostPositions::new(positions, positions),
             off_model: vec![0.0; model.faces.len()],
             queue: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![(NOWHERE, 0.0); positions],

@@ -2,7 +2,7 @@
 
 use super::hub::Hub;
 use super::surface::{HubCorner, WorkingMesh};
-use super::triangle::Triangle;
+use super::triangle::DistanceTriangle;
 use glam::DVec3;
 
 /// Cosine of the largest angle by which a face may turn, in one collapse and relative to the model: about 75 degrees.
@@ -12,13 +12,13 @@ const LEAST_COSINE: f64 = 0.25;
 #[derive(Default)]
 pub struct CollapseShape {
     /// The triangle of each of the hub's corners, the hub first.
-    pub old: Vec<Triangle>,
+    pub old: Vec<DistanceTriangle>,
     /// The normals of the old triangles, with length twice the area, and the unit normals of these faces in
     /// the model.
     normals: Vec<[DVec3; 2]>,
     /// The triangles after the collapse, by face: the fan around the end. If the fan is empty, the faces
     /// beside it.
-    pub new: Vec<(u32, Triangle)>,
+    pub new: Vec<(u32, DistanceTriangle)>,
     /// How many of [`Self::new`] are the fan.
     pub fan: usize,
     /// True if a face of the fan turns too far, or loses its area.
@@ -38,7 +38,7 @@ impl CollapseShape {
         for &HubCorner { face, a, b, .. } in &hub.corners {
             let (a, b) = (surface.point(a), surface.point(b));
             let cross = (a - point).cross(b - point);
-            self.old.push(Triangle::with_cross([point, a, b], cross));
+            self.old.push(DistanceTriangle::with_cross([point, a, b], cross));
             self.normals.push([cross, normals[face as usize]]);
         }
     }
@@ -60,13 +60,13 @@ impl CollapseShape {
             let [old, first] = self.normals[index];
             self.flips |= (old != DVec3::ZERO && turns(old, cross, old.length_squared()))
                 || (first != DVec3::ZERO && turns(first, cross, 1.0));
-            self.new.push((corner.face, Triangle::with_cross([to, a, b], cross)));
+            self.new.push((corner.face, DistanceTriangle::with_cross([to, a, b], cross)));
             self.parents.push(index as u32);
         }
         self.fan = self.new.len();
         if self.fan == 0 {
             let beside = surface.corners(end).filter(|x| hub.is_not(x));
-            self.new.extend(beside.map(|x| (x.face, Triangle::new(surface.triangle(x.face)))));
+            self.new.extend(beside.map(|x| (x.face, DistanceTriangle::new(surface.triangle(x.face)))));
         }
         let last = self.new.len().saturating_sub(1) as u32;
         self.heirs.iter_mut().for_each(|heir| *heir = last.min(*heir));
@@ -120,14 +120,20 @@ impl CollapseShape {
 
 /// Points where a new triangle may be far from the old ones. The triangle's first corner is the target of the
 /// collapse.
-pub fn samples(triangle: &Triangle) -> [DVec3; 2] {
+pub fn samples(triangle: &DistanceTriangle) -> [DVec3; 2] {
     let [to, a, b] = triangle.corners();
     [(to + a + b) / 3.0, (to + a) / 2.0]
 }
 
 /// The larger of `most` and the squared distance from a point to the nearest triangle. The search starts at
 /// `first`, which is probably nearest.
-fn raised<T>(most: f64, point: DVec3, triangles: &[T], first: u32, of: impl Fn(&T) -> &Triangle) -> f64 {
+fn raised<T>(
+    most: f64,
+    point: DVec3,
+    triangles: &[T],
+    first: u32,
+    of: impl Fn(&T) -> &DistanceTriangle,
+) -> f64 {
     let (before, after) = triangles.split_at(first as usize);
     // Nine of ten points are nearer than `most`, so their exact distances are not needed.
     if after.iter().chain(before).any(|item| of(item).at_most(point) <= most) {

@@ -58,7 +58,7 @@ pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
 }
 
 /// The model's normals and texture coordinates, and the area that each position represents.
-pub struct Shading {
+pub struct ShadingAttributes {
     /// Unit normal of each of the model's wedges: the model's own, or else the area-weighted mean over the faces
     /// at the position.
     pub normals: Vec<DVec3>,
@@ -68,9 +68,9 @@ pub struct Shading {
     pub texture: Option<TextureShift>,
 }
 
-impl Shading {
+impl ShadingAttributes {
     /// `surface` has all of the model's faces.
-    pub fn of(model: &Model, surface: &WorkingMesh, positions: usize) -> Shading {
+    pub fn of(model: &Model, surface: &WorkingMesh, positions: usize) -> ShadingAttributes {
         let (mut sums, mut areas) = (vec![DVec3::ZERO; positions], vec![0.0; positions]);
         for face in 0..surface.faces() as u32 {
             let [a, b, c] = surface.triangle(face);
@@ -91,7 +91,7 @@ impl Shading {
                 }
             }
         }
-        Shading { normals, areas, texture: TextureShift::of(model, surface) }
+        ShadingAttributes { normals, areas, texture: TextureShift::of(model, surface) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! One collapse: whether it is allowed, its cost, and its distance from the model.
 
-use super::hub::{EdgeKind, Link, Path, RingEdge};
+use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
 use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
@@ -28,8 +28,8 @@ impl Sequence<'_> {
     }
 
     /// Where the hub may move.
-    pub(super) fn path(&self) -> Path {
-        if self.rules == Rules::Crossing { Path::Anywhere } else { self.hub.path() }
+    pub(super) fn path(&self) -> MoveConstraint {
+        if self.rules == Rules::Crossing { MoveConstraint::Anywhere } else { self.hub.path() }
     }
 
     /// True for a position with very many faces. It neither moves nor is a target until other collapses have

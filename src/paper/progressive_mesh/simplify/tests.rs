@@ -1,6 +1,6 @@
 //! Tests of every sequence of collapses, and of holes, seams, components and degenerate models.
 
-use super::triangle::Triangle;
+use super::triangle::DistanceTriangle;
 use super::*;
 use crate::model::named;
 use glam::DVec3;
@@ -104,7 +104,7 @@ fn no_position_is_farther_from_the_mesh_than_stated() {
             let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
             let triangles: Vec<[DVec3; 3]> = faces.iter().map(|face| face.map(at)).collect();
             let distance = |&p: &DVec3| {
-                let squared = triangles.iter().map(|&triangle| Triangle::new(triangle).squared_to(p));
+                let squared = triangles.iter().map(|&triangle| DistanceTriangle::new(triangle).squared_to(p));
                 squared.fold(f64::INFINITY, f64::min).sqrt()
             };
             let most = model.positions.iter().map(distance).fold(0.0, f64::max);
@@ -331,7 +331,8 @@ fn a_ridge_that_only_normals_show_is_an_error_of_the_appearance() {
 fn widest_difference(model: &Model, faces: &[[u32; 3]]) -> f64 {
     let at = |wedge: u32| model.positions[model.wedge_positions[wedge as usize] as usize];
     let own = |wedge: u32| DVec3::from(model.attributes.normals[wedge as usize].map(f64::from));
-    let triangles: Vec<Triangle> = faces.iter().map(|face| Triangle::new(face.map(at))).collect();
+    let triangles: Vec<DistanceTriangle> =
+        faces.iter().map(|face| DistanceTriangle::new(face.map(at))).collect();
     let mut areas = vec![0.0; model.positions.len()];
     for face in &model.faces {
         let [a, b, c] = face.map(at);
@@ -402,7 +403,8 @@ fn largest_shift(model: &Model, faces: &[[u32; 3]]) -> f64 {
         let part = (s - texels[after - 1]) / (texels[after] - texels[after - 1]);
         columns[after - 1] + part * (columns[after] - columns[after - 1])
     };
-    let triangles: Vec<Triangle> = faces.iter().map(|face| Triangle::new(face.map(at))).collect();
+    let triangles: Vec<DistanceTriangle> =
+        faces.iter().map(|face| DistanceTriangle::new(face.map(at))).collect();
     let shift = |p: &DVec3| {
         let squared = triangles.iter().map(|triangle| triangle.squared_to(*p)).enumerate();
         let nearest = squared.min_by(|x, y| x.1.total_cmp(&y.1)).unwrap().0;

@@ -6,7 +6,7 @@
 //! order.
 
 use super::surface::WorkingMesh;
-use super::triangle::Triangle;
+use super::triangle::DistanceTriangle;
 use crate::model::Model;
 use glam::{DMat2, DVec2, DVec3};
 use std::iter::Sum;
@@ -82,7 +82,7 @@ impl TextureShift {
 pub struct ShownTexels<'a> {
     pub wedges: [u32; 3],
     pub weights: [f64; 3],
-    pub triangle: &'a Triangle,
+    pub triangle: &'a DistanceTriangle,
 }
 
 impl ShownTexels<'_> {

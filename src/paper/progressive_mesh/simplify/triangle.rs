@@ -25,7 +25,7 @@ const ROUNDING: f64 = 2e-22;
 
 /// A triangle, possibly degenerate to a segment or a point, with the terms shared by all distances to it.
 #[derive(Clone, Copy, Debug)]
-pub struct Triangle {
+pub struct DistanceTriangle {
     corners: [DVec3; 3],
     ab: DVec3,
     ac: DVec3,
@@ -40,19 +40,19 @@ pub struct Triangle {
     rounding: f64,
 }
 
-impl Triangle {
-    pub fn new([a, b, c]: [DVec3; 3]) -> Triangle {
-        Triangle::with_cross([a, b, c], (b - a).cross(c - a))
+impl DistanceTriangle {
+    pub fn new([a, b, c]: [DVec3; 3]) -> DistanceTriangle {
+        DistanceTriangle::with_cross([a, b, c], (b - a).cross(c - a))
     }
 
     /// As [`Triangle::new`], with the cross product of the sides at the first corner already known.
-    pub fn with_cross([a, b, c]: [DVec3; 3], cross: DVec3) -> Triangle {
+    pub fn with_cross([a, b, c]: [DVec3; 3], cross: DVec3) -> DistanceTriangle {
         let (ab, ac) = (b - a, c - a);
         let (ab_squared, ac_squared) = (ab.length_squared(), ac.length_squared());
         let cross_squared = cross.length_squared();
         let thin = LEAST_SINE_SQUARED * ab_squared * ac_squared + f64::MIN_POSITIVE;
         let is_needle = least(ab_squared, ac_squared) < LEAST_SIDES_SQUARED * most(ab_squared, ac_squared);
-        Triangle {
+        DistanceTriangle {
             corners: [a, b, c],
             ab,
             ac,
@@ -114,7 +114,7 @@ impl Triangle {
     /// the sine at the first corner, or the ratio of the sides there, is below 1e-7 but not 0. In this case
     /// cancellation removes all digits.
     pub fn squared_to(&self, p: DVec3) -> f64 {
-        let Triangle { corners: [a, b, c], ab, ac, .. } = *self;
+        let DistanceTriangle { corners: [a, b, c], ab, ac, .. } = *self;
         let ap = p - a;
         let (d1, d2) = (ab.dot(ap), ac.dot(ap));
         if d1 <= 0.0 && d2 <= 0.0 {
@@ -167,7 +167,7 @@ mod tests {
     }
 
     /// Triangles of many sizes and shapes: the second side approaches the first, or coincides with it.
-    fn triangles() -> impl Iterator<Item = Triangle> {
+    fn triangles() -> impl Iterator<Item = DistanceTriangle> {
         let mut number = numbers(1);
         (0..4000).map(move |index| {
             let mut point = || DVec3::new(number(), number(), number());
@@ -181,12 +181,12 @@ mod tests {
                 4 => (ab * number() + ac) * thin,
                 _ => ab * number() + ac * thin,
             };
-            Triangle::new([a, a + ab * size, a + ac * size])
+            DistanceTriangle::new([a, a + ab * size, a + ac * size])
         })
     }
 
     /// Points near and far, above the triangle, in its plane, and on it.
-    fn points(triangle: &Triangle, seed: u64) -> impl Iterator<Item = DVec3> {
+    fn points(triangle: &DistanceTriangle, seed: u64) -> impl Iterator<Item = DVec3> {
         let (mut number, [a, b, c]) = (numbers(seed), triangle.corners());
         let (normal, size) =
             ((b - a).cross(c - a).normalize_or_zero(), (b - a).length().max((c - a).length()));
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// True if the exact formula loses at most half of its digits.
-    fn is_exact(triangle: &Triangle) -> bool {
+    fn is_exact(triangle: &DistanceTriangle) -> bool {
         triangle.cross_squared == 0.0
             || (triangle.cross_squared > 1e-8 * triangle.ab_squared * triangle.ac_squared
                 && least(triangle.ab_squared, triangle.ac_squared)
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn a_triangle_whose_squares_underflow_has_bounds() {
         for size in [1e-70, 1e-80, 1e-90, 1e-170] {
-            let triangle = Triangle::new([DVec3::ZERO, DVec3::X * size, DVec3::Y * size]);
+            let triangle = DistanceTriangle::new([DVec3::ZERO, DVec3::X * size, DVec3::Y * size]);
             let p = DVec3::new(2.0, 2.0, 1.0) * size;
             assert!(triangle.squared_to(p) <= triangle.at_most(p));
             assert!(!triangle.is_beyond(p, triangle.squared_to(p)));

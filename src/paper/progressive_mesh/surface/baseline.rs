@@ -9,7 +9,7 @@
 //!   is a level of the progressive mesh, as for other orders. The coarsest mesh with at least as many faces is drawn.
 
 use crate::paper::progressive_mesh::baselines::compaction::{Compact, FaceCompaction};
-use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::run::{DirtyBlocks, IgnoreWrites, Program, Slices, TooMany};
 use crate::vk::{Buffer, BufferUse, Cmd, Gpu, IndexType, Result};
@@ -21,18 +21,18 @@ type Faces = Arc<[[u32; 3]]>;
 /// Instances of one mesh.
 pub struct Baselines {
     program: Arc<Program>,
-    prepared: Prepared,
+    prepared: PreparedBaseline,
     compaction: Option<Box<FaceCompaction>>,
     /// Where each mesh of a discrete chain begins in the index buffer, in faces.
     meshes: Vec<u32>,
-    members: Vec<Member>,
+    members: Vec<BaselineInstance>,
     slices: Slices,
     /// The faces of the levels that instances show.
     made: HashMap<u32, Weak<[[u32; 3]]>>,
     walker: Walker,
 }
 
-struct Member {
+struct BaselineInstance {
     level: u32,
     /// First face in the index buffer.
     first: u32,
@@ -95,7 +95,7 @@ impl Baselines {
         baseline: OrderBaseline,
     ) -> Result<Baselines> {
         let every_vertex = (0..mesh.vertices.positions.len() as u32).collect();
-        let prepared = Prepared::new(mesh, baseline, every_vertex);
+        let prepared = PreparedBaseline::new(mesh, baseline, every_vertex);
         let compaction = match baseline {
             OrderBaseline::Compacted => {
                 Some(Box::new(FaceCompaction::new(gpu, mesh, &prepared, program.index_type())?))
@@ -130,12 +130,12 @@ impl Baselines {
     }
 
     /// An instance at a level, without a slice yet.
-    fn member(&mut self, level: u32) -> Member {
+    fn member(&mut self, level: u32) -> BaselineInstance {
         let live = self.program.drawn(level);
         if !self.meshes.is_empty() {
             let mesh = self.prepared.simplified(live as usize);
             let faces = self.prepared.lists().nth(mesh).map_or(0, <[_]>::len);
-            return Member {
+            return BaselineInstance {
                 level,
                 first: self.meshes[mesh],
                 drawn: faces as u32,
@@ -144,13 +144,13 @@ impl Baselines {
             };
         }
         if self.compaction.is_some() {
-            return Member { level, first: 0, drawn: live, shown: Shown::Elsewhere, stale: true };
+            return BaselineInstance { level, first: 0, drawn: live, shown: Shown::Elsewhere, stale: true };
         }
         if let OrderBaseline::SkipLists { .. } = self.prepared.baseline() {
             let (list, _) = self.prepared.skip_list(level);
             let faces = self.prepared.drawn(level, &[]);
             let drawn = faces.len() as u32;
-            return Member {
+            return BaselineInstance {
                 level,
                 first: 0,
                 drawn,
@@ -162,7 +162,7 @@ impl Baselines {
         let made: Faces =
             made.unwrap_or_else(|| self.prepared.drawn(level, self.walker.live(&self.program, level)).into());
         self.made.insert(level, Arc::downgrade(&made));
-        Member { level, first: 0, drawn: made.len() as u32, shown: Shown::Level(made), stale: true }
+        BaselineInstance { level, first: 0, drawn: made.len() as u32, shown: Shown::Level(made), stale: true }
     }
 
     /// Brings an instance to a level in the next frame; at most once per frame.
@@ -170,7 +170,7 @@ impl Baselines {
     /// # Errors
     /// [`TooMany`]; the instance keeps its level.
     pub fn go_to(&mut self, instance: usize, level: u32) -> std::result::Result<(), TooMany> {
-        let Member { level: before, shown, stale, .. } = &mut self.members[instance];
+        let BaselineInstance { level: before, shown, stale, .. } = &mut self.members[instance];
         if *before == level {
             return Ok(());
         }
@@ -276,7 +276,7 @@ impl Baselines {
     /// Out of memory.
     pub fn compact(&self, cmd: &mut Cmd<'_>, indices: &Buffer) -> Result<()> {
         let Some(compaction) = &self.compaction else { return Ok(()) };
-        let compact = |member: &Member| Compact {
+        let compact = |member: &BaselineInstance| Compact {
             first_slot: member.first,
             level: self.program.levels()[member.level as usize],
         };

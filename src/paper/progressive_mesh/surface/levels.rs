@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The instances' levels and slices: executed by the host, by the device, or drawn by a baseline.
-pub enum Levels {
+pub enum InstanceLevels {
     Host(Box<dyn Host>),
     Device(Box<Resident>),
     Baseline(Box<Baselines>),
@@ -63,7 +63,7 @@ impl<I: Index> Host for Instances<I> {
     }
 }
 
-impl Levels {
+impl InstanceLevels {
     pub fn new(
         gpu: &Gpu,
         mesh: &ProgressiveMesh,
@@ -71,48 +71,48 @@ impl Levels {
         surface: &ProgressiveSurface,
         count: usize,
         indices: &str,
-    ) -> Result<Levels, Error> {
+    ) -> Result<InstanceLevels, Error> {
         let limit = |error| limit(indices, error);
         if let Some(baseline) = OrderBaseline::of(surface.order) {
             let mut baselines = Baselines::new(gpu, mesh, program, baseline)?;
             (0..count).try_for_each(|_| baselines.push()).map_err(limit)?;
-            return Ok(Levels::Baseline(Box::new(baselines)));
+            return Ok(InstanceLevels::Baseline(Box::new(baselines)));
         }
         Ok(match (surface.apply, program.index_type()) {
             (Apply::Cpu | Apply::Mapped, IndexType::U16) => {
-                Levels::Host(Box::new(Instances::<u16>::of_width(program, count).map_err(limit)?))
+                InstanceLevels::Host(Box::new(Instances::<u16>::of_width(program, count).map_err(limit)?))
             }
             (Apply::Cpu | Apply::Mapped, IndexType::U32) => {
-                Levels::Host(Box::new(Instances::<u32>::of_width(program, count).map_err(limit)?))
+                InstanceLevels::Host(Box::new(Instances::<u32>::of_width(program, count).map_err(limit)?))
             }
             (Apply::Gpu, _) => {
                 let mut resident = Resident::new(gpu, program)?;
                 (0..count).try_for_each(|_| resident.push()).map_err(limit)?;
-                Levels::Device(Box::new(resident))
+                InstanceLevels::Device(Box::new(resident))
             }
         })
     }
 
     pub fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany> {
         match self {
-            Levels::Host(instances) => instances.go_to(instance, level),
-            Levels::Device(resident) => resident.go_to(instance, level),
-            Levels::Baseline(baselines) => baselines.go_to(instance, level),
+            InstanceLevels::Host(instances) => instances.go_to(instance, level),
+            InstanceLevels::Device(resident) => resident.go_to(instance, level),
+            InstanceLevels::Baseline(baselines) => baselines.go_to(instance, level),
         }
     }
 
     pub fn level(&self, instance: usize) -> u32 {
         match self {
-            Levels::Host(instances) => instances.level(instance),
-            Levels::Device(resident) => resident.level(instance),
-            Levels::Baseline(baselines) => baselines.level(instance),
+            InstanceLevels::Host(instances) => instances.level(instance),
+            InstanceLevels::Device(resident) => resident.level(instance),
+            InstanceLevels::Baseline(baselines) => baselines.level(instance),
         }
     }
 
     /// Faces that an instance draws.
     pub fn drawn(&self, instance: usize, program: &Program) -> u32 {
         match self {
-            Levels::Baseline(baselines) => baselines.drawn(instance),
+            InstanceLevels::Baseline(baselines) => baselines.drawn(instance),
             _ => program.drawn(self.level(instance)),
         }
     }
@@ -120,27 +120,27 @@ impl Levels {
     /// First face of an instance in the index buffer.
     pub fn first(&self, instance: usize) -> u32 {
         match self {
-            Levels::Host(instances) => instances.first(instance),
-            Levels::Device(resident) => resident.first(instance),
-            Levels::Baseline(baselines) => baselines.first(instance),
+            InstanceLevels::Host(instances) => instances.first(instance),
+            InstanceLevels::Device(resident) => resident.first(instance),
+            InstanceLevels::Baseline(baselines) => baselines.first(instance),
         }
     }
 
     /// An instance's faces in the order in which they are drawn, if the host knows them.
     pub fn faces(&self, instance: usize) -> Option<Vec<[u32; 3]>> {
         match self {
-            Levels::Host(instances) => Some(instances.faces(instance)),
-            Levels::Device(_) => None,
-            Levels::Baseline(baselines) => baselines.faces(instance).map(<[_]>::to_vec),
+            InstanceLevels::Host(instances) => Some(instances.faces(instance)),
+            InstanceLevels::Device(_) => None,
+            InstanceLevels::Baseline(baselines) => baselines.faces(instance).map(<[_]>::to_vec),
         }
     }
 
     /// Bytes of the index buffer.
     pub fn bytes(&self, index: IndexType) -> u64 {
         match self {
-            Levels::Host(instances) => (instances.bytes().len() as u64).next_multiple_of(4),
-            Levels::Device(resident) => index.bytes_of_faces(resident.end().into()),
-            Levels::Baseline(baselines) => index.bytes_of_faces(baselines.end().into()),
+            InstanceLevels::Host(instances) => (instances.bytes().len() as u64).next_multiple_of(4),
+            InstanceLevels::Device(resident) => index.bytes_of_faces(resident.end().into()),
+            InstanceLevels::Baseline(baselines) => index.bytes_of_faces(baselines.end().into()),
         }
     }
 
@@ -148,29 +148,29 @@ impl Levels {
     /// it.
     pub fn buffer(&self, gpu: &Gpu, name: &str, index: IndexType) -> Result<Buffer, Error> {
         match self {
-            Levels::Host(_) => gpu.buffer(name, self.bytes(index), self.buffer_use(index)),
-            Levels::Device(resident) => {
+            InstanceLevels::Host(_) => gpu.buffer(name, self.bytes(index), self.buffer_use(index)),
+            InstanceLevels::Device(resident) => {
                 let content = index.packed(resident.content().as_flattened());
                 gpu.buffer_with(name, &content, self.buffer_use(index))
             }
-            Levels::Baseline(baselines) => baselines.buffer(gpu, name, index),
+            InstanceLevels::Baseline(baselines) => baselines.buffer(gpu, name, index),
         }
     }
 
     pub fn buffer_use(&self, index: IndexType) -> BufferUse {
         match self {
-            Levels::Host(_) => BufferUse::Indices(index),
-            Levels::Device(_) => BufferUse::WritableIndices(index),
-            Levels::Baseline(baselines) => baselines.buffer_use(index),
+            InstanceLevels::Host(_) => BufferUse::Indices(index),
+            InstanceLevels::Device(_) => BufferUse::WritableIndices(index),
+            InstanceLevels::Baseline(baselines) => baselines.buffer_use(index),
         }
     }
 
     /// Bytes of main memory of the instances' own state, and of their faces.
     pub fn host_bytes(&self) -> [usize; 2] {
         match self {
-            Levels::Host(instances) => [instances.state_bytes(), instances.bytes().len()],
-            Levels::Device(resident) => [resident.state_bytes(), 0],
-            Levels::Baseline(baselines) => [baselines.state_bytes(), baselines.host_bytes()],
+            InstanceLevels::Host(instances) => [instances.state_bytes(), instances.bytes().len()],
+            InstanceLevels::Device(resident) => [resident.state_bytes(), 0],
+            InstanceLevels::Baseline(baselines) => [baselines.state_bytes(), baselines.host_bytes()],
         }
     }
 }

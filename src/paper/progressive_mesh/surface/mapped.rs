@@ -1,6 +1,6 @@
 //! Index buffers in memory that the host writes and the device reads directly, one for each frame in flight.
 
-use crate::frame::{PerFrame, Slot};
+use crate::frame::{FrameSlot, PerFrame};
 use crate::vk::{Buffer, BufferUse, Gpu, IndexType, Result};
 use std::ops::Range;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ impl Mapped {
     pub fn update(
         &mut self,
         gpu: &Gpu,
-        slot: Slot,
+        slot: FrameSlot,
         bytes: &[u8],
         touched: &[Range<usize>],
     ) -> Result<(Arc<Buffer>, u64)> {

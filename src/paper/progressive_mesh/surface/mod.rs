@@ -16,7 +16,7 @@ pub mod pace;
 mod resident;
 pub mod vertices;
 
-use crate::frame::{Draw, Shape, Slot, Stalled, View};
+use crate::frame::{Draw, FrameSlot, Shape, Stalled, View};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::check::MeshFlaw;
@@ -30,7 +30,7 @@ use crate::paper::progressive_mesh::stand::Stand;
 use crate::vk::shader::SurfaceView;
 use crate::vk::{Buffer, Cmd, Error, Gpu, IndexRange};
 use glam::{DMat3, DVec3};
-use levels::{Levels, limit};
+use levels::{InstanceLevels, limit};
 use mapped::Mapped;
 use pace::{ErrorPace, InstanceError};
 use std::sync::Arc;
@@ -65,7 +65,7 @@ pub struct MeshOnDevice {
     /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
     members: Vec<Member>,
-    levels: Levels,
+    levels: InstanceLevels,
     pace: ErrorPace,
     /// The governor's factor on the errors of the last frame.
     factor: f64,
@@ -107,7 +107,7 @@ impl MeshOnDevice {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let member = |stand: &Stand| Member { place: Placement::new(surface, &bounds, stand), seen: None };
         let (vertices, indices) = (format!("{name}: vertices"), format!("{name}: indices"));
-        let levels = Levels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
+        let levels = InstanceLevels::new(gpu, mesh, program.clone(), surface, stands.len(), &indices)?;
         Ok(MeshOnDevice {
             name: name.clone(),
             settings: surface.clone(),
@@ -169,7 +169,7 @@ impl MeshOnDevice {
     pub(super) fn go(
         &mut self,
         gpu: &Gpu,
-        slot: Slot,
+        slot: FrameSlot,
         factor: f64,
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<FrameChanges, Error> {
@@ -196,7 +196,7 @@ impl MeshOnDevice {
     pub(super) fn go_to(
         &mut self,
         gpu: &Gpu,
-        slot: Slot,
+        slot: FrameSlot,
         (instance, level): (usize, u32),
         upload: &mut impl FnMut(&[u8], u64),
     ) -> Result<FrameChanges, Error> {
@@ -211,8 +211,13 @@ impl MeshOnDevice {
     }
 
     /// Uploads the bytes that changes of level wrote, and grows the index buffer if needed; returns the bytes.
-    fn collect(&mut self, gpu: &Gpu, slot: Slot, upload: &mut impl FnMut(&[u8], u64)) -> Result<u64, Error> {
-        if let (Levels::Host(instances), Some(mapped)) = (&mut self.levels, &mut self.mapped) {
+    fn collect(
+        &mut self,
+        gpu: &Gpu,
+        slot: FrameSlot,
+        upload: &mut impl FnMut(&[u8], u64),
+    ) -> Result<u64, Error> {
+        if let (InstanceLevels::Host(instances), Some(mapped)) = (&mut self.levels, &mut self.mapped) {
             let touched = instances.take_touched();
             let (indices, written) = mapped.update(gpu, slot, instances.bytes(), &touched)?;
             self.indices = indices;
@@ -224,13 +229,13 @@ impl MeshOnDevice {
             upload(bytes, at);
         };
         match &mut self.levels {
-            Levels::Host(instances) => {
+            InstanceLevels::Host(instances) => {
                 for range in instances.take_touched() {
                     send(&instances.bytes()[range.clone()], range.start as u64);
                 }
             }
-            Levels::Baseline(baselines) => baselines.upload(self.program.index_type(), &mut send),
-            Levels::Device(_) => {}
+            InstanceLevels::Baseline(baselines) => baselines.upload(self.program.index_type(), &mut send),
+            InstanceLevels::Device(_) => {}
         }
         self.grow(gpu)?;
         Ok(sent)
@@ -264,8 +269,10 @@ impl MeshOnDevice {
             cmd.sync();
         }
         match &self.levels {
-            Levels::Host(_) | Levels::Baseline(_) => cmd.copy_ranges(staging, &self.indices, uploads),
-            Levels::Device(resident) => resident.run(cmd, &self.indices)?,
+            InstanceLevels::Host(_) | InstanceLevels::Baseline(_) => {
+                cmd.copy_ranges(staging, &self.indices, uploads)
+            }
+            InstanceLevels::Device(resident) => resident.run(cmd, &self.indices)?,
         }
         Ok(())
     }
@@ -275,9 +282,9 @@ impl MeshOnDevice {
     pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
-            Levels::Host(_) => {}
-            Levels::Device(resident) => resident.done(),
-            Levels::Baseline(baselines) => baselines.done(),
+            InstanceLevels::Host(_) => {}
+            InstanceLevels::Device(resident) => resident.done(),
+            InstanceLevels::Baseline(baselines) => baselines.done(),
         }
     }
 
@@ -288,13 +295,13 @@ impl MeshOnDevice {
 
     /// True if a baseline needs its own pass.
     pub(super) fn compacts(&self) -> bool {
-        matches!(&self.levels, Levels::Baseline(baselines) if baselines.compacts())
+        matches!(&self.levels, InstanceLevels::Baseline(baselines) if baselines.compacts())
     }
 
     /// Records the pass of a baseline, after [`MeshOnDevice::record`].
     pub(super) fn compact(&self, cmd: &mut Cmd<'_>) -> Result<(), Error> {
         match &self.levels {
-            Levels::Baseline(baselines) => baselines.compact(cmd, &self.indices),
+            InstanceLevels::Baseline(baselines) => baselines.compact(cmd, &self.indices),
             _ => Ok(()),
         }
     }
@@ -372,9 +379,11 @@ impl MeshOnDevice {
     /// Name and bytes of the video memory that level changes on the device need.
     pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
         match &self.levels {
-            Levels::Host(_) => None,
-            Levels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
-            Levels::Baseline(baselines) => baselines.shared_bytes().map(|bytes| ("faces by rank", bytes)),
+            InstanceLevels::Host(_) => None,
+            InstanceLevels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
+            InstanceLevels::Baseline(baselines) => {
+                baselines.shared_bytes().map(|bytes| ("faces by rank", bytes))
+            }
         }
     }
 
@@ -386,12 +395,12 @@ impl MeshOnDevice {
         let state = memory.state.div_ceil(memory.instances);
         let face = 3 * self.program.index_type().bytes();
         let (places, faces, baseline) = match &self.levels {
-            Levels::Host(_) if self.mapped.is_some() => {
+            InstanceLevels::Host(_) if self.mapped.is_some() => {
                 ("in main and in mapped memory of each frame in flight", "live", None)
             }
-            Levels::Host(_) => ("in main and in video memory", "live", None),
-            Levels::Device(_) => ("in video memory", "live", None),
-            Levels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
+            InstanceLevels::Host(_) => ("in main and in video memory", "live", None),
+            InstanceLevels::Device(_) => ("in video memory", "live", None),
+            InstanceLevels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
         let own = format!(
             "{}: {} with {least} to {most} faces at {} levels; each has {state} bytes of state and, {places}, \

@@ -51,19 +51,19 @@ pub enum Form {
     RowConstants,
     /// As `RowConstants` in a compute shader: a thread reads its row's constants once, and computes each of its
     /// pixels from them.
-    RowConstantsBy(Walk),
+    RowConstantsBy(RowWalk),
     /// As `Textbook` in a compute shader: a thread evaluates the part that all its pixels share once for the row, and
     /// adds each pixel's own part with one `fma`.
-    TextbookBy(Walk),
+    TextbookBy(RowWalk),
     /// The threads of a compute shader walk along rows by additions in f32.
-    Walk(Walk),
+    Walk(RowWalk),
     /// As `Walk`, with 64-bit integers.
-    Integer(Walk),
+    Integer(RowWalk),
 }
 
 /// How threads share the pixels of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Walk {
+pub enum RowWalk {
     /// Formula (7): one thread.
     Sequential,
     /// Two threads, from both ends to the middle.
@@ -76,7 +76,7 @@ pub enum Walk {
 
 /// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Derivatives {
+pub enum DerivativeMethod {
     /// Differences to the coordinates of the next pixels, each computed from the nine coefficients.
     Differences,
     /// Numerators and denominators of formula (9) from the row's constants.
@@ -108,23 +108,23 @@ impl Form {
         Form::Varyings,
         Form::NoPerspective,
         Form::Textbook,
-        Form::TextbookBy(Walk::Lanes(32)),
-        Form::TextbookBy(Walk::Restart(64)),
+        Form::TextbookBy(RowWalk::Lanes(32)),
+        Form::TextbookBy(RowWalk::Restart(64)),
         Form::RowConstants,
-        Form::RowConstantsBy(Walk::Lanes(32)),
-        Form::RowConstantsBy(Walk::Restart(64)),
-        Form::Walk(Walk::Sequential),
-        Form::Walk(Walk::TwoEnds),
-        Form::Walk(Walk::Lanes(8)),
-        Form::Walk(Walk::Lanes(32)),
-        Form::Walk(Walk::Lanes(128)),
-        Form::Walk(Walk::Lanes(1024)),
-        Form::Walk(Walk::Restart(1)),
-        Form::Walk(Walk::Restart(8)),
-        Form::Walk(Walk::Restart(16)),
-        Form::Walk(Walk::Restart(64)),
-        Form::Walk(Walk::Restart(256)),
-        Form::Integer(Walk::Lanes(32)),
+        Form::RowConstantsBy(RowWalk::Lanes(32)),
+        Form::RowConstantsBy(RowWalk::Restart(64)),
+        Form::Walk(RowWalk::Sequential),
+        Form::Walk(RowWalk::TwoEnds),
+        Form::Walk(RowWalk::Lanes(8)),
+        Form::Walk(RowWalk::Lanes(32)),
+        Form::Walk(RowWalk::Lanes(128)),
+        Form::Walk(RowWalk::Lanes(1024)),
+        Form::Walk(RowWalk::Restart(1)),
+        Form::Walk(RowWalk::Restart(8)),
+        Form::Walk(RowWalk::Restart(16)),
+        Form::Walk(RowWalk::Restart(64)),
+        Form::Walk(RowWalk::Restart(256)),
+        Form::Integer(RowWalk::Lanes(32)),
     ];
 
     /// The name in figures and on the command line.
@@ -148,14 +148,14 @@ impl Form {
         const START: u64 = 3 * 4;
         const INTEGERS: u64 = 2 * 3 * 8;
         let [width, height] = size;
-        let threads = |walk: Walk| {
+        let threads = |walk: RowWalk| {
             let has_pixels = |lane: &u32| walk.columns(*lane, width).2 > 0;
             (0..walk.lanes(width)).filter(has_pixels).count() as u64 * u64::from(height)
         };
         let (invocations, bytes) = match self {
-            Form::Varyings | Form::NoPerspective | Form::Textbook => (threads(Walk::Restart(1)), 0),
+            Form::Varyings | Form::NoPerspective | Form::Textbook => (threads(RowWalk::Restart(1)), 0),
             Form::TextbookBy(walk) => (threads(walk), 0),
-            Form::RowConstants => (threads(Walk::Restart(1)), START),
+            Form::RowConstants => (threads(RowWalk::Restart(1)), START),
             Form::RowConstantsBy(walk) | Form::Walk(walk) => (threads(walk), START),
             Form::Integer(walk) => (threads(walk), INTEGERS),
         };
@@ -163,21 +163,21 @@ impl Form {
     }
 }
 
-impl Walk {
+impl RowWalk {
     fn name(self) -> String {
         match self {
-            Walk::Sequential => "sequential".into(),
-            Walk::TwoEnds => "two ends".into(),
-            Walk::Lanes(lanes) => format!("{lanes} lanes"),
-            Walk::Restart(1) => "compute, row constants".into(),
-            Walk::Restart(pixels) => format!("restart {pixels}"),
+            RowWalk::Sequential => "sequential".into(),
+            RowWalk::TwoEnds => "two ends".into(),
+            RowWalk::Lanes(lanes) => format!("{lanes} lanes"),
+            RowWalk::Restart(1) => "compute, row constants".into(),
+            RowWalk::Restart(pixels) => format!("restart {pixels}"),
         }
     }
 
     /// The name of a thread's share of a row, for threads that do not add from pixel to pixel.
     fn share(self) -> String {
         match self {
-            Walk::Restart(pixels) => format!("runs of {pixels}"),
+            RowWalk::Restart(pixels) => format!("runs of {pixels}"),
             other => other.name(),
         }
     }
@@ -185,10 +185,10 @@ impl Walk {
     /// Threads per row.
     pub fn lanes(self, width: u32) -> u32 {
         match self {
-            Walk::Sequential => 1,
-            Walk::TwoEnds => 2,
-            Walk::Lanes(lanes) => lanes,
-            Walk::Restart(pixels) => width.div_ceil(pixels),
+            RowWalk::Sequential => 1,
+            RowWalk::TwoEnds => 2,
+            RowWalk::Lanes(lanes) => lanes,
+            RowWalk::Restart(pixels) => width.div_ceil(pixels),
         }
     }
 
@@ -197,23 +197,23 @@ impl Walk {
         let lanes = self.lanes(width);
         let share = (width + lanes - 1).saturating_sub(lane) / lanes;
         match self {
-            Walk::Sequential | Walk::Lanes(_) => (lane, lanes as i32, share),
-            Walk::TwoEnds => (lane * (width - 1), 1 - 2 * lane as i32, share),
-            Walk::Restart(pixels) => (lane * pixels, 1, pixels.min(width - lane * pixels)),
+            RowWalk::Sequential | RowWalk::Lanes(_) => (lane, lanes as i32, share),
+            RowWalk::TwoEnds => (lane * (width - 1), 1 - 2 * lane as i32, share),
+            RowWalk::Restart(pixels) => (lane * pixels, 1, pixels.min(width - lane * pixels)),
         }
     }
 }
 
-impl Derivatives {
-    pub const ALL: [Derivatives; 3] =
-        [Derivatives::Differences, Derivatives::Incremental, Derivatives::Analytic];
+impl DerivativeMethod {
+    pub const ALL: [DerivativeMethod; 3] =
+        [DerivativeMethod::Differences, DerivativeMethod::Incremental, DerivativeMethod::Analytic];
 
     /// The name in figures.
     pub fn name(self) -> &'static str {
         match self {
-            Derivatives::Differences => "differences",
-            Derivatives::Incremental => "incremental",
-            Derivatives::Analytic => "analytic",
+            DerivativeMethod::Differences => "differences",
+            DerivativeMethod::Incremental => "incremental",
+            DerivativeMethod::Analytic => "analytic",
         }
     }
 }
@@ -306,7 +306,13 @@ mod tests {
 
     #[test]
     fn threads_share_a_row_without_gap_or_overlap() {
-        let walks = [Walk::Sequential, Walk::TwoEnds, Walk::Lanes(8), Walk::Lanes(64), Walk::Restart(16)];
+        let walks = [
+            RowWalk::Sequential,
+            RowWalk::TwoEnds,
+            RowWalk::Lanes(8),
+            RowWalk::Lanes(64),
+            RowWalk::Restart(16),
+        ];
         for (walk, width) in walks.into_iter().flat_map(|walk| [1, 7, 64, 1001].map(|width| (walk, width))) {
             let mut seen = vec![0; width as usize];
             for lane in 0..walk.lanes(width) {

@@ -1,6 +1,6 @@
 //! One form of the coordinates as a pass over a band of pixels.
 
-use super::{Band, Derivatives, Form, RowConstants, TiltedPlane, Walk, twin};
+use super::{Band, DerivativeMethod, Form, RowConstants, RowWalk, TiltedPlane, twin};
 use crate::vk::shader::texture_mapping::{
     coordinates_band_vert, coordinates_comp, coordinates_frag, coordinates_integer_comp,
     coordinates_runs_comp, coordinates_varying_frag, coordinates_varying_vert,
@@ -22,7 +22,7 @@ pub enum Output {
     Coordinates,
     /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] needs [`Form::Textbook`]; the others
     /// need [`Form::RowConstants`] or [`Form::Walk`].
-    Derivatives(Derivatives),
+    Derivatives(DerivativeMethod),
 }
 
 /// Pipeline, set-up and target of a form.
@@ -194,7 +194,7 @@ impl CoordinatesPass {
 }
 
 /// How the threads of a compute form share a row; `None` for forms that draw.
-fn walk_of(form: Form) -> Option<Walk> {
+fn walk_of(form: Form) -> Option<RowWalk> {
     match form {
         Form::Varyings | Form::NoPerspective | Form::Textbook | Form::RowConstants => None,
         Form::RowConstantsBy(walk) | Form::TextbookBy(walk) | Form::Walk(walk) | Form::Integer(walk) => {
@@ -203,11 +203,11 @@ fn walk_of(form: Form) -> Option<Walk> {
     }
 }
 
-fn walk_id(walk: Walk) -> u32 {
+fn walk_id(walk: RowWalk) -> u32 {
     match walk {
-        Walk::Sequential | Walk::Lanes(_) => 0,
-        Walk::TwoEnds => 1,
-        Walk::Restart(_) => 2,
+        RowWalk::Sequential | RowWalk::Lanes(_) => 0,
+        RowWalk::TwoEnds => 1,
+        RowWalk::Restart(_) => 2,
     }
 }
 
@@ -219,7 +219,7 @@ fn used<'a>(shader: &Shader, constants: &[(&'a str, u32)]) -> Vec<(&'a str, u32)
 
 fn push(form: Form, plane: &TiltedPlane, band: Band, image_side: u32) -> PlaneBand {
     let walk = walk_of(form);
-    let run = if let Some(Walk::Restart(pixels)) = walk { pixels } else { 0 };
+    let run = if let Some(RowWalk::Restart(pixels)) = walk { pixels } else { 0 };
     let lanes = walk.map_or(0, |walk| walk.lanes(band.size[0]));
     PlaneBand {
         plane: [0, 1, 2].map(|column| [0, 1, 2].map(|row: usize| plane.0[row][column] as f32)),

@@ -4,7 +4,7 @@
 //! the twins return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`] bounds
 //! the division's error.
 
-use super::{RowConstants, TiltedPlane, Walk};
+use super::{RowConstants, RowWalk, TiltedPlane};
 
 /// How a device rounds an `fma`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ pub fn row_constants(constants: &RowConstants, column: u32, fma: Fma) -> [f32; 3
 }
 
 /// [`super::Form::Walk`]: a whole row.
-pub fn walk(constants: &RowConstants, walk: Walk, width: u32, fma: Fma) -> Vec<[f32; 3]> {
+pub fn walk(constants: &RowConstants, walk: RowWalk, width: u32, fma: Fma) -> Vec<[f32; 3]> {
     let mut row = vec![[0.0; 3]; width as usize];
     for lane in 0..walk.lanes(width) {
         let (first, stride, count) = walk.columns(lane, width);

@@ -8,7 +8,7 @@ use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::pass::Dumped;
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::paper::texture_mapping::reference;
-use crate::paper::texture_mapping::texels::Texels;
+use crate::paper::texture_mapping::texels::GreyMipmap;
 
 /// The result of a comparison.
 #[derive(Clone, Debug, Default)]
@@ -28,7 +28,7 @@ pub fn compare(
     method: &Method,
     plane: &TiltedPlane,
     size: [u32; 2],
-    texels: &Texels,
+    texels: &GreyMipmap,
     frame: u32,
 ) -> Agreement {
     assert_eq!(dumped.len(), (size[0] * size[1]) as usize, "pixels");
@@ -100,7 +100,7 @@ fn value(
     found: &Dumped,
     pixel: &PixelCentre,
     method: &Method,
-    texels: &Texels,
+    texels: &GreyMipmap,
     frame: u32,
 ) {
     let [low, high] = reference::levels(method, pixel, texels);

@@ -6,7 +6,7 @@ use crate::figure::claim::Bound::AtLeast;
 use crate::figure::claim::{Pick, Test, one};
 use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
-use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, Walk};
+use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, RowWalk};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
 use anyhow::Context;
@@ -34,7 +34,7 @@ pub const COORDINATES: Figure = Figure {
             coordinates of two neighbours, and as quotients whose numerators come from the row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
-        let methods = Derivatives::ALL.map(derivatives_name);
+        let methods = DerivativeMethod::ALL.map(derivatives_name);
         FORMS.map(|form| form.name()).into_iter().chain(methods).collect()
     },
     paper: &["row constants", "sequential"],
@@ -120,26 +120,26 @@ const FORMS: [Form; 16] = [
     Form::Varyings,
     Form::NoPerspective,
     Form::Textbook,
-    Form::TextbookBy(Walk::Lanes(32)),
-    Form::TextbookBy(Walk::Restart(64)),
+    Form::TextbookBy(RowWalk::Lanes(32)),
+    Form::TextbookBy(RowWalk::Restart(64)),
     Form::RowConstants,
-    Form::RowConstantsBy(Walk::Lanes(32)),
-    Form::RowConstantsBy(Walk::Restart(64)),
-    Form::Walk(Walk::Sequential),
-    Form::Walk(Walk::TwoEnds),
-    Form::Walk(Walk::Lanes(32)),
-    Form::Walk(Walk::Lanes(128)),
-    Form::Walk(Walk::Restart(1)),
-    Form::Walk(Walk::Restart(16)),
-    Form::Walk(Walk::Restart(64)),
-    Form::Integer(Walk::Lanes(32)),
+    Form::RowConstantsBy(RowWalk::Lanes(32)),
+    Form::RowConstantsBy(RowWalk::Restart(64)),
+    Form::Walk(RowWalk::Sequential),
+    Form::Walk(RowWalk::TwoEnds),
+    Form::Walk(RowWalk::Lanes(32)),
+    Form::Walk(RowWalk::Lanes(128)),
+    Form::Walk(RowWalk::Restart(1)),
+    Form::Walk(RowWalk::Restart(16)),
+    Form::Walk(RowWalk::Restart(64)),
+    Form::Integer(RowWalk::Lanes(32)),
 ];
 
 const fn plot(quantity: &'static str) -> Plot {
     Plot::sweep(quantity).log_y().floor("empty pass")
 }
 
-fn derivatives_name(method: Derivatives) -> String {
+fn derivatives_name(method: DerivativeMethod) -> String {
     format!("{} derivatives", method.name())
 }
 
@@ -193,8 +193,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             rows.push(host_time(form, &plane, band));
         }
     }
-    for method in Derivatives::ALL {
-        let form = if method == Derivatives::Differences { Form::Textbook } else { Form::RowConstants };
+    for method in DerivativeMethod::ALL {
+        let form = if method == DerivativeMethod::Differences { Form::Textbook } else { Form::RowConstants };
         let own = CoordinatesPass::new(&gpu, form, Output::Derivatives(method), &plane, band, SIDE)?;
         methods.push(contender(&gpu, derivatives_name(method), own, &source));
     }

@@ -6,7 +6,7 @@ use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Places, Test, one};
 use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Show, Sweep, View};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
-use crate::paper::texture_mapping::coordinates::{Band, Derivatives, Form, reference};
+use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::stats::percentile;
 use crate::vk::{Error, Gpu, Image, Sampler};
@@ -25,7 +25,7 @@ pub const DRIFT: Figure = Figure {
             largest error relative to the pixel's largest derivative.",
     scenes: &[NEAR, HORIZON],
     variants: || {
-        let methods = Derivatives::ALL.map(|method| format!("{} derivatives", method.name()));
+        let methods = DerivativeMethod::ALL.map(|method| format!("{} derivatives", method.name()));
         Form::ALL.map(Form::name).into_iter().chain(methods).collect()
     },
     paper: &["sequential"],
@@ -132,8 +132,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             |quantity, p| Some(Row::number(form.name(), quantity, "texels", percentile(&errors, p)?));
         rows.extend(number(LARGEST, 1.0).into_iter().chain(number(MEDIAN, 0.5)));
     }
-    for method in Derivatives::ALL {
-        let form = if method == Derivatives::Differences { Form::Textbook } else { Form::RowConstants };
+    for method in DerivativeMethod::ALL {
+        let form = if method == DerivativeMethod::Differences { Form::Textbook } else { Form::RowConstants };
         let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
         let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
         let name = format!("{} derivatives", method.name());
@@ -143,9 +143,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// A method's exact derivatives at a position, and the largest absolute value of them.
-fn exact_derivatives(method: Derivatives, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
+fn exact_derivatives(method: DerivativeMethod, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
     let [[u_x, u_y], [v_x, v_y]] = match method {
-        Derivatives::Analytic => plane.jacobian(x, y),
+        DerivativeMethod::Analytic => plane.jacobian(x, y),
         _ => reference::differences(plane, x, y),
     };
     let exact = [u_x, v_x, u_y, v_y];

@@ -5,10 +5,10 @@ use super::shape::pattern_of;
 use super::shown::patterns;
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
-use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::reference::ellipse::kept;
-use crate::paper::texture_mapping::weights::{Edge, Kernel};
+use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 
 pub const EDGES: Figure = Figure {
     id: "tm.v1",
@@ -80,15 +80,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(size[1]);
-    let formula_4 = Ellipse::BEST.kernel(Kernel::FORMULA_4).k(0.0);
-    let filters = [(NMSE, formula_4, FORMULA_4), (NMSE_EWA, Ellipse::BEST, GAUSSIAN)];
+    let formula_4 = EllipseFilter::BEST.kernel(EllipseKernel::FORMULA_4).k(0.0);
+    let filters = [(NMSE, formula_4, FORMULA_4), (NMSE_EWA, EllipseFilter::BEST, GAUSSIAN)];
     let truths = filters.map(|(.., of_truth)| lab.truth(&plane, of_truth));
     let floors = filters.iter().zip(&truths);
     let mut rows: Vec<Row> =
         floors.map(|((quantity, ..), truth)| Row::number(FLOOR, *quantity, "", truth.own_nmse())).collect();
     let mut methods = Vec::new();
     for edge in Edge::ALL {
-        let method = Method::Ellipse(Ellipse::BEST.edge(edge));
+        let method = Method::Ellipse(EllipseFilter::BEST.edge(edge));
         let row = |quantity, value| Row::new(edge.name(), quantity, "", value);
         for ((quantity, filter, _), truth) in filters.iter().zip(&truths) {
             let method = Method::Ellipse(filter.edge(edge));

@@ -8,7 +8,7 @@ use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value, View};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
-use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::weight_map::WeightMap;
@@ -119,12 +119,12 @@ fn views() -> Vec<View> {
 
 fn variants() -> Vec<(&'static str, Method)> {
     let ellipses = [
-        (AS_PRINTED, Ellipse::PAPER),
+        (AS_PRINTED, EllipseFilter::PAPER),
         ("as printed, rows, level by the minor axis", PAPER_BY_LEVEL),
         ("corrected axes, k 0", PAPER_BY_LEVEL.axes(Axes::Corrected)),
-        ("ellipse", Ellipse::BEST),
-        ("ellipse, k 1/2", Ellipse::BEST.k(0.5)),
-        ("ellipse, radial map of 64, 8 bits", Ellipse::BEST.map(WeightMap { bits: 8, ..RADIAL_64 })),
+        ("ellipse", EllipseFilter::BEST),
+        ("ellipse, k 1/2", EllipseFilter::BEST.k(0.5)),
+        ("ellipse, radial map of 64, 8 bits", EllipseFilter::BEST.map(WeightMap { bits: 8, ..RADIAL_64 })),
     ];
     let baselines = [
         ("trilinear", FilterBaseline::Trilinear),

@@ -3,18 +3,18 @@
 use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Row, Timed};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::method::{Coordinates, Ellipse, Method};
-use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
+use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method};
+use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
 use crate::paper::texture_mapping::object_space::reference::Mean;
-use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, Polygons, reference};
+use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, TexturedPolygons, reference};
 use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
-use crate::paper::texture_mapping::texels::Texels;
+use crate::paper::texture_mapping::texels::GreyMipmap;
 use crate::picture::Picture;
 use crate::picture::error::compare_where;
 use crate::picture::flip::flip;
 use crate::reference::pattern::Pattern;
-use crate::reference::supersample::{Density, Kernel, Tiled, Truth, supersample};
+use crate::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
 use crate::vk::{Gpu, PassTime};
 use std::cell::RefCell;
 
@@ -22,10 +22,10 @@ use std::cell::RefCell;
 const SIDE: u32 = 512;
 
 /// The EWA filter's kernel (Heckbert 1989): sigma 0.5 pixels, cut at one pixel. The truth of the comparisons uses it.
-pub const GAUSSIAN: Kernel = Kernel::Gaussian { sigma: 0.5, radius: 1.0 };
+pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 };
 
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
-pub const FORMULA_4: Kernel = Kernel::Gaussian { sigma: 0.4, radius: 1.0 };
+pub const FORMULA_4: PixelKernel = PixelKernel::Gaussian { sigma: 0.4, radius: 1.0 };
 
 /// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
@@ -38,7 +38,7 @@ pub struct Lab {
     pub camera_px: f64,
     /// Object-space texturing: a plane is cut off where a pixel would receive more fragments than this.
     pub most_per_pixel: f64,
-    texels: Texels,
+    texels: GreyMipmap,
     tiled: Tiled,
     uploaded: Uploaded,
     targets: Targets,
@@ -51,7 +51,7 @@ pub enum LabPass {
     ObjectSpace {
         stages: Stages,
         spacing: f32,
-        prepared: RefCell<Vec<(TiltedPlane, Prepared)>>,
+        prepared: RefCell<Vec<(TiltedPlane, ObjectSpaceBuffers)>>,
     },
 }
 
@@ -78,7 +78,7 @@ impl Lab {
     /// # Errors
     /// Out of memory, device lost.
     pub fn new(gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
-        let texels = Texels::new(SIDE, pattern.texels(SIDE));
+        let texels = GreyMipmap::new(SIDE, pattern.texels(SIDE));
         Ok(Lab {
             uploaded: Uploaded::new(gpu, &pattern.name(), &texels)?,
             targets: Targets::new(gpu, size, false)?,
@@ -111,7 +111,7 @@ impl Lab {
     /// Out of memory.
     pub fn pass_by(
         &self,
-        ellipse: &Ellipse,
+        ellipse: &EllipseFilter,
         coordinates: Coordinates,
         plane: &TiltedPlane,
     ) -> anyhow::Result<LabPass> {
@@ -120,8 +120,8 @@ impl Lab {
         Ok(LabPass::Filter(Box::new(pass)))
     }
 
-    fn polygons(&self, plane: &TiltedPlane, spacing: f32) -> Polygons {
-        Polygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.most_per_pixel)
+    fn polygons(&self, plane: &TiltedPlane, spacing: f32) -> TexturedPolygons {
+        TexturedPolygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.most_per_pixel)
     }
 
     /// The f64 reference of object-space texturing.
@@ -130,16 +130,16 @@ impl Lab {
     }
 
     /// The f64 truth of a plane.
-    pub fn truth(&self, plane: &TiltedPlane, kernel: Kernel) -> Truth {
+    pub fn truth(&self, plane: &TiltedPlane, kernel: PixelKernel) -> Truth {
         self.supersampled(plane, kernel, Density::FINE)
     }
 
     /// As [`Lab::truth`], with bounded sampling for unbounded footprints.
-    pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: Kernel) -> Truth {
+    pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: PixelKernel) -> Truth {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
     }
 
-    fn supersampled(&self, plane: &TiltedPlane, kernel: Kernel, density: Density) -> Truth {
+    fn supersampled(&self, plane: &TiltedPlane, kernel: PixelKernel, density: Density) -> Truth {
         let [middle_x, middle_y] = self.size.map(|side| f64::from(side) / 2.0);
         let surface = |x: f64, y: f64| plane.texels(x - middle_x, y - middle_y);
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)
@@ -200,7 +200,8 @@ impl Lab {
                 let mut prepared = prepared.borrow_mut();
                 if !prepared.iter().any(|(of, _)| of == plane) {
                     let polygons = self.polygons(plane, *spacing);
-                    let own = Prepared::new(gpu, &polygons, *spacing, *size, self.texels.coarsest())?;
+                    let own =
+                        ObjectSpaceBuffers::new(gpu, &polygons, *spacing, *size, self.texels.coarsest())?;
                     prepared.push((*plane, own));
                 }
                 let (_, of) = prepared.iter().find(|(of, _)| of == plane).expect("prepared");

@@ -3,14 +3,14 @@
 use super::lab::SOFTWARE_SAMPLER;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
-use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
-use crate::paper::texture_mapping::weights::{Edge, Kernel};
+use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 
 /// The paper's filter at the level that the minor axis selects. At level 0, as printed, a distant pixel scans
 /// thousands of texels.
-pub const PAPER_BY_LEVEL: Ellipse =
-    Ellipse::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
+pub const PAPER_BY_LEVEL: EllipseFilter =
+    EllipseFilter::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
 
 pub const RADIAL_64: WeightMap = WeightMap { shape: MapShape::Radial, entries: 64, bits: 16, linear: true };
 pub const SQUARED_128: WeightMap =
@@ -32,8 +32,8 @@ pub fn all() -> Vec<(String, Method)> {
 }
 
 fn ellipses() -> Vec<(String, Method)> {
-    let best = Ellipse::BEST;
-    let corrected = PAPER_BY_LEVEL.axes(Axes::Corrected).kernel(Kernel::EWA);
+    let best = EllipseFilter::BEST;
+    let corrected = PAPER_BY_LEVEL.axes(Axes::Corrected).kernel(EllipseKernel::EWA);
     let settings = [
         ("paper's rows".to_string(), PAPER_BY_LEVEL),
         ("paper's columns".into(), PAPER_BY_LEVEL.axes(Axes::Columns)),

@@ -6,12 +6,12 @@ use crate::figure::claim::{Better, Bound::Above, Bound::AtLeast, Bound::Equal, B
 use crate::figure::claim::{Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::method::{Ellipse, Method};
-use crate::paper::texture_mapping::object_space::pass::{Prepared, Stages};
-use crate::paper::texture_mapping::object_space::{Polygons, Triangle};
+use crate::paper::texture_mapping::method::{EllipseFilter, Method};
+use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
+use crate::paper::texture_mapping::object_space::{TexturedPolygons, TexturedTriangle};
 use crate::paper::texture_mapping::pass::{FilterPass, Targets, Uploaded, push};
 use crate::paper::texture_mapping::plane::TiltedPlane;
-use crate::paper::texture_mapping::texels::Texels;
+use crate::paper::texture_mapping::texels::GreyMipmap;
 use crate::reference::pattern::Pattern;
 use crate::vk::Gpu;
 use crate::vk::shader::PlanePush;
@@ -118,7 +118,7 @@ fn spacings() -> Vec<String> {
 fn filters() -> [(&'static str, Method); 4] {
     [
         (PAPERS_EWA, Method::Ellipse(PAPER_BY_LEVEL)),
-        ("ellipse", Method::Ellipse(Ellipse::BEST)),
+        ("ellipse", Method::Ellipse(EllipseFilter::BEST)),
         ("anisotropic 16", Method::Baseline(FilterBaseline::Anisotropic(16))),
         ("trilinear", Method::Baseline(FilterBaseline::Trilinear)),
     ]
@@ -144,18 +144,21 @@ impl Square {
         Square { side, camera, to_screen }
     }
 
-    fn polygons(&self) -> Polygons {
+    fn polygons(&self) -> TexturedPolygons {
         let corner = |across: f64, up: f64| {
             let [x, y, w] = self.to_screen.map(|[a, b, c]| a * across * self.side + b * up * self.side + c);
             let texels = [across * self.side, up * self.side];
             ([x, y, self.camera * (1.0 - w)].map(|c| c as f32), texels.map(|c| c as f32))
         };
         let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
-        let triangle = |three: [([f32; 3], [f32; 2]); 3]| Triangle {
+        let triangle = |three: [([f32; 3], [f32; 2]); 3]| TexturedTriangle {
             corners: three.map(|(corner, _)| corner),
             texels: three.map(|(_, texels)| texels),
         };
-        Polygons { triangles: vec![triangle([a, b, c]), triangle([a, c, d])], camera_px: self.camera as f32 }
+        TexturedPolygons {
+            triangles: vec![triangle([a, b, c]), triangle([a, c, d])],
+            camera_px: self.camera as f32,
+        }
     }
 
     fn push(&self, size: [u32; 2]) -> PlanePush {
@@ -175,14 +178,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let side = bench.effort_of(128, 512) * if cell.scene == LARGE { 2 } else { 1 };
     let square = Square::new(f64::from(side), cell.x.context("a sweep")?);
     let (gpu, size) = (bench.gpu(&[])?, [side + 8; 2]);
-    let texels = Texels::new(SIDE, Pattern::PinkNoise.texels(SIDE));
+    let texels = GreyMipmap::new(SIDE, Pattern::PinkNoise.texels(SIDE));
     let texture = Uploaded::new(&gpu, "object space", &texels)?;
     let targets = Targets::new(&gpu, size, false)?;
     let (stages, counting) = (Stages::new(&gpu, false)?, Stages::new(&gpu, true)?);
     let polygons = square.polygons();
     let prepare = |(name, method): &(&'static str, Method)| {
         let Method::ObjectSpace(spacing) = *method else { unreachable!("{name}") };
-        Ok((*name, Prepared::new(&gpu, &polygons, spacing, size, texels.coarsest())?))
+        Ok((*name, ObjectSpaceBuffers::new(&gpu, &polygons, spacing, size, texels.coarsest())?))
     };
     let prepared = OBJECT_SPACE.iter().map(prepare).collect::<anyhow::Result<Vec<_>>>()?;
     let pass = |(name, method): (&'static str, Method)| {
@@ -218,7 +221,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn counted(gpu: &Gpu, name: &str, of: &Prepared, covered: &[usize], side: f64) -> anyhow::Result<Vec<Row>> {
+fn counted(
+    gpu: &Gpu,
+    name: &str,
+    of: &ObjectSpaceBuffers,
+    covered: &[usize],
+    side: f64,
+) -> anyhow::Result<Vec<Row>> {
     let (counts, sums) = (of.counts(gpu)?, of.sums(gpu)?);
     let fragments = counts.fragments as f64;
     let holes = covered.iter().filter(|&&n| sums[n][0] == 0).count();

@@ -10,7 +10,7 @@ use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::pattern::Pattern;
-use crate::reference::supersample::{Kernel, Truth};
+use crate::reference::supersample::{PixelKernel, Truth};
 
 pub const PARETO: Figure = Figure {
     id: "tm.pareto",
@@ -125,7 +125,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let lab = Lab::new(&gpu, pattern, size)?;
         let truths: Vec<[Truth; 2]> = planes
             .iter()
-            .map(|plane| [GAUSSIAN, Kernel::Box].map(|kernel| lab.truth(plane, kernel)))
+            .map(|plane| [GAUSSIAN, PixelKernel::Box].map(|kernel| lab.truth(plane, kernel)))
             .collect();
         for ((name, method), score) in present.iter().zip(&mut scores) {
             let pass = lab.pass(method)?;

@@ -6,10 +6,10 @@ use super::shown::patterns;
 use crate::figure::claim::{Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
 use crate::paper::texture_mapping::footprint::Axes;
-use crate::paper::texture_mapping::method::{Ellipse, Method};
+use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
-use crate::paper::texture_mapping::weights::Kernel;
+use crate::paper::texture_mapping::weights::EllipseKernel;
 use crate::picture::Picture;
 use crate::picture::error::compare;
 use crate::reference::pattern::Pattern;
@@ -115,15 +115,15 @@ const TIME: &str = "time per pixel";
 const TEXELS: &str = "texels fetched per pixel";
 const ENTRIES: &str = "entries of the weight map read per pixel";
 
-fn variants() -> Vec<(String, Ellipse)> {
+fn variants() -> Vec<(String, EllipseFilter)> {
     let formula = PAPER_BY_LEVEL.axes(Axes::Corrected).k(0.8).most_ratio(64.0);
     let map = |shape, entries, bits| formula.map(WeightMap { shape, entries, bits, linear: false });
     let named = [
-        (NONE, formula.kernel(Kernel::UNIFORM)),
+        (NONE, formula.kernel(EllipseKernel::UNIFORM)),
         (BLIND, formula.axes(Axes::Round)),
         (ROWS, formula.axes(Axes::Rows)),
         (COLUMNS, formula.axes(Axes::Columns)),
-        (DIAMETER_1, formula.axes(Axes::Rows).kernel(Kernel::DIAMETER_1)),
+        (DIAMETER_1, formula.axes(Axes::Rows).kernel(EllipseKernel::DIAMETER_1)),
         (ROWS_MAP, map(MapShape::Square, 64, 16).axes(Axes::Rows)),
         (FORMULA, formula),
         (RADIAL, formula.map(RADIAL_64)),
@@ -149,13 +149,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(size[1]);
-    let gaussian = |sigma, radius| supersample::Kernel::Gaussian { sigma, radius };
-    let kernels = [FORMULA_4, supersample::Kernel::Box, gaussian(1e3, 1.0), gaussian(0.2, 0.5)];
+    let gaussian = |sigma, radius| supersample::PixelKernel::Gaussian { sigma, radius };
+    let kernels = [FORMULA_4, supersample::PixelKernel::Box, gaussian(1e3, 1.0), gaussian(0.2, 0.5)];
     let [formula_4, of_box, disc, diameter_1] = kernels.map(|kernel| lab.truth(&plane, kernel));
     let floors = [(NMSE, &formula_4), (BOX, &of_box)];
     let mut rows =
         floors.map(|(quantity, truth)| Row::number(FLOOR, quantity, "", truth.own_nmse())).to_vec();
-    let mut formulas: Vec<(Ellipse, Picture)> = Vec::new();
+    let mut formulas: Vec<(EllipseFilter, Picture)> = Vec::new();
     for (name, ellipse) in variants() {
         let shown = lab.show(&lab.pass(&Method::Ellipse(ellipse))?, &plane, 0)?;
         let own = match &*name {
@@ -171,7 +171,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         for (quantity, unit, count) in [(TEXELS, "texels", 1.0), (ENTRIES, "entries", entries)] {
             rows.push(Row::number(&*name, quantity, unit, count * shown.fetched));
         }
-        match formulas.iter().find(|(of, _)| *of == Ellipse { map: None, ..ellipse }) {
+        match formulas.iter().find(|(of, _)| *of == EllipseFilter { map: None, ..ellipse }) {
             None => formulas.push((ellipse, shown.picture)),
             Some((_, formula)) => {
                 let nmse = compare(&shown.picture, formula)?.nmse();

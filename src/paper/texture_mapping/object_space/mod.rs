@@ -24,7 +24,7 @@ use super::plane::TiltedPlane;
 /// A triangle as shaders read it.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-pub struct Triangle {
+pub struct TexturedTriangle {
     /// In pixels from the picture's centre on the projection plane: x to the right, y down and z towards the eye.
     pub corners: [[f32; 3]; 3],
     /// Texture coordinates of the corners, in texels of level 0.
@@ -33,8 +33,8 @@ pub struct Triangle {
 
 /// The textured triangles and the camera.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Polygons {
-    pub triangles: Vec<Triangle>,
+pub struct TexturedPolygons {
+    pub triangles: Vec<TexturedTriangle>,
     /// Distance from the eye to the projection plane (the thesis's z_c).
     pub camera_px: f32,
 }
@@ -50,7 +50,7 @@ pub const MOST_FRAGMENTS: u64 = 1 << 26;
 /// contribute to pixels inside it.
 const MARGIN_PX: f64 = 2.0;
 
-impl Polygons {
+impl TexturedPolygons {
     /// The part of an infinite plane that a picture of `size` pixels shows, which may be empty. The eye is
     /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The
     /// plane is cut off where a pixel would hold more than `most_per_pixel` fragments.
@@ -60,14 +60,14 @@ impl Polygons {
         camera_px: f64,
         spacing: f64,
         most_per_pixel: f64,
-    ) -> Polygons {
+    ) -> TexturedPolygons {
         assert!(most_per_pixel <= MOST_PER_PIXEL, "{most_per_pixel} fragments a pixel overflow its sum");
         let [g, h, i] = plane.0[2];
         let w = |[x, y]: [f64; 2]| g * x + h * y + i;
         let [right, down] = size.map(|side| f64::from(side) / 2.0 + MARGIN_PX);
         let picture = [[-right, -down], [right, -down], [right, down], [-right, down]];
         let most = picture.map(w).into_iter().fold(f64::MIN, f64::max);
-        let empty = Polygons { triangles: Vec::new(), camera_px: camera_px as f32 };
+        let empty = TexturedPolygons { triangles: Vec::new(), camera_px: camera_px as f32 };
         if most <= 0.0 {
             return empty;
         }
@@ -95,15 +95,18 @@ impl Polygons {
         let corners: Vec<_> = seen.iter().map(corner).collect();
         let fan = corners.windows(2).skip(1).map(|pair| {
             let three = [corners[0], pair[0], pair[1]];
-            Triangle { corners: three.map(|(corner, _)| corner), texels: three.map(|(_, texels)| texels) }
+            TexturedTriangle {
+                corners: three.map(|(corner, _)| corner),
+                texels: three.map(|(_, texels)| texels),
+            }
         });
-        Polygons { triangles: fan.collect(), ..empty }
+        TexturedPolygons { triangles: fan.collect(), ..empty }
     }
 
     /// Upper bound of the number of fragments. A convex polygon contains at most area + perimeter / 2 + 1 lattice
     /// points. The factor 0.54 and the summand 4 also cover triangles whose edges are moved out by 1/64 of a step.
     pub fn most_fragments(&self, spacing: f64) -> u64 {
-        let of = |triangle: &Triangle| {
+        let of = |triangle: &TexturedTriangle| {
             let [area, perimeter, _] = extent(triangle, spacing);
             (area + 0.54 * perimeter + 4.0) as u64
         };
@@ -112,7 +115,7 @@ impl Polygons {
 
     /// Rows of lattice points of the largest triangle.
     fn most_rows(&self, spacing: f64) -> u32 {
-        let of = |triangle: &Triangle| extent(triangle, spacing)[2] as u32 + 3;
+        let of = |triangle: &TexturedTriangle| extent(triangle, spacing)[2] as u32 + 3;
         self.triangles.iter().map(of).max().unwrap_or(0)
     }
 
@@ -123,7 +126,7 @@ impl Polygons {
 }
 
 /// Area, perimeter and longest side of a triangle, in steps of the lattice.
-fn extent(triangle: &Triangle, spacing: f64) -> [f64; 3] {
+fn extent(triangle: &TexturedTriangle, spacing: f64) -> [f64; 3] {
     let side = |n: usize| {
         let [a, b] = [triangle.corners[n], triangle.corners[(n + 1) % 3]];
         [0, 1, 2].map(|c| f64::from(b[c]) - f64::from(a[c]))
@@ -163,7 +166,8 @@ mod tests {
     fn a_planes_area_is_that_of_its_part_in_the_picture() {
         let camera = Tilt::of(0.0).focal_px(72);
         let of = |tilt: f64| {
-            Polygons::of_plane(&Tilt::of(tilt).plane(72), [96, 72], camera, 1.0, MOST_PER_PIXEL).area()
+            TexturedPolygons::of_plane(&Tilt::of(tilt).plane(72), [96, 72], camera, 1.0, MOST_PER_PIXEL)
+                .area()
         };
         assert!((of(0.0) - 100.0 * 76.0).abs() < 1e-3, "{}", of(0.0));
         // Integrates the surface element (g f, h f, i) / w^3 on a grid over the picture with its margin.
@@ -182,8 +186,13 @@ mod tests {
     fn before_its_horizon_a_plane_ends_within_its_budget() {
         for tilt in [85.0, 89.0, 89.999] {
             let plane = Tilt { half_view_degrees: 20.0, ..Tilt::of(tilt) };
-            let polygons =
-                Polygons::of_plane(&plane.plane(72), [96, 72], plane.focal_px(72), 0.5, MOST_PER_PIXEL);
+            let polygons = TexturedPolygons::of_plane(
+                &plane.plane(72),
+                [96, 72],
+                plane.focal_px(72),
+                0.5,
+                MOST_PER_PIXEL,
+            );
             let most = polygons.most_fragments(0.5);
             assert!(most > 0 && most <= MOST_FRAGMENTS, "{tilt}: {most}");
         }

@@ -1,6 +1,6 @@
 //! The stages of object-space texturing on the GPU.
 
-use super::{MOST_FRAGMENTS, Polygons};
+use super::{MOST_FRAGMENTS, TexturedPolygons};
 use crate::paper::texture_mapping::pass::{Targets, Uploaded, read_words};
 use crate::vk::shader::ObjectSpace as Push;
 use crate::vk::shader::common::screen_vert;
@@ -23,7 +23,7 @@ pub struct Stages {
 }
 
 /// Polygons in video memory, and the buffers between the stages.
-pub struct Prepared {
+pub struct ObjectSpaceBuffers {
     triangles: Buffer,
     polygons: Buffer,
     counts: Buffer,
@@ -77,7 +77,7 @@ impl Stages {
     pub fn record(
         &self,
         frame: &mut crate::vk::Frame<'_>,
-        of: &Prepared,
+        of: &ObjectSpaceBuffers,
         texture: &Uploaded,
         targets: &Targets,
     ) -> Result<()> {
@@ -118,7 +118,7 @@ impl Stages {
     pub fn run(
         &self,
         gpu: &Gpu,
-        of: &Prepared,
+        of: &ObjectSpaceBuffers,
         texture: &Uploaded,
         targets: &Targets,
     ) -> Result<Vec<PassTime>> {
@@ -128,18 +128,18 @@ impl Stages {
     }
 }
 
-impl Prepared {
+impl ObjectSpaceBuffers {
     /// Buffers for pictures of `size` pixels; `coarsest` is the texture's level of one texel.
     ///
     /// # Errors
     /// Out of memory.
     pub fn new(
         gpu: &Gpu,
-        polygons: &Polygons,
+        polygons: &TexturedPolygons,
         spacing: f32,
         size: [u32; 2],
         coarsest: u32,
-    ) -> Result<Prepared> {
+    ) -> Result<ObjectSpaceBuffers> {
         let count = polygons.triangles.len() as u32;
         let most = polygons.most_fragments(f64::from(spacing));
         let rows = polygons.most_rows(f64::from(spacing));
@@ -147,9 +147,9 @@ impl Prepared {
         assert!(rows < 1 << 16, "{rows} rows of fragments do not fit 16 bits");
         let storage = |name, bytes: u64| gpu.buffer(name, bytes.max(4), BufferUse::Storage);
         let pixels = u64::from(size[0]) * u64::from(size[1]);
-        let none = [super::Triangle { corners: [[0.0; 3]; 3], texels: [[0.0; 2]; 3] }];
+        let none = [super::TexturedTriangle { corners: [[0.0; 3]; 3], texels: [[0.0; 2]; 3] }];
         let triangles = if count == 0 { &none[..] } else { &polygons.triangles };
-        Ok(Prepared {
+        Ok(ObjectSpaceBuffers {
             triangles: gpu.buffer_with("triangles", triangles, BufferUse::Storage)?,
             polygons: storage("rotated polygons", POLYGON_BYTES * triangles.len() as u64)?,
             counts: storage("counts of fragments", 12)?,

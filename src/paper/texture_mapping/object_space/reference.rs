@@ -1,7 +1,7 @@
 //! The steps of object-space texturing in f64, with error bounds for f32 and for the integer sums.
 
-use super::{Polygons, Triangle};
-use crate::paper::texture_mapping::texels::Texels;
+use super::{TexturedPolygons, TexturedTriangle};
+use crate::paper::texture_mapping::texels::GreyMipmap;
 
 /// A pixel of a grey texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,10 +81,10 @@ struct Sums {
 }
 
 /// Every pixel, row by row.
-pub fn picture(polygons: &Polygons, spacing: f64, size: [u32; 2], texels: &Texels) -> Vec<Mean> {
+pub fn picture(polygons: &TexturedPolygons, spacing: f64, size: [u32; 2], texels: &GreyMipmap) -> Vec<Mean> {
     let mut pixels = vec![Sums::default(); (size[0] * size[1]) as usize];
     let camera = f64::from(polygons.camera_px);
-    let triangles = || polygons.triangles.iter().filter_map(|one| Rotated::of(one, camera, spacing));
+    let triangles = || polygons.triangles.iter().filter_map(|one| RotatedTriangle::of(one, camera, spacing));
     triangles().for_each(|own| splat(&own, size, texels, |at, part| pixels[at].hide(part)));
     triangles().for_each(|own| splat(&own, size, texels, |at, part| pixels[at].add(part)));
     pixels.iter().map(Sums::mean).collect()
@@ -135,8 +135,8 @@ impl Sums {
 }
 
 /// A triangle parallel to the screen.
-struct Rotated<'a> {
-    triangle: &'a Triangle,
+struct RotatedTriangle<'a> {
+    triangle: &'a TexturedTriangle,
     /// Rows of the rotation; the last is the normal.
     turn: [Vec3; 3],
     camera: f64,
@@ -153,9 +153,9 @@ struct Rotated<'a> {
     place_error: f64,
 }
 
-impl Rotated<'_> {
+impl RotatedTriangle<'_> {
     /// `None` if the triangle has no area or is not wholly in front of the eye.
-    fn of(triangle: &Triangle, camera: f64, spacing: f64) -> Option<Rotated<'_>> {
+    fn of(triangle: &TexturedTriangle, camera: f64, spacing: f64) -> Option<RotatedTriangle<'_>> {
         let corners = triangle.corners.map(|corner| corner.map(f64::from));
         let [ab, ac] = [minus(corners[1], corners[0]), minus(corners[2], corners[0])];
         let across = cross(ab, ac);
@@ -169,7 +169,7 @@ impl Rotated<'_> {
         let longest = [ab, ac, minus(ac, ab)].map(|side| dot(side, side)).into_iter().fold(0.0, f64::max);
         let farthest = corners.iter().map(|corner| dot(*corner, *corner).sqrt()).fold(0.0, f64::max);
         let shape = longest / doubled_area;
-        Some(Rotated {
+        Some(RotatedTriangle {
             triangle,
             turn,
             camera,
@@ -223,7 +223,7 @@ impl Rotated<'_> {
     }
 
     /// A fragment's value and its rounding error.
-    fn textured(&self, i: f64, j: f64, texels: &Texels, level: u32) -> [f64; 2] {
+    fn textured(&self, i: f64, j: f64, texels: &GreyMipmap, level: u32) -> [f64; 2] {
         let scale = 0.5f64.powi(level as i32);
         let slopes = [self.slopes(0), self.slopes(1)];
         let place = [0, 1].map(|n| {
@@ -259,7 +259,7 @@ impl Rotated<'_> {
 }
 
 /// Calls `add` for each fragment of a triangle and each pixel that it contributes to.
-fn splat(own: &Rotated<'_>, size: [u32; 2], texels: &Texels, mut add: impl FnMut(usize, &Part)) {
+fn splat(own: &RotatedTriangle<'_>, size: [u32; 2], texels: &GreyMipmap, mut add: impl FnMut(usize, &Part)) {
     let (level, level_undecided) = own.level(texels.coarsest());
     let edge_error = 4.0 * own.place_error / own.spacing + 1e-5;
     let [columns, rows] = own.lattice();
@@ -293,7 +293,7 @@ fn splat(own: &Rotated<'_>, size: [u32; 2], texels: &Texels, mut add: impl FnMut
 }
 
 /// The level's value at a position in its own texels.
-fn bilinear(texels: &Texels, level: u32, [u, v]: [f64; 2]) -> f64 {
+fn bilinear(texels: &GreyMipmap, level: u32, [u, v]: [f64; 2]) -> f64 {
     let ([i, j], [fx, fy]) =
         ([(u - 0.5).floor(), (v - 0.5).floor()], [u - 0.5, v - 0.5].map(|c| c - c.floor()));
     let at = |a: i64, b: i64| f64::from(texels.byte(level, i as i64 + a, j as i64 + b)) / 255.0;
@@ -306,14 +306,14 @@ mod tests {
     use crate::reference::pattern::Pattern;
 
     /// Two triangles of a square of `side` pixels, on the projection plane or behind it, with one texel per pixel.
-    fn square(side: f32, z: f32) -> Polygons {
+    fn square(side: f32, z: f32) -> TexturedPolygons {
         let corner = |x: f32, y: f32| ([x * side / 2.0, y * side / 2.0, z], [x * side / 2.0, y * side / 2.0]);
         let [a, b, c, d] = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let triangle = |three: [([f32; 3], [f32; 2]); 3]| Triangle {
+        let triangle = |three: [([f32; 3], [f32; 2]); 3]| TexturedTriangle {
             corners: three.map(|(corner, _)| corner),
             texels: three.map(|(_, texels)| texels),
         };
-        Polygons { triangles: vec![triangle([a, b, c]), triangle([a, c, d])], camera_px: 100.0 }
+        TexturedPolygons { triangles: vec![triangle([a, b, c]), triangle([a, c, d])], camera_px: 100.0 }
     }
 
     #[test]
@@ -333,7 +333,7 @@ mod tests {
     /// texels.
     #[test]
     fn a_facing_squares_pixel_is_the_mean_of_the_fragments_around_it() {
-        let texels = Texels::new(16, Pattern::WhiteNoise.texels(16));
+        let texels = GreyMipmap::new(16, Pattern::WhiteNoise.texels(16));
         let pixels = picture(&square(14.0, 0.0), 1.0, [8, 8], &texels);
         // Fragments lie at the corners of pixels, so each pixel has four. Fragments on the diagonal belong to both
         // triangles.
@@ -350,10 +350,10 @@ mod tests {
 
     #[test]
     fn what_lies_behind_adds_nothing() {
-        let white = Texels::new(4, vec![255; 16]);
+        let white = GreyMipmap::new(4, vec![255; 16]);
         let mut both = square(20.0, 0.0);
         both.triangles.extend(square(60.0, -40.0).triangles);
-        let of = |polygons: &Polygons| picture(polygons, 1.0, [8, 8], &white);
+        let of = |polygons: &TexturedPolygons| picture(polygons, 1.0, [8, 8], &white);
         let (alone, together) = (of(&square(20.0, 0.0)), of(&both));
         assert!(alone.iter().zip(&together).all(|(a, b)| a.fragments == b.fragments && a.fragments > 0));
     }

@@ -3,7 +3,7 @@
 
 use super::FilteredTexel;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
-use crate::paper::texture_mapping::method::{Ellipse, PixelCentre};
+use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::Edge;
 
@@ -29,7 +29,7 @@ struct Shaped {
 }
 
 /// `radius^2 J J^T` in texels of level 0, widened to the largest ratio, and its determinant.
-fn widened(ellipse: &Ellipse, pixel: &PixelCentre) -> (Symmetric, f64) {
+fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     let square = f64::from(ellipse.kernel.radius_px).powi(2);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let v = [ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy].map(|entry| entry * square);
@@ -73,7 +73,7 @@ pub fn bounded(pixel: &PixelCentre, most: f64, across: f64) -> PixelCentre {
 }
 
 /// The level that the method chooses: two different ones if rounding decides.
-pub fn levels(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32) -> [u32; 2] {
+pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u32; 2] {
     let (v, det) = widened(ellipse, pixel);
     if sees_all(v) {
         return [coarsest; 2];
@@ -101,7 +101,7 @@ pub fn levels(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32) -> [u32; 2]
     }
 }
 
-fn shaped(ellipse: &Ellipse, pixel: &PixelCentre, level: u32) -> Shaped {
+fn shaped(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32) -> Shaped {
     let (v, det) = widened(ellipse, pixel);
     let scale = 0.25f64.powi(level as i32);
     let k = f64::from(ellipse.footprint.k);
@@ -188,7 +188,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
 }
 
 /// The weight by formula (4), or by the weight map if there is one.
-fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
+fn weight(ellipse: &EllipseFilter, place: [f64; 2]) -> f64 {
     let alpha = f64::from(ellipse.kernel.alpha);
     match &ellipse.map {
         Some(map) => mapped(map, alpha, ellipse.map_reach(), place),
@@ -197,7 +197,12 @@ fn weight(ellipse: &Ellipse, place: [f64; 2]) -> f64 {
 }
 
 /// The texels with a weight: offsets from the centre in texels of the level, and weights.
-pub fn weights(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32, level: u32) -> Vec<([f64; 2], f64)> {
+pub fn weights(
+    ellipse: &EllipseFilter,
+    pixel: &PixelCentre,
+    coarsest: u32,
+    level: u32,
+) -> Vec<([f64; 2], f64)> {
     let mut found = Vec::new();
     if level < coarsest {
         each_texel(ellipse, pixel, level, |texel| {
@@ -212,7 +217,7 @@ pub fn weights(ellipse: &Ellipse, pixel: &PixelCentre, coarsest: u32, level: u32
 /// The value of a pixel at a level of [`levels`]. `value` returns a texel, 0 to 1, by column and row; both may be
 /// outside the level.
 pub fn filtered(
-    ellipse: &Ellipse,
+    ellipse: &EllipseFilter,
     pixel: &PixelCentre,
     [level, coarsest]: [u32; 2],
     value: impl Fn(i64, i64) -> f64,
@@ -251,7 +256,7 @@ pub fn filtered(
 /// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
 /// V + (1 + t) / 4 I contains the Minkowski sum of the ellipse V and a disc of radius 1/2. It touches this sum at the
 /// ends of the minor axis if t is twice the minor semi-axis.
-fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
+fn outer(ellipse: &EllipseFilter, shaped: &Shaped) -> Symmetric {
     let [a, b, c] = shaped.v.0;
     if ellipse.edge == Edge::None {
         return Symmetric([1.0001 * a, 1.0001 * b, 1.0001 * c]);
@@ -263,7 +268,7 @@ fn outer(ellipse: &Ellipse, shaped: &Shaped) -> Symmetric {
 
 /// Distances from the pixel's centre to the sides of the box around all texels that may have a weight, in texels of
 /// the level.
-pub fn half_sides(ellipse: &Ellipse, pixel: &PixelCentre, level: u32) -> [f64; 2] {
+pub fn half_sides(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32) -> [f64; 2] {
     let [a, _, c] = outer(ellipse, &shaped(ellipse, pixel, level)).0;
     [a.sqrt(), c.sqrt()]
 }
@@ -283,7 +288,7 @@ struct Texel {
 }
 
 /// Visits every texel that has a weight, or may have one after rounding.
-fn each_texel(ellipse: &Ellipse, pixel: &PixelCentre, level: u32, mut visit: impl FnMut(Texel)) {
+fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visit: impl FnMut(Texel)) {
     let shaped = shaped(ellipse, pixel, level);
     let outer = outer(ellipse, &shaped);
     // A line has no area and therefore no texels.
@@ -344,7 +349,7 @@ fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
 }
 
 /// Largest relative difference between neighbouring entries of a map, if rounding may choose either.
-fn step(ellipse: &Ellipse, r: f64, rounding: f64) -> f64 {
+fn step(ellipse: &EllipseFilter, r: f64, rounding: f64) -> f64 {
     let Some(map) = ellipse.map.filter(|map| !map.linear) else { return 0.0 };
     let entries = f64::from(map.entries) / ellipse.map_reach();
     let steps = match map.shape {

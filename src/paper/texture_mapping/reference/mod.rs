@@ -5,7 +5,7 @@ pub mod ellipse;
 
 use super::baselines::FilterBaseline;
 use super::method::{Method, PixelCentre};
-use super::texels::Texels;
+use super::texels::GreyMipmap;
 use baselines::Texture;
 
 /// A pixel's filtered value with an error bound for the GPU.
@@ -24,7 +24,7 @@ pub struct FilteredTexel {
 
 /// The levels that a method may choose: two different ones if rounding decides, and `[0, 0]` for methods that mix
 /// levels.
-pub fn levels(method: &Method, pixel: &PixelCentre, texels: &Texels) -> [u32; 2] {
+pub fn levels(method: &Method, pixel: &PixelCentre, texels: &GreyMipmap) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),
         Method::Baseline(FilterBaseline::Stochastic(_)) => {
@@ -39,7 +39,7 @@ pub fn levels(method: &Method, pixel: &PixelCentre, texels: &Texels) -> [u32; 2]
 pub fn filtered(
     method: &Method,
     pixel: &PixelCentre,
-    texels: &Texels,
+    texels: &GreyMipmap,
     level: u32,
     frame: u32,
 ) -> Option<FilteredTexel> {
@@ -57,7 +57,7 @@ pub fn filtered(
 }
 
 /// The laboratory's texture: repeated over the plane, and read by a sampler.
-fn with_sampler<T>(texels: &Texels, with: impl FnOnce(&Texture<'_>) -> T) -> T {
+fn with_sampler<T>(texels: &GreyMipmap, with: impl FnOnce(&Texture<'_>) -> T) -> T {
     let texel = |level, column, row| f64::from(texels.byte(level, column, row)) / 255.0;
     with(&Texture {
         coarsest: texels.coarsest(),

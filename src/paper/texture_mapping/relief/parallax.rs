@@ -13,7 +13,7 @@
 
 use super::reference::first_hit;
 use super::{Ray, Relief};
-use crate::reference::supersample::{Density, Kernel, Truth, supersample};
+use crate::reference::supersample::{Density, PixelKernel, Truth, supersample};
 
 /// How a pixel is filtered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub fn truth(relief: &Relief, colours: &[f32], view: &ParallaxView, strata: u32)
     };
     let colour = |[x, y]: [f64; 2]| bilinear(relief.side, colours, x, y);
     let density = Density { per_texel: 0.0, least: strata, most: strata };
-    supersample([view.columns; 2], hit, colour, Kernel::Box, density)
+    supersample([view.columns; 2], hit, colour, PixelKernel::Box, density)
 }
 
 fn bilinear(side: usize, values: &[f32], x: f64, y: f64) -> f64 {

@@ -9,7 +9,9 @@ use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
 use crate::picture::PixelFormat;
-use crate::scene::{Language, Part, Scene, SceneError, SceneFault, Surface, Table, settings};
+use crate::scene::{
+    Language, Scene, SceneError, SceneFault, SceneTable, Surface, TableDeclaration, settings,
+};
 use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
@@ -22,11 +24,11 @@ pub use texture::{
 /// What paper 1 adds to scenes.
 pub const LANGUAGE: Language = Language {
     tables: &[
-        Table::of::<VirtualTextureSource>(&["surface", "*", "texture"]),
-        Table::of::<Filter>(&["surface", "*", "filter"]),
-        Table::of::<Config>(&["variant"]),
-        Table::of::<StreamingConfig>(&["cache"]),
-        Table::of::<Disk>(&["disk"]),
+        TableDeclaration::of::<VirtualTextureSource>(&["surface", "*", "texture"]),
+        TableDeclaration::of::<Filter>(&["surface", "*", "filter"]),
+        TableDeclaration::of::<Config>(&["variant"]),
+        TableDeclaration::of::<StreamingConfig>(&["cache"]),
+        TableDeclaration::of::<Disk>(&["disk"]),
     ],
     check,
 };
@@ -117,7 +119,7 @@ settings! {
     check check_config;
 }
 
-fn check_config(config: &Config, part: &Part<'_>) -> std::result::Result<(), SceneFault> {
+fn check_config(config: &Config, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
     let appends = config.list == Listing::Device && config.compact == Compaction::FusedAppend;
     if appends && !config.dedup.fused() {
         return Err(part.fault("compact", Compaction::FUSED_APPEND_ALONE));

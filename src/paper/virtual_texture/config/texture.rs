@@ -3,7 +3,7 @@
 use crate::math::pyramid::{Pyramid, PyramidError};
 use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
-use crate::scene::{Choice, Part, Scene, SceneError, SceneFault, Surface, choices, settings};
+use crate::scene::{Choice, Scene, SceneError, SceneFault, SceneTable, Surface, choices, settings};
 use crate::texture::source::earth::{Earth, EarthError};
 use crate::texture::source::encoded::Encoded;
 use crate::texture::source::ruler::Ruler;
@@ -74,7 +74,7 @@ settings! {
     check check;
 }
 
-fn check(texture: &VirtualTextureSource, part: &Part<'_>) -> Result<(), SceneFault> {
+fn check(texture: &VirtualTextureSource, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let fault = |key, what: &str| Err(part.fault(key, what));
     match (texture.source, &texture.path) {
         (TextureSource::File, None) => return fault("path", "the source \"file\" needs a path"),

@@ -8,7 +8,7 @@ use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_m
 use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextureSettings, needs};
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
-use crate::scene::path::Path;
+use crate::scene::path::CameraPath;
 use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
@@ -46,15 +46,15 @@ pub struct SceneView {
     pub scene: Scene,
     /// The camera's pose, or the path's first one.
     pub pose: Pose,
-    pub path: Option<Path>,
+    pub path: Option<CameraPath>,
 }
 
 /// A session with the camera of a view.
-pub struct Opened {
+pub struct ViewSession {
     pub session: Run<VirtualTexture>,
     pub scene: Scene,
     pub pose: Pose,
-    pub path: Option<Path>,
+    pub path: Option<CameraPath>,
 }
 
 impl SceneView {
@@ -81,7 +81,7 @@ impl SceneView {
         bench: &Bench,
         size: [u32; 2],
         change: impl FnOnce(&mut VirtualTextureSettings),
-    ) -> anyhow::Result<Opened> {
+    ) -> anyhow::Result<ViewSession> {
         let SceneView { scene, pose, path } = self;
         let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;
         settings.size = size;
@@ -89,11 +89,11 @@ impl SceneView {
         let source = open_texture(&scene)?;
         let gpu = bench.gpu(&needs(&settings.config, source.format()))?;
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
-        Ok(Opened { session: VirtualTexture::run(gpu, source, &mesh, settings)?, scene, pose, path })
+        Ok(ViewSession { session: VirtualTexture::run(gpu, source, &mesh, settings)?, scene, pose, path })
     }
 }
 
-impl Opened {
+impl ViewSession {
     /// Draws one frame and waits for it. The request image and the lists are then those of the pose, but the tiles may
     /// not be resident yet.
     ///

@@ -7,7 +7,7 @@ use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
 };
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
-use crate::frame::Slot;
+use crate::frame::FrameSlot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
@@ -158,7 +158,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         };
         rows.extend(of_stage_2((&name, config.dedup), &requests, pass.groups_and_texels(stage1.size), ""));
         contenders.push(passes(gpu, name, move |frame| {
-            frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, Slot::FIRST))
+            frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, FrameSlot::FIRST))
         }));
     }
     let points = points(&requests);

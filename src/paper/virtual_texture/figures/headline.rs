@@ -9,7 +9,7 @@ use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
 use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
-use crate::scene::path::Path;
+use crate::scene::path::CameraPath;
 use crate::stats::Summary;
 use crate::vk::FRAMES_IN_FLIGHT;
 use std::time::Instant;
@@ -122,7 +122,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 /// Runs all sessions in turn, at rest and moving. Each round begins with a different session. Returns each session's
 /// rounds.
-fn walks(side: &mut SideBySide, path: &Path, extent: &Extent) -> anyhow::Result<Vec<Vec<[Walk; 2]>>> {
+fn walks(side: &mut SideBySide, path: &CameraPath, extent: &Extent) -> anyhow::Result<Vec<Vec<[Walk; 2]>>> {
     let (count, pose) = (side.sessions.len(), side.pose);
     Bench::in_turn(extent.rounds, count, |at| {
         let standing = Walk::run(&mut side.sessions[at].1, extent.at_rest, |_| pose)?;

@@ -7,14 +7,14 @@ use super::cost::{self, FRAME};
 use super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
 use crate::figure::{Bench, Contender, Row, Setting};
 use crate::frame::Run;
-use crate::frame::{Seen, Shape, Slot, View};
+use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::Stage3;
-use crate::paper::virtual_texture::texturing::Plain;
+use crate::paper::virtual_texture::texturing::PlainBaseline;
 use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
@@ -273,11 +273,11 @@ fn plain_frame<'a>(
     pose: &Pose,
 ) -> anyhow::Result<Contender<'a>> {
     let target = gpu.image("plain picture", *session.target().color.info())?;
-    let plain = Plain::new(gpu, &*session.technique.source, &target, &Filter::ONE_SAMPLE)?;
+    let plain = PlainBaseline::new(gpu, &*session.technique.source, &target, &Filter::ONE_SAMPLE)?;
     let shape = Shape::new(gpu, mesh)?;
     let view = View::new(pose, session.size());
     Ok(passes(gpu, PLAIN, move |frame| {
-        frame.pass("plain", |cmd| plain.draw(cmd, &Seen::new([&shape], view, 0), &target))
+        frame.pass("plain", |cmd| plain.draw(cmd, &DrawList::new([&shape], view, 0), &target))
     }))
 }
 
@@ -299,7 +299,7 @@ fn unlisted_frame<'a>(
         let session = session.borrow();
         let (texture, target) = (&session.technique, session.target());
         let (seen, images) = (texture.seen(view), (&*target.color, &*target.depth));
-        let list = unwritten.list(Slot::FIRST);
+        let list = unwritten.list(FrameSlot::FIRST);
         frame.pass("upload", |_| Ok(()))?;
         frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, list, images))
     }))

@@ -3,7 +3,7 @@
 use super::common::{SceneView, passes, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Contender, Effort};
-use crate::frame::{Seen, Shape, Slot, View};
+use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
 use crate::model::mesh;
@@ -65,7 +65,7 @@ impl Stage1 {
         } else {
             let shape = Shape::new(&stage1.gpu, &mesh::gpu_mesh(&source_mesh(&description)?))?;
             stage1.gpu.run_pass("footprint", |cmd| {
-                stage1.footprint.draw(cmd, &Seen::new([&shape], View::new(&pose, size), 0))
+                stage1.footprint.draw(cmd, &DrawList::new([&shape], View::new(&pose, size), 0))
             })?;
         }
         Ok(stage1)
@@ -115,12 +115,12 @@ impl Pair {
     }
 
     fn record(&self, stage1: &Stage1, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.requests, Slot::FIRST))?;
+        frame.pass("dedup", |cmd| self.dedup.run(cmd, &stage1.footprint.requests, FrameSlot::FIRST))?;
         self.compact(frame)
     }
 
     fn compact(&self, frame: &mut Frame<'_>) -> crate::vk::Result<()> {
-        frame.pass("compact", |cmd| self.list.borrow().compact(cmd, self.dedup.mask(Slot::FIRST)))
+        frame.pass("compact", |cmd| self.list.borrow().compact(cmd, self.dedup.mask(FrameSlot::FIRST)))
     }
 
     /// A contender of both stages.
@@ -146,7 +146,7 @@ impl Pair {
             Ok(())
         })?;
         frame.submit()?.wait()?;
-        Ok(self.compact.collect(&stage1.gpu, self.dedup.mask(Slot::FIRST), &mut list)?.0)
+        Ok(self.compact.collect(&stage1.gpu, self.dedup.mask(FrameSlot::FIRST), &mut list)?.0)
     }
 }
 

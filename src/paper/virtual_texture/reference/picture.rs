@@ -28,7 +28,7 @@ pub enum ReferenceFilter {
 }
 
 /// Texels of all levels of a source, read tile by tile on demand. Tiles may be BC1; resident levels are RGBA8.
-pub struct Texels<'a> {
+pub struct SourceTexels<'a> {
     source: &'a dyn TileSource,
     tiles: RefCell<HashMap<TileId, Rc<[u8]>>>,
     levels: RefCell<HashMap<u32, Rc<[u8]>>>,
@@ -37,10 +37,10 @@ pub struct Texels<'a> {
     linear: [f64; 256],
 }
 
-impl<'a> Texels<'a> {
-    pub fn new(source: &'a dyn TileSource) -> Texels<'a> {
+impl<'a> SourceTexels<'a> {
+    pub fn new(source: &'a dyn TileSource) -> SourceTexels<'a> {
         let linear = std::array::from_fn(|code| srgb8_to_linear(code as u8));
-        Texels {
+        SourceTexels {
             source,
             tiles: RefCell::default(),
             levels: RefCell::default(),

@@ -1,6 +1,6 @@
 //! The host tile cache: tiles in main memory (paper 1, section 3).
 
-use super::slots::{Claim, Slots};
+use super::slots::{AvailableSlot, Slots};
 use crate::math::pyramid::TileId;
 
 /// Holds N2 tiles. A buffer is allocated when first needed and reused for later tiles. While a tile is being loaded,
@@ -42,7 +42,7 @@ impl HostCache {
     }
 
     /// Takes a slot for a tile that is to be loaded; returns its generation and the buffer to load into.
-    pub fn claim(&mut self, claim: Claim, tile: TileId) -> (u64, Vec<u8>) {
+    pub fn claim(&mut self, claim: AvailableSlot, tile: TileId) -> (u64, Vec<u8>) {
         let generation = self.slots.claim(claim, tile);
         let left = self.buffers[claim.slot as usize].take();
         (generation, left.or_else(|| self.spare.pop()).unwrap_or_else(|| vec![0; self.tile_bytes]))

@@ -1,10 +1,10 @@
 //! Loading, on the frame's thread (paper 1, section 3): sends requests to the loader threads and takes their results.
 
-use super::loader::{LoadFailure, Loaded, Request};
-use super::slots::Claim;
+use super::loader::{FinishedLoad, LoadFailure, Request};
+use super::slots::AvailableSlot;
 use super::tables::{ABSENT, QUEUED};
 use super::upload::Waiting;
-use super::{FrameReport, Streaming, TileFailure};
+use super::{Streaming, StreamingCounts, TileFailure};
 use crate::math::pyramid::TileId;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub(super) struct UnderWay {
 impl Streaming {
     /// Takes the loader's results: stores the tile's host slot and appends the tile to the upload queue, or records the
     /// failure.
-    pub(super) fn adopt(&mut self, report: &mut FrameReport) {
+    pub(super) fn adopt(&mut self, report: &mut StreamingCounts) {
         while self.retries.front().is_some_and(|(due, _)| *due <= Instant::now()) {
             let (_, tile) = self.retries.pop_front().expect("just seen");
             self.failed.remove(&tile);
@@ -38,7 +38,7 @@ impl Streaming {
         }
     }
 
-    fn adopt_one(&mut self, Loaded { request, outcome }: Loaded, report: &mut FrameReport) {
+    fn adopt_one(&mut self, FinishedLoad { request, outcome }: FinishedLoad, report: &mut StreamingCounts) {
         let Request { tile, slot, generation, bytes, .. } = request;
         if !self.host_cache.expects(tile, slot, generation) {
             report.stale_loads += 1;
@@ -77,7 +77,7 @@ impl Streaming {
     }
 
     /// Sends the queued tiles that this frame needs to the loader, while the loader and the host cache have room.
-    pub(super) fn dispatch(&mut self, report: &mut FrameReport) {
+    pub(super) fn dispatch(&mut self, report: &mut StreamingCounts) {
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
             std::mem::take(&mut self.load_queue).into_iter().partition(|&tile| self.needed(tile));
         self.load_queue = kept;
@@ -113,7 +113,7 @@ impl Streaming {
 
     /// A slot of the host cache for a load. If all are pinned, the latest load that is no longer wanted is cancelled to
     /// free its slot. The latest load is the least likely to have begun.
-    fn host_claim(&mut self) -> Option<Claim> {
+    fn host_claim(&mut self) -> Option<AvailableSlot> {
         if let Some(claim) = self.host_cache.slots.claimable(u64::MAX) {
             return Some(claim);
         }

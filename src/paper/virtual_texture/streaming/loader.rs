@@ -26,7 +26,7 @@ pub struct Request {
 }
 
 /// A finished request. Its bytes hold the tile if `outcome` is `Ok`.
-pub struct Loaded {
+pub struct FinishedLoad {
     pub request: Request,
     pub outcome: Result<(), LoadFailure>,
 }
@@ -94,7 +94,7 @@ impl Pace {
 pub struct Loader {
     /// `None` only while dropping.
     requests: Option<Sender<Request>>,
-    results: Receiver<Loaded>,
+    results: Receiver<FinishedLoad>,
     pace: Arc<Pace>,
     threads: Vec<JoinHandle<()>>,
     sent: u64,
@@ -156,13 +156,13 @@ impl Loader {
     }
 
     /// A finished load, if there is one.
-    pub fn try_receive(&mut self) -> Option<Loaded> {
+    pub fn try_receive(&mut self) -> Option<FinishedLoad> {
         let loaded = self.results.try_recv().ok()?;
         Some(self.accept(loaded))
     }
 
     /// Waits for everything under way; returns the results in the order of the requests.
-    pub fn receive_all(&mut self) -> Vec<Loaded> {
+    pub fn receive_all(&mut self) -> Vec<FinishedLoad> {
         let mut all = Vec::with_capacity(self.under_way() as usize);
         while self.under_way() > 0 {
             match self.results.recv() {
@@ -174,11 +174,11 @@ impl Loader {
         all
     }
 
-    fn accept(&mut self, loaded: Loaded) -> Loaded {
+    fn accept(&mut self, loaded: FinishedLoad) -> FinishedLoad {
         self.received += 1;
         match loaded.outcome {
             Err(LoadFailure::Panicked(payload)) => resume_unwind(payload),
-            outcome => Loaded { outcome, ..loaded },
+            outcome => FinishedLoad { outcome, ..loaded },
         }
     }
 }
@@ -201,7 +201,12 @@ impl Drop for Loader {
 }
 
 /// The work of one loader thread.
-fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>, results: &Sender<Loaded>) {
+fn load_tiles(
+    source: &dyn TileSource,
+    pace: &Pace,
+    requests: &Receiver<Request>,
+    results: &Sender<FinishedLoad>,
+) {
     for mut request in requests {
         if !pace.wait() {
             return;
@@ -218,7 +223,7 @@ fn load_tiles(source: &dyn TileSource, pace: &Pace, requests: &Receiver<Request>
                 Err(payload) => Err(LoadFailure::Panicked(payload)),
             }
         };
-        if results.send(Loaded { request, outcome }).is_err() {
+        if results.send(FinishedLoad { request, outcome }).is_err() {
             return; // the Loader is gone
         }
     }

@@ -47,7 +47,7 @@ mod wanted;
 
 pub use super::choices::{Order, TileAddress};
 pub use config::{StreamingConfig, StreamingError};
-pub use report::{FrameReport, TileFailure};
+pub use report::{StreamingCounts, TileFailure};
 pub use tables::{ABSENT, Action, QUEUED, action};
 pub use upload::Uploader;
 pub use wanted::{LOWER_AFTER, LevelBias, distinct_tiles, fitting_bias, wanted_tiles};
@@ -159,7 +159,7 @@ impl Streaming {
 
     /// Runs one frame: takes the finished loads, updates the states of `visible` in its order, uploads, and sends new
     /// loads. `visible` holds tiles of streamed levels; repeats are allowed ([`distinct_tiles`] removes them).
-    pub fn frame(&mut self, visible: &[TileId], uploader: &mut dyn Uploader) -> FrameReport {
+    pub fn frame(&mut self, visible: &[TileId], uploader: &mut dyn Uploader) -> StreamingCounts {
         self.frame_ahead(visible, &[], uploader)
     }
 
@@ -170,9 +170,9 @@ impl Streaming {
         visible: &[TileId],
         expected: &[TileId],
         uploader: &mut dyn Uploader,
-    ) -> FrameReport {
+    ) -> StreamingCounts {
         self.frame += 1;
-        let mut report = FrameReport { frame: self.frame, triples: visible.len(), ..Default::default() };
+        let mut report = StreamingCounts { frame: self.frame, triples: visible.len(), ..Default::default() };
         self.adopt(&mut report);
         self.choose(visible, &mut report);
         self.prefetch(expected, &mut report);

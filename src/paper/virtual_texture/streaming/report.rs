@@ -12,7 +12,7 @@ pub struct TileFailure {
 
 /// Counts of one call of [`Streaming::frame`](super::Streaming::frame), in tiles unless stated otherwise.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FrameReport {
+pub struct StreamingCounts {
     /// 1 for the first frame.
     pub frame: u64,
     /// Entries of the visible list, repeats included.

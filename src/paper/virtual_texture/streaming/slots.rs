@@ -5,7 +5,7 @@ use crate::math::pyramid::TileId;
 
 /// A slot that may be taken, and the tile that it must evict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Claim {
+pub struct AvailableSlot {
     pub slot: u32,
     pub evicts: Option<TileId>,
 }
@@ -64,16 +64,16 @@ impl Slots {
     }
 
     /// A free slot, or else the least recently used one if its last use was before `before`. Changes nothing.
-    pub fn claimable(&self, before: u64) -> Option<Claim> {
+    pub fn claimable(&self, before: u64) -> Option<AvailableSlot> {
         if let Some(&slot) = self.free.last() {
-            return Some(Claim { slot, evicts: None });
+            return Some(AvailableSlot { slot, evicts: None });
         }
         let (slot, _) = self.lru.oldest().filter(|&(_, last_use)| last_use < before)?;
-        Some(Claim { slot, evicts: self.tile(slot) })
+        Some(AvailableSlot { slot, evicts: self.tile(slot) })
     }
 
     /// Puts `tile` into the slot that [`Slots::claimable`] has just returned, pins it, and returns its new generation.
-    pub fn claim(&mut self, claim: Claim, tile: TileId) -> u64 {
+    pub fn claim(&mut self, claim: AvailableSlot, tile: TileId) -> u64 {
         assert_eq!(self.tile(claim.slot), claim.evicts, "slot {} was reassigned", claim.slot);
         match claim.evicts {
             Some(_) => self.lru.remove(claim.slot),
@@ -125,7 +125,7 @@ mod tests {
         let mut slots = Slots::new(1);
         fill(&mut slots, tile(0), 4);
         assert_eq!(slots.claimable(4), None);
-        assert_eq!(slots.claimable(5), Some(Claim { slot: 0, evicts: Some(tile(0)) }));
+        assert_eq!(slots.claimable(5), Some(AvailableSlot { slot: 0, evicts: Some(tile(0)) }));
     }
 
     #[test]

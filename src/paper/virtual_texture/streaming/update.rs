@@ -3,7 +3,7 @@
 use super::tables::{Action, QUEUED, action};
 use super::upload::Waiting;
 use super::wanted::{LOWER_AFTER, fitting_bias, wanted_tiles};
-use super::{FrameReport, Order, Streaming};
+use super::{Order, Streaming, StreamingCounts};
 use crate::math::pyramid::TileId;
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ const AT_REST: u32 = 10;
 
 impl Streaming {
     /// Chooses the tiles that this frame wants.
-    pub(super) fn choose(&mut self, visible: &[TileId], report: &mut FrameReport) {
+    pub(super) fn choose(&mut self, visible: &[TileId], report: &mut StreamingCounts) {
         let (constant, first_resident) = (self.config.level_bias, self.pyramid.first_resident_level());
         report.tiles = visible.iter().collect::<HashSet<_>>().len();
         let capacity = self.config.gpu_tiles;
@@ -42,7 +42,7 @@ impl Streaming {
     }
 
     /// Runs the update for the visible tiles.
-    pub(super) fn update(&mut self, visible: &[TileId], report: &mut FrameReport) {
+    pub(super) fn update(&mut self, visible: &[TileId], report: &mut StreamingCounts) {
         let (shown, now) = (self.shown_time(), self.wanted_time());
         for &tile in visible {
             if let Some(slot) = self.shown_slot(tile) {

@@ -1,8 +1,8 @@
 //! The upload step (paper 1, section 3): copies tiles from main memory to video memory, within the frame's budget.
 
-use super::slots::Claim;
+use super::slots::AvailableSlot;
 use super::tables::ABSENT;
-use super::{FrameReport, Streaming};
+use super::{Streaming, StreamingCounts};
 use crate::math::pyramid::TileId;
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -25,7 +25,7 @@ pub(super) struct Waiting {
 
 impl Streaming {
     /// Uploads queued tiles until the budget is spent.
-    pub(super) fn upload(&mut self, uploader: &mut dyn Uploader, report: &mut FrameReport) {
+    pub(super) fn upload(&mut self, uploader: &mut dyn Uploader, report: &mut StreamingCounts) {
         let begin = Instant::now();
         let (kept, dropped): (VecDeque<_>, VecDeque<_>) =
             std::mem::take(&mut self.upload_queue).into_iter().partition(|waiting| self.needed(waiting.tile));
@@ -83,7 +83,7 @@ impl Streaming {
     }
 
     /// Gives an uploaded tile its slot of the tile pool, with `now` as its time of use.
-    fn place(&mut self, claim: Claim, tile: TileId, now: u64, report: &mut FrameReport) {
+    fn place(&mut self, claim: AvailableSlot, tile: TileId, now: u64, report: &mut StreamingCounts) {
         if let Some(evicted) = claim.evicts {
             self.gpu_states.set(evicted, ABSENT);
             self.page_table_changes.push((evicted, None));

@@ -2,7 +2,7 @@
 //! not points of the Pareto front. With each budget a session settles from empty caches, and its settled picture is
 //! compared.
 
-use super::{Stage, Sweep};
+use super::{SweepResources, TradeSweep};
 use crate::figure::{Bench, Budgeted, Contender};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::texture;
@@ -33,7 +33,11 @@ struct Settled {
 ///
 /// # Errors
 /// Device lost, out of memory, tiles that do not arrive.
-pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyhow::Result<Vec<Budgeted>> {
+pub(super) fn measure(
+    bench: &Bench,
+    stage: &SweepResources<'_>,
+    picture: &[u8],
+) -> anyhow::Result<Vec<Budgeted>> {
     let mut rows = Vec::new();
     // Each session has its own tile pool.
     for together in changes().chunks(super::TOGETHER) {
@@ -54,8 +58,8 @@ pub(super) fn measure(bench: &Bench, stage: &Stage<'_>, picture: &[u8]) -> anyho
     Ok(rows)
 }
 
-fn settle(stage: &Stage<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow::Result<Settled> {
-    let Sweep { scene, pose, size, .. } = stage.sweep;
+fn settle(stage: &SweepResources<'_>, change: &str, anew: bool, picture: &[u8]) -> anyhow::Result<Settled> {
+    let TradeSweep { scene, pose, size, .. } = stage.sweep;
     let scene = scene.with(&[change.to_string()])?;
     let texture = texture(&scene)?;
     let source = &stage.sources[&(texture.border, texture.format)];

@@ -28,7 +28,7 @@ pub enum Knob {
 
 /// A point of the sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Setting {
+pub struct SweepPoint {
     /// The differences from the scene, in words.
     pub name: String,
     /// The differences from the scene, as `KEY=VALUE`.
@@ -231,7 +231,7 @@ impl Values {
     }
 
     /// The setting with these values. `surface` is the key of the surface with the texture.
-    fn setting(&self, own: &Values, surface: &str) -> Setting {
+    fn setting(&self, own: &Values, surface: &str) -> SweepPoint {
         let (mut words, mut changes) = (Vec::new(), Vec::new());
         let mut differs = |is: bool, word: String, keys: &[String]| {
             if is {
@@ -285,7 +285,7 @@ impl Values {
         let n1 = self.gpu_tiles;
         differs(n1 != own.gpu_tiles, format!("N1 {n1}"), &[format!("cache.gpu_tiles={n1}")]);
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
-        Setting { name, changes }
+        SweepPoint { name, changes }
     }
 }
 
@@ -319,7 +319,7 @@ pub(super) fn surface(scene: &Scene) -> Result<String, TextureError> {
 ///
 /// # Errors
 /// A scene without a virtual texture.
-pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureError> {
+pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<SweepPoint>, TextureError> {
     let (texture, surface) = (texture(scene)?, surface(scene)?);
     let own = Values::of(&VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8)?, &texture);
     let generated = texture.source != TextureSource::File;
@@ -337,7 +337,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Setting>, TextureEr
         all = all.into_iter().flat_map(|values| knob.turned(values)).collect();
     }
     let drawable = all.into_iter().filter_map(|values| values.drawable(&own, &texture));
-    let mut settings: Vec<Setting> = Vec::new();
+    let mut settings: Vec<SweepPoint> = Vec::new();
     for setting in drawable.map(|values| values.setting(&own, &surface)) {
         if !settings.contains(&setting) {
             settings.push(setting);

@@ -6,7 +6,7 @@ mod knobs;
 mod times;
 mod truth;
 
-pub use knobs::{Knob, Setting, not_turned, settings};
+pub use knobs::{Knob, SweepPoint, not_turned, settings};
 pub use times::{Batch, MOST, levelled};
 pub use truth::{Mosaic, TradeKernel};
 
@@ -33,7 +33,7 @@ const TOGETHER: usize = 4;
 
 /// The error measure of the Pareto front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
+pub enum ErrorMeasure {
     Nmse,
     /// Mean of FLIP.
     Flip,
@@ -41,38 +41,38 @@ pub enum Measure {
     Max,
 }
 
-impl Measure {
+impl ErrorMeasure {
     pub fn name(self) -> &'static str {
         match self {
-            Measure::Nmse => "NMSE",
-            Measure::Flip => "FLIP",
-            Measure::Max => "largest error",
+            ErrorMeasure::Nmse => "NMSE",
+            ErrorMeasure::Flip => "FLIP",
+            ErrorMeasure::Max => "largest error",
         }
     }
 
     fn of(self, errors: &Errors) -> f64 {
         match self {
-            Measure::Nmse => errors.nmse,
-            Measure::Flip => errors.flip,
-            Measure::Max => errors.max,
+            ErrorMeasure::Nmse => errors.nmse,
+            ErrorMeasure::Flip => errors.flip,
+            ErrorMeasure::Max => errors.max,
         }
     }
 }
 
 /// The parameters of a sweep.
-pub struct Sweep<'a> {
+pub struct TradeSweep<'a> {
     pub scene: &'a Scene,
     pub pose: Pose,
     /// In pixels.
     pub size: [u32; 2],
     pub knobs: &'a [Knob],
-    pub measure: Measure,
+    pub measure: ErrorMeasure,
     pub kernel: TradeKernel,
 }
 
 /// The resources that all settings share.
-struct Stage<'a> {
-    sweep: &'a Sweep<'a>,
+struct SweepResources<'a> {
+    sweep: &'a TradeSweep<'a>,
     gpu: Gpu,
     mesh: Mesh,
     truth: Mosaic,
@@ -81,7 +81,7 @@ struct Stage<'a> {
     sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
 }
 
-impl Sweep<'_> {
+impl TradeSweep<'_> {
     /// Measures all settings. `progress` receives the number of settings done and the number of all settings.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Sweep<'_> {
         Ok(trade)
     }
 
-    fn stage(&self, bench: &Bench) -> anyhow::Result<Stage<'_>> {
+    fn stage(&self, bench: &Bench) -> anyhow::Result<SweepResources<'_>> {
         let scene = self.scene;
         // The truth uses the texels before BC1 encoding.
         let own = texture(scene)?;
@@ -144,7 +144,7 @@ impl Sweep<'_> {
         );
         let mesh = source_mesh(scene)?;
         let source = Remembered::new(source);
-        Ok(Stage {
+        Ok(SweepResources {
             sweep: self,
             gpu: device(bench, &all_needs())?,
             mesh: mesh::gpu_mesh(&mesh),
@@ -156,7 +156,7 @@ impl Sweep<'_> {
 
 /// A setting and the errors of its settled picture.
 pub struct TradeResult {
-    pub setting: Setting,
+    pub setting: SweepPoint,
     pub measures: Measures,
     pub forced_bias: u32,
     /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
@@ -169,10 +169,10 @@ struct Open {
     session: Run<VirtualTexture>,
 }
 
-impl Stage<'_> {
+impl SweepResources<'_> {
     /// A settled session; the inner error is the reason why the setting does not run here.
-    fn open(&mut self, setting: &Setting) -> anyhow::Result<Result<Open, String>> {
-        let Sweep { pose, size, .. } = self.sweep;
+    fn open(&mut self, setting: &SweepPoint) -> anyhow::Result<Result<Open, String>> {
+        let TradeSweep { pose, size, .. } = self.sweep;
         let scene = match self.sweep.scene.with(&setting.changes) {
             Ok(scene) => scene,
             Err(error) => return Ok(Err(error.to_string())),

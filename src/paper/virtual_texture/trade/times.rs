@@ -3,7 +3,7 @@
 //! sweeps of the earth at 320 x 180 ran beside three busy processes. Between the two sweeps, a setting's median of 10
 //! frame times differed by 11 % (at most 35 %), but its median of 60 ratios by 2 % (at most 6 %).
 
-use super::{Measure, TradeResult};
+use super::{ErrorMeasure, TradeResult};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};
 use crate::stats::{Summary, median, median_interval};
 use crate::vk::Gpu;
@@ -32,7 +32,7 @@ impl Batch {
     pub fn time(
         bench: &Bench,
         gpu: &Gpu,
-        measure: Measure,
+        measure: ErrorMeasure,
         found: &[TradeResult],
         contenders: Vec<Contender<'_>>,
     ) -> anyhow::Result<Batch> {
@@ -66,7 +66,7 @@ fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// A setting's result, with `times` in any unit.
-fn traded(found: &TradeResult, measure: Measure, times: &[f64]) -> Traded {
+fn traded(found: &TradeResult, measure: ErrorMeasure, times: &[f64]) -> Traded {
     let worst = found.measures.worst.map_or(0.0, |worst| worst.value);
     let errors = Errors { nmse: found.measures.nmse, flip: found.measures.flip_mean, max: worst };
     Traded {
@@ -84,7 +84,7 @@ fn traded(found: &TradeResult, measure: Measure, times: &[f64]) -> Traded {
 
 /// All settings, the scene's own first. A time in milliseconds is a ratio times the median of the scene's own frame
 /// over all batches. Also returns the smallest and the largest median of that frame in a batch.
-pub fn levelled(own: &TradeResult, batches: Vec<Batch>, measure: Measure) -> (Vec<Traded>, [f64; 2]) {
+pub fn levelled(own: &TradeResult, batches: Vec<Batch>, measure: ErrorMeasure) -> (Vec<Traded>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
     let all: Vec<f64> = batches.iter().flat_map(|batch| batch.own_ms.iter().copied()).collect();

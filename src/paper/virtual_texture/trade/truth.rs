@@ -2,7 +2,7 @@
 
 use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
-use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
 use crate::picture::{Picture, srgb};
 use crate::reference::ReferenceView;
 use crate::texture::source::TileSource;
@@ -97,7 +97,7 @@ impl Mosaic {
         kernel: TradeKernel,
     ) -> anyhow::Result<Mosaic> {
         let view = ReferenceView::new(mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
-        let texels = Texels::new(source);
+        let texels = SourceTexels::new(source);
         let pixel = |x, y| Some(texels.pixel(&view.sample(x, y)?, kernel.filter()));
         let seen = |x, y| view.sample(x, y).is_some();
         let mosaic = Mosaic::of(size, kernel.describe(), seen, pixel);

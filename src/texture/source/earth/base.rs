@@ -41,7 +41,7 @@ const MOST_STRENGTH: u64 = 94_372;
 const ROOT_MEAN_TO_RMS_1024THS: u64 = 1515;
 
 /// Linear light of one texel, in units of 2^-24.
-pub type Linear = [i32; 3];
+pub type LinearLight = [i32; 3];
 
 /// All real levels, and the variation between texels of the finest one.
 pub struct EarthBase {
@@ -173,7 +173,7 @@ fn luminances(finest: &[[u8; 3]], block: usize) -> [i64; 4] {
 }
 
 /// Rec. 709 luminance of linear light, in units of 2^-24. The weights are in units of 1/65536.
-fn luminance(light: Linear) -> i64 {
+fn luminance(light: LinearLight) -> i64 {
     let [r, g, b] = light.map(i64::from);
     (13_933 * r + 46_871 * g + 4_732 * b) >> 16
 }

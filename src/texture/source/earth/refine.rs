@@ -15,7 +15,7 @@
 //! symmetric, so a texel has the same value from either side.
 
 use super::super::border::true_texel;
-use super::base::{BASE_WIDTH_LOG2, CELLS_LOG2, EarthBase, Linear, STRENGTH_ONE, level_size};
+use super::base::{BASE_WIDTH_LOG2, CELLS_LOG2, EarthBase, LinearLight, STRENGTH_ONE, level_size};
 use super::noise::{Column, columns, noise, row};
 use super::predict::{Prediction, REACH, children};
 use crate::picture::srgb::{self, LINEAR_ONE};
@@ -32,7 +32,7 @@ pub struct EarthRegion {
     pub left: i64,
     pub top: i64,
     pub width: usize,
-    pub texels: Vec<Linear>,
+    pub texels: Vec<LinearLight>,
 }
 
 impl EarthRegion {
@@ -41,7 +41,7 @@ impl EarthRegion {
     }
 
     /// The texels of one row from column `left` on.
-    pub fn row(&self, left: i64, y: i64) -> &[Linear] {
+    pub fn row(&self, left: i64, y: i64) -> &[LinearLight] {
         let (skip, row) = ((left - self.left) as usize, (y - self.top) as usize);
         &self.texels[row * self.width + skip..(row + 1) * self.width]
     }

@@ -2,7 +2,7 @@
 
 use super::Meshes;
 use super::ways::{WriteMethod, face_bytes};
-use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared, SkipList};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline, SkipList};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Operation, Program};
@@ -50,7 +50,7 @@ pub fn walk(
         Some(FaceOrder::SkipLists) => {
             let every_vertex = (0..meshes.classical.vertices.positions.len() as u32).collect();
             let baseline = OrderBaseline::of(FaceOrder::SkipLists).expect("they are a baseline");
-            let lists = Prepared::new(&meshes.classical, baseline, every_vertex);
+            let lists = PreparedBaseline::new(&meshes.classical, baseline, every_vertex);
             let mut walker = Walker::new(&lists, classical.levels(), face);
             changes.for_each(|change| walker.go(change, &mut written));
         }
@@ -75,7 +75,7 @@ fn executed(program: &Program, [from, to]: [u32; 2]) -> u64 {
 
 /// An instance's copy of a skip list.
 struct Walker<'a> {
-    lists: &'a Prepared,
+    lists: &'a PreparedBaseline,
     levels: &'a [Level],
     at: usize,
     list: &'a SkipList,
@@ -85,7 +85,7 @@ struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     /// A copy of the list of level 0.
-    fn new(lists: &'a Prepared, levels: &'a [Level], face_bytes: u64) -> Walker<'a> {
+    fn new(lists: &'a PreparedBaseline, levels: &'a [Level], face_bytes: u64) -> Walker<'a> {
         let (at, list) = lists.skip_list(0);
         Walker { lists, levels, at, list, faces: lists.drawn(0, &[]), face_bytes }
     }

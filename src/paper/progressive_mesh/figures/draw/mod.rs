@@ -6,7 +6,7 @@ use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row, Show};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::model;
-use crate::paper::progressive_mesh::baselines::{OrderBaseline, Prepared};
+use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline};
 use crate::paper::progressive_mesh::cache::{Cache, drawn_faces, live_faces, transforms};
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::config;
@@ -23,8 +23,8 @@ use crate::scene::Scene;
 use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{
-    Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Geometry, Gpu,
-    GraphicsPipeline, Image, ImageInfo, IndexRange, IndexType, Need,
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Gpu, GraphicsPipeline, Image,
+    ImageInfo, IndexRange, IndexType, IndexedGeometry, Need,
 };
 use anyhow::Context;
 use glam::DVec3;
@@ -204,7 +204,7 @@ impl Still {
         let slices: Vec<_> =
             self.views.iter().map(|&push| IndexRange { push, first_index: 0, count }).collect();
         cmd.render(self.target.info().size, &[color], Some(depth), |render| {
-            let geometry = Geometry { vertices: Some(&ordered.vertices), indices: &ordered.indices };
+            let geometry = IndexedGeometry { vertices: Some(&ordered.vertices), indices: &ordered.indices };
             render.draw_slices(&self.pipeline, &[], geometry, &slices)
         })
     }
@@ -273,7 +273,7 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
     let every_vertex: Vec<u32> = (0..plain.vertices.positions.len() as u32).collect();
     let of_order = |order: FaceOrder| match OrderBaseline::of(order) {
         Some(baseline) => {
-            let faces = Prepared::new(&plain, baseline, every_vertex.clone()).drawn(level, &live);
+            let faces = PreparedBaseline::new(&plain, baseline, every_vertex.clone()).drawn(level, &live);
             Ordered::new(gpu, order.name(), &plain, faces, level)
         }
         None => {

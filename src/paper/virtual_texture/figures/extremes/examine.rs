@@ -4,7 +4,7 @@
 use super::super::stage1::{Stage1Check, compare_triples};
 use super::contenders::{Contender, Way, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
-use crate::frame::{Seen, Shape, Slot, View};
+use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::fused::Fused;
@@ -34,7 +34,7 @@ pub struct Examination {
     /// Number of tiles of the reference, computed from the device's own request image.
     pub tiles: usize,
     /// In the order of [`super::contenders::variants`].
-    pub variants: Vec<(String, Outcome)>,
+    pub variants: Vec<(String, ListOutcome)>,
     /// The settled picture. `None` if more than 128 tiles are visible, if the paper's variant is refused, or if the
     /// examiner makes no pictures.
     pub settled: Option<Settled>,
@@ -44,7 +44,7 @@ pub struct Examination {
 
 /// The result of one variant of stages 2 and 3.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum ListOutcome {
     /// A list that should be exact: its missing tiles, its tiles beyond the reference, its length, and the reference's
     /// length. With level-0 tile addresses a tile has an entry for each of its cells that pixels request.
     Listed { lost: usize, extra: usize, entries: usize, right_entries: usize },
@@ -118,7 +118,7 @@ impl Examiner {
             .collect::<vk::Result<Vec<_>>>()?;
         // The settled picture is made with the paper's variant.
         let papers = contenders.iter().position(|contender| contender.config == ONE_SAMPLE);
-        let shown = papers.is_some_and(|at| matches!(variants[at].1, Outcome::Listed { .. }));
+        let shown = papers.is_some_and(|at| matches!(variants[at].1, ListOutcome::Listed { .. }));
         let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
         Ok(Examination {
             stage1: stage1(extreme, &sight, &drawn),
@@ -137,7 +137,7 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let mut frame = gpu.frame()?;
     let view = View::new(&sight.pose, sight.size);
-    frame.pass("footprint", |cmd| stage1.draw(cmd, &Seen::new([&shape], view, 0)))?;
+    frame.pass("footprint", |cmd| stage1.draw(cmd, &DrawList::new([&shape], view, 0)))?;
     frame.submit()?.wait()?;
     let triples = read_requests(gpu, &stage1, &pyramid)?;
     let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
@@ -181,22 +181,22 @@ fn outcome(
     drawn: &Drawn,
     textured: Option<&Textured>,
     contender: &mut Contender,
-) -> vk::Result<Outcome> {
+) -> vk::Result<ListOutcome> {
     let list = match &mut contender.way {
         Ok(Way::OverRequests(list_passes)) => list(gpu, drawn, list_passes),
         Ok(Way::Fused) => {
             let textured = textured.expect("created if a variant is fused");
             fused_list(gpu, drawn, textured, &contender.config)
         }
-        Err(line) => return Ok(Outcome::Refused(line.clone())),
+        Err(line) => return Ok(ListOutcome::Refused(line.clone())),
     };
     match list {
         Ok(triples) => Ok(compared(drawn, &triples, &contender.config)),
-        Err(error) => Ok(Outcome::Refused(refused(error)?)),
+        Err(error) => Ok(ListOutcome::Refused(refused(error)?)),
     }
 }
 
-fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
+fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> ListOutcome {
     let found = distinct_tiles(triples, config.address, drawn.pyramid.first_resident_level());
     let without = |tiles: &[TileId], others: &[TileId]| {
         tiles.iter().filter(|tile| others.binary_search(tile).is_err()).count()
@@ -204,22 +204,22 @@ fn compared(drawn: &Drawn, triples: &[[u32; 3]], config: &Config) -> Outcome {
     let (lost, extra) = (without(&drawn.visible, &found), without(&found, &drawn.visible));
     if is_superset(config) {
         let distinct: BTreeSet<_> = triples.iter().collect();
-        return Outcome::Superset { lost, beyond: extra, repeated: triples.len() - distinct.len() };
+        return ListOutcome::Superset { lost, beyond: extra, repeated: triples.len() - distinct.len() };
     }
     let right_entries = match config.address {
         TileAddress::Level0 => drawn.distinct_triples,
         TileAddress::OwnLevel => drawn.visible.len(),
     };
-    Outcome::Listed { lost, extra, entries: triples.len(), right_entries }
+    ListOutcome::Listed { lost, extra, entries: triples.len(), right_entries }
 }
 
 /// The list of a variant from the common request image.
 fn list(gpu: &Gpu, drawn: &Drawn, list_passes: &mut ListPasses) -> vk::Result<Vec<[u32; 3]>> {
     list_passes.renew(gpu, &drawn.stage1)?;
     let mut frame = gpu.frame()?;
-    list_passes.record(&mut frame, &drawn.stage1.requests, Slot::FIRST)?;
+    list_passes.record(&mut frame, &drawn.stage1.requests, FrameSlot::FIRST)?;
     frame.submit()?.wait()?;
-    Ok(list_passes.collect(gpu, Slot::FIRST)?.0)
+    Ok(list_passes.collect(gpu, FrameSlot::FIRST)?.0)
 }
 
 /// The list of a fused variant.
@@ -227,13 +227,13 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
     let Textured { resident, target } = textured;
     let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, None))?;
     let mut stage3 = Stage3::new(gpu, &drawn.pyramid, config)?;
-    let seen = Seen::new([&drawn.shape], drawn.view, 0);
-    let (list, images) = (stage3.list(Slot::FIRST), (target, &*drawn.stage1.depth));
+    let seen = DrawList::new([&drawn.shape], drawn.view, 0);
+    let (list, images) = (stage3.list(FrameSlot::FIRST), (target, &*drawn.stage1.depth));
     let mut frame = gpu.frame()?;
     frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, list, images))?;
-    stage3.record(&mut frame, Slot::FIRST, fused.mask(Slot::FIRST))?;
+    stage3.record(&mut frame, FrameSlot::FIRST, fused.mask(FrameSlot::FIRST))?;
     frame.submit()?.wait()?;
-    Ok(stage3.collect(gpu, Slot::FIRST, fused.mask(Slot::FIRST))?.0)
+    Ok(stage3.collect(gpu, FrameSlot::FIRST, fused.mask(FrameSlot::FIRST))?.0)
 }
 
 /// Draws the whole frame on a ruler texture until no tile is missing.
@@ -298,10 +298,10 @@ impl Examination {
         }
         for (name, outcome) in &self.variants {
             match outcome {
-                Outcome::Refused(_) => {}
-                &Outcome::Listed { lost: 0, extra: 0, entries, right_entries }
+                ListOutcome::Refused(_) => {}
+                &ListOutcome::Listed { lost: 0, extra: 0, entries, right_entries }
                     if entries == right_entries => {}
-                Outcome::Superset { lost: 0, repeated: 0, .. } => {}
+                ListOutcome::Superset { lost: 0, repeated: 0, .. } => {}
                 other => return Some(format!("{name}: {other:?}")),
             }
         }
@@ -309,7 +309,7 @@ impl Examination {
         {
             return Some(format!("{settled:?}"));
         }
-        let refused = || self.variants.iter().any(|(_, outcome)| matches!(outcome, Outcome::Refused(_)));
+        let refused = || self.variants.iter().any(|(_, outcome)| matches!(outcome, ListOutcome::Refused(_)));
         match extreme.expected {
             Expected::Tiles(tiles) if tiles != self.tiles => {
                 Some(format!("{} tiles, not {tiles}", self.tiles))
@@ -327,7 +327,7 @@ impl Examination {
 mod tests {
     use super::*;
 
-    fn examination(outcome: Outcome) -> Examination {
+    fn examination(outcome: ListOutcome) -> Examination {
         Examination {
             stage1: Stage1Check { pixels: 4, ..Stage1Check::default() },
             tiles: 3,
@@ -343,9 +343,9 @@ mod tests {
 
     #[test]
     fn exactly_the_wrong_results_are_faults() {
-        let listed = |lost, extra, entries| Outcome::Listed { lost, extra, entries, right_entries: 9 };
+        let listed = |lost, extra, entries| ListOutcome::Listed { lost, extra, entries, right_entries: 9 };
         assert_eq!(of("pole", &examination(listed(0, 0, 9))), None);
-        let superset = |lost, beyond, repeated| Outcome::Superset { lost, beyond, repeated };
+        let superset = |lost, beyond, repeated| ListOutcome::Superset { lost, beyond, repeated };
         assert_eq!(of("pole", &examination(superset(0, 3, 0))), None);
         for wrong in
             [listed(1, 0, 9), listed(0, 1, 9), listed(0, 0, 10), superset(1, 3, 0), superset(0, 3, 1)]
@@ -365,6 +365,6 @@ mod tests {
         assert!(of("one-tile", &examination(listed(0, 0, 9))).is_some());
         assert!(of("noise", &examination(listed(0, 0, 9))).is_some());
         assert!(of("2^20-finest-tiles", &examination(listed(0, 0, 9))).is_some(), "no variant refused");
-        assert_eq!(of("2^20-finest-tiles", &examination(Outcome::Refused("a reason".into()))), None);
+        assert_eq!(of("2^20-finest-tiles", &examination(ListOutcome::Refused("a reason".into()))), None);
     }
 }

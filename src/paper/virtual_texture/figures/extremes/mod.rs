@@ -6,7 +6,7 @@ mod scenes;
 mod shapes;
 
 pub use contenders::variants;
-pub use examine::{Examination, Examiner, Outcome, Settled};
+pub use examine::{Examination, Examiner, ListOutcome, Settled};
 pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
 use super::common::{ONE_SAMPLE, setting};
@@ -142,16 +142,16 @@ fn rows(examined: &Examination) -> Vec<Row> {
     rows
 }
 
-fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
+fn of_variant(name: &str, outcome: &ListOutcome, tiles: usize) -> Vec<Row> {
     let text = |words| Row::new(name, "outcome", "", Value::Text(words));
     let count = |quantity, unit, count| number(name, quantity, unit, count);
     match outcome {
-        Outcome::Refused(line) => {
+        ListOutcome::Refused(line) => {
             let bad = line.contains('\n') || line.split_whitespace().count() < 4;
             let outcome = Row::missing(name, "outcome", line.clone());
             vec![outcome, count(UNREASONED, "refusals", usize::from(bad))]
         }
-        &Outcome::Listed { lost, extra, entries, right_entries } => {
+        &ListOutcome::Listed { lost, extra, entries, right_entries } => {
             let words = match (lost, extra) {
                 (0, 0) if entries == right_entries => format!("equal, {tiles} tiles"),
                 (0, 0) => format!("{entries} entries instead of {right_entries}"),
@@ -165,7 +165,7 @@ fn of_variant(name: &str, outcome: &Outcome, tiles: usize) -> Vec<Row> {
                 count("repeated", "triples", entries.abs_diff(right_entries)),
             ]
         }
-        &Outcome::Superset { lost, beyond, repeated } => {
+        &ListOutcome::Superset { lost, beyond, repeated } => {
             let words = match lost {
                 0 => format!("all {tiles} tiles and {beyond} hidden ones"),
                 _ => format!("{lost} of {tiles} tiles lost"),

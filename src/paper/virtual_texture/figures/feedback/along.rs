@@ -5,7 +5,7 @@ use super::watch::{SUBSAMPLINGS, Watch, name};
 use crate::figure::{Row, Value};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::feedback::{MOST_LOG2, Memory, cycle};
+use crate::paper::virtual_texture::feedback::{MOST_LOG2, SampleHistory, cycle};
 use crate::stats::Summary;
 use std::collections::BTreeMap;
 
@@ -48,7 +48,8 @@ impl Along {
 /// Measures frames 1 to `frames`. Before that, the camera rests at frame 0 for the longest cycle.
 pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
     let stands = cycle(MOST_LOG2);
-    let new = |n| MEMORIES.map(|(frames, _)| (Memory::new(frames.unwrap_or(cycle(n))), Along::default()));
+    let new =
+        |n| MEMORIES.map(|(frames, _)| (SampleHistory::new(frames.unwrap_or(cycle(n))), Along::default()));
     let mut lists: Vec<_> = SUBSAMPLINGS.into_iter().map(new).collect();
     watch.look(&pose(0))?;
     for frame in 0..stands + u64::from(frames) {

@@ -6,7 +6,7 @@ mod times;
 mod watch;
 
 use super::common::{ONE_SAMPLE, SceneView, pixels_of, setting};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Part, Test, each, one};
+use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Statistic, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::{Config, Listing, PAPER, RequestFormat};
@@ -52,7 +52,7 @@ pub const FEEDBACK: Figure = Figure {
             lacks visible tiles in some frames of every path, and most tiles accumulated over a whole cycle are no \
             longer visible.",
             &[
-                Test::value(one(MOVING_RECALL, "1/256").part(Part::Least), Below(1.0)),
+                Test::value(one(MOVING_RECALL, "1/256").part(Statistic::Least), Below(1.0)),
                 Test::value(one(MOVING_PRECISION, "1/256"), Below(0.5)),
             ],
         ),

@@ -1,7 +1,7 @@
 //! Draws stage 1 for successive poses; lists the exact tiles of each frame, and the tiles of every subsampling.
 
-use super::super::common::Opened;
-use crate::frame::{Seen, View};
+use super::super::common::ViewSession;
+use crate::frame::{DrawList, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::TileAddress;
@@ -20,7 +20,7 @@ pub fn name(n: u32) -> String {
 
 /// A session that runs only stage 1, and the lists from its request image.
 pub struct Watch {
-    pub opened: Opened,
+    pub opened: ViewSession,
     pub copy: HostCopy,
     pub host: RefCell<HostList>,
     /// One for each of [`SUBSAMPLINGS`].
@@ -44,7 +44,7 @@ fn tiles(triples: impl IntoIterator<Item = [u32; 3]>) -> Vec<TileId> {
 impl Watch {
     /// # Errors
     /// Out of memory.
-    pub fn new(opened: Opened) -> anyhow::Result<Watch> {
+    pub fn new(opened: ViewSession) -> anyhow::Result<Watch> {
         let session = &opened.session;
         let (gpu, format, size) = (
             &session.gpu,
@@ -75,7 +75,7 @@ impl Watch {
     pub fn look(&mut self, pose: &Pose) -> anyhow::Result<BTreeMap<TileId, u64>> {
         let session = &self.opened.session;
         let stage1 = session.technique.stage1().expect("a staged variant");
-        let seen = Seen::new(&session.technique.shapes, View::new(pose, session.size()), 0);
+        let seen = DrawList::new(&session.technique.shapes, View::new(pose, session.size()), 0);
         let mut frame = session.gpu.frame()?;
         frame.pass("footprint", |cmd| stage1.draw(cmd, &seen))?;
         frame.pass("copy request image", |cmd| {

@@ -6,7 +6,7 @@ use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::B
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
-use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, Texels, sides};
+use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels, sides};
 use crate::picture::Picture;
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
@@ -177,7 +177,7 @@ impl Truths {
             (top..=bottom).all(|y| (left..=right).all(|x| at(x, y)))
         };
         let inside: Vec<bool> = (0..width * height).map(around).collect();
-        let texels = Texels::new(&*session.technique.source);
+        let texels = SourceTexels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
         let samples = NAS.map(|most| Ok((most, picture(ReferenceFilter::Samples(most))?)));

@@ -5,9 +5,9 @@ pub mod filter;
 pub mod na;
 pub mod seams;
 
-use super::common::{Opened, SceneView};
+use super::common::{SceneView, ViewSession};
 use crate::figure::{Bench, Contender, Setting};
-use crate::frame::{Run, Seen, View};
+use crate::frame::{DrawList, Run, View};
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::footprint::FootprintPass;
@@ -61,7 +61,7 @@ impl Variant {
 
 /// A settled session; its tiles can be shown with any filter of the same `max_anisotropy`.
 struct Shown {
-    opened: Opened,
+    opened: ViewSession,
 }
 
 impl Shown {
@@ -123,7 +123,7 @@ impl Shown {
         let Run { technique: VirtualTexture { resident, shapes, .. }, .. } = &self.opened.session;
         let target = self.opened.session.target();
         let view = View { noise: seed.into(), ..View::new(&self.opened.pose, target.size()) };
-        let seen = Seen::new(shapes, view, 0);
+        let seen = DrawList::new(shapes, view, 0);
         frame.pass("texturing", |cmd| texturing.draw(cmd, self.stage1(), resident, &seen, &target.color))
     }
 

@@ -6,7 +6,9 @@ use crate::figure::claim::{Bound::AtMost, Bound::Below, Bound::Equal, Claim, Pla
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
-use crate::paper::virtual_texture::streaming::{FrameReport, Order, Streaming, StreamingConfig, Uploader};
+use crate::paper::virtual_texture::streaming::{
+    Order, Streaming, StreamingConfig, StreamingCounts, Uploader,
+};
 use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -144,7 +146,7 @@ impl Uploader for Nowhere {
 }
 
 /// Runs the real streaming on recorded lists.
-fn play(pyramid: &Pyramid, config: StreamingConfig, lists: &[Vec<TileId>]) -> Vec<FrameReport> {
+fn play(pyramid: &Pyramid, config: StreamingConfig, lists: &[Vec<TileId>]) -> Vec<StreamingCounts> {
     let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config).expect("settings of our own");
     lists.iter().map(|list| streaming.frame(list, &mut Nowhere)).collect()
 }

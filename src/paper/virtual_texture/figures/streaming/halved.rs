@@ -4,7 +4,7 @@ use super::{Route, linear, session, show_beside};
 use crate::figure::{Bench, Cell, Row};
 use crate::frame::Run;
 use crate::paper::virtual_texture::config::open_texture;
-use crate::paper::virtual_texture::{FrameRecord, VirtualTexture};
+use crate::paper::virtual_texture::{TextureFrameRecord, VirtualTexture};
 use crate::picture::PixelFormat;
 use crate::texture::source::remembered::Remembered;
 
@@ -102,8 +102,8 @@ fn rest(
 /// Number of frames with a wrong report. A correct report has three properties. `oversubscribed` is true exactly if the
 /// streamed list has more tiles than there are slots. `bias` is above 0 exactly if `oversubscribed` or `bias_held` is
 /// true. `wanted` is at most the number of slots.
-fn misreported(records: &[FrameRecord], slots: u32) -> usize {
-    let wrong = |record: &&FrameRecord| {
+fn misreported(records: &[TextureFrameRecord], slots: u32) -> usize {
+    let wrong = |record: &&TextureFrameRecord| {
         let Some(list_of) = record.list_of else { return false };
         let listed =
             records.iter().find(|other| other.index == list_of).map_or(0, |other| other.visible.len());
@@ -118,14 +118,14 @@ fn misreported(records: &[FrameRecord], slots: u32) -> usize {
 mod tests {
     use super::*;
     use crate::math::pyramid::TileId;
-    use crate::paper::virtual_texture::streaming::FrameReport;
+    use crate::paper::virtual_texture::streaming::StreamingCounts;
 
     #[test]
     fn a_missing_or_unnecessary_bias_is_misreported() {
         let visible: Vec<TileId> = (0..5).map(|column| TileId { level: 0, row: 0, column }).collect();
-        let record = |index, list_of, bias, oversubscribed, wanted| FrameRecord {
+        let record = |index, list_of, bias, oversubscribed, wanted| TextureFrameRecord {
             index,
-            streaming: FrameReport { bias, oversubscribed, wanted, ..FrameReport::default() },
+            streaming: StreamingCounts { bias, oversubscribed, wanted, ..StreamingCounts::default() },
             list_of,
             passes: Vec::new(),
             host_list: std::time::Duration::ZERO,

@@ -25,14 +25,15 @@ use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh, texture};
 use crate::paper::virtual_texture::{
-    Compaction, Config, Dedup, FrameRecord, PAPER, TileAddress, VirtualTexture, VirtualTextureSettings, needs,
+    Compaction, Config, Dedup, PAPER, TextureFrameRecord, TileAddress, VirtualTexture,
+    VirtualTextureSettings, needs,
 };
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat, srgb};
 use crate::scene::Scene;
-use crate::scene::path::Path;
+use crate::scene::path::CameraPath;
 use crate::texture::source::{TileError, TileSource};
 use anyhow::Context;
 use std::sync::Arc;
@@ -111,7 +112,7 @@ fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) 
 /// A path of a scene.
 pub(super) struct Route {
     pub scene: Scene,
-    pub path: Path,
+    pub path: CameraPath,
 }
 
 impl Route {
@@ -150,7 +151,7 @@ impl Route {
         size: [u32; 2],
         step: u32,
         prefetch_frames: u32,
-    ) -> anyhow::Result<Vec<FrameRecord>> {
+    ) -> anyhow::Result<Vec<TextureFrameRecord>> {
         let all_coarser = self.pyramid()?.first_resident_level();
         let mut session = session(bench, &self.scene, open_texture(&self.scene)?, size, |settings| {
             settings.streaming.level_bias = all_coarser;

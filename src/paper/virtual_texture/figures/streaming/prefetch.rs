@@ -5,7 +5,7 @@ use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::FrameRecord;
+use crate::paper::virtual_texture::TextureFrameRecord;
 use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
 use crate::vk::FRAMES_IN_FLIGHT;
 use anyhow::Context;
@@ -76,11 +76,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         if frames == 0 {
             records.iter_mut().for_each(|record| record.expected.clear());
         }
-        let quick = Outcome::of(&pyramid, &records, 0)?;
-        let slow = Outcome::of(&pyramid, &records, SLOW_FRAMES)?;
+        let quick = PrefetchCounts::of(&pyramid, &records, 0)?;
+        let slow = PrefetchCounts::of(&pyramid, &records, SLOW_FRAMES)?;
         let along: Vec<[f64; 2]> =
             quick.missing.iter().enumerate().map(|(n, &missing)| [n as f64, missing as f64]).collect();
-        let share = |outcome: &Outcome| {
+        let share = |outcome: &PrefetchCounts| {
             let missing: usize = outcome.missing.iter().sum();
             Value::Number(100.0 * missing as f64 / outcome.visible as f64)
         };
@@ -96,7 +96,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// The result of streaming a path.
-struct Outcome {
+struct PrefetchCounts {
     /// Visible tiles missing in each frame's picture.
     missing: Vec<usize>,
     /// Visible tiles of all frames.
@@ -105,10 +105,10 @@ struct Outcome {
     unseen: usize,
 }
 
-impl Outcome {
+impl PrefetchCounts {
     /// Streams recorded lists as a session does: each list arrives [`FRAMES_IN_FLIGHT`] frames late, plus `delay`
     /// frames for a slow disk.
-    fn of(pyramid: &Pyramid, records: &[FrameRecord], delay: usize) -> anyhow::Result<Outcome> {
+    fn of(pyramid: &Pyramid, records: &[TextureFrameRecord], delay: usize) -> anyhow::Result<PrefetchCounts> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
         // Twice the largest visible set, as in vt.cache.
         let config = StreamingConfig {
@@ -124,7 +124,7 @@ impl Outcome {
         let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config)?;
         // The path begins at rest, so the tiles missing in its first frame are not counted.
         while streaming.frame(&records[0].visible, &mut Nowhere).pending > 0 {}
-        let mut outcome = Outcome { missing: Vec::new(), visible: 0, copies: 0, unseen: 0 };
+        let mut outcome = PrefetchCounts { missing: Vec::new(), visible: 0, copies: 0, unseen: 0 };
         let mut copied: HashSet<TileId> = HashSet::new();
         for (n, record) in records.iter().enumerate() {
             let list = &records[n.saturating_sub(FRAMES_IN_FLIGHT + delay)];
