@@ -4,13 +4,13 @@
 #include "texture_mapping/coordinates.glsl"
 #include "texture_mapping/coordinates_walk.glsl"
 
-layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
+layout(binding = 1, scalar) readonly buffer Rows { RowConstants rows[]; } set_up;
 
 // Increments by formulas (7) and (8): one addition per pixel for each numerator and for the denominator.
 void main() {
-    Walk own = walk();
+    ThreadPixels own = walk();
     if (own.count == 0u) return;
-    Row row = set_up.rows[own.row];
+    RowConstants row = set_up.rows[own.row];
     precise vec3 terms = fma(band.plane[0], vec3(own.first), row.start);
     precise vec2 dy = fma(row.dy_step, vec2(own.first), row.dy);
     vec3 step = band.plane[0] * float(own.stride);

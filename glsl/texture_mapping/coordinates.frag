@@ -6,7 +6,7 @@
 // 1: the row's constants from a buffer; 0: Heckbert's nine coefficients.
 layout(constant_id = 2) const uint ROW_CONSTANTS = 0;
 
-layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
+layout(binding = 1, scalar) readonly buffer Rows { RowConstants rows[]; } set_up;
 layout(location = 0) out uvec4 pixel;
 
 // u w, v w and w at a position in pixels.
@@ -33,7 +33,7 @@ void main() {
         }
         return;
     }
-    Row row = set_up.rows[uint(gl_FragCoord.y)];
+    RowConstants row = set_up.rows[uint(gl_FragCoord.y)];
     float n = floor(gl_FragCoord.x);
     precise vec3 terms = fma(band.plane[0], vec3(n), row.start);
     if (OUTPUT != DERIVATIVES) {

@@ -5,7 +5,7 @@ layout(constant_id = 0) const uint OUTPUT = 0;
 const uint TEXEL = 0, TERMS = 1, COORDINATES = 2, DERIVATIVES = 3;
 
 // The index of the variant of `Derivatives`.
-layout(constant_id = 1) const uint METHOD = 0;
+layout(constant_id = 1) const uint DERIVATIVE_METHOD = 0;
 const uint DIFFERENCES = 0, INCREMENTAL = 1, ANALYTIC = 2;
 
 layout(binding = 0) uniform sampler2D image;
@@ -22,9 +22,9 @@ layout(push_constant, scalar) uniform PlaneBand {
 #include "texture_mapping/coordinates_row.glsl"
 
 // (du/dx, dv/dx, du/dy, dv/dy) from a pixel's numerators and denominator.
-vec4 derivatives(Row row, vec2 dy, float w) {
+vec4 derivatives(RowConstants row, vec2 dy, float w) {
     precise vec2 below =
-        METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + band.plane[0].z), w * (w + band.plane[1].z));
+        DERIVATIVE_METHOD == ANALYTIC ? vec2(w * w) : vec2(w * (w + band.plane[0].z), w * (w + band.plane[1].z));
     return vec4(row.dx / below.x, dy / below.y);
 }
 

@@ -15,7 +15,7 @@ layout(binding = 1, scalar) readonly buffer Rows { IntegerRow rows[]; } set_up;
 // Increments by formulas (7) and (8), with integers. The sums are exact. The step is rounded when the row is set up;
 // only this error grows along the row.
 void main() {
-    Walk own = walk();
+    ThreadPixels own = walk();
     if (own.count == 0u) return;
     int64_t terms[3], step[3];
     for (uint c = 0; c < 3u; c++) {

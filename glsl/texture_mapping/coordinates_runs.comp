@@ -7,11 +7,11 @@
 // 1: a thread reads its row's constants; 0: it computes them from the nine coefficients.
 layout(constant_id = 3) const uint ROW_CONSTANTS = 0;
 
-layout(binding = 1, scalar) readonly buffer Rows { Row rows[]; } set_up;
+layout(binding = 1, scalar) readonly buffer Rows { RowConstants rows[]; } set_up;
 
 // Computes each pixel from the row's constants with one fma per value, so no error accumulates along the row.
 void main() {
-    Walk own = walk();
+    ThreadPixels own = walk();
     if (own.count == 0u) return;
     vec3 row;
     float x = float(own.first);

@@ -24,6 +24,6 @@ void main() {
     uint level = ellipse_level(finest, MOST_REACH, COARSEST);
     vec2 centre = pixel.centre * power_of_half(level);
     Spot spot = Spot(ivec2(floor(centre)), centre - floor(centre));
-    Mean mean = ellipse_mean(pixel.jacobian, finest, level, level == COARSEST, spot);
+    EllipseMean mean = ellipse_mean(pixel.jacobian, finest, level, level == COARSEST, spot);
     store(pixel, Filtered(mean.colour, mean.fetched, level, mean.empty, mean.visited));
 }

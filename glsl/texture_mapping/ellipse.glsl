@@ -5,7 +5,7 @@ layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `A
 // Limit on the iterations of each loop, whatever its bounds.
 const int MOST_TURNS = 4096;
 
-struct Mean {
+struct EllipseMean {
     vec3 colour;
     uint fetched;
     bool empty;  // no texel had a weight; `colour` is the nearest texel's
@@ -31,11 +31,11 @@ mat2 printed(vec2 along, vec2 other, float scale) {
 }
 
 // Filters `level` with the ellipse `finest` of level 0. `whole`: the level has one texel.
-Mean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, Spot spot) {
+EllipseMean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, Spot spot) {
     float half_power = power_of_half(level);
     Ellipse ellipse = at_level(finest, level);
     vec2 offset = spot.within - 0.5;  // texel spot.texel + (i, j) lies at (i, j) - offset
-    Mean result = Mean(texel(spot.texel, level), 1, !whole, 0);
+    EllipseMean result = EllipseMean(texel(spot.texel, level), 1, !whole, 0);
     if (whole || !(ellipse.det > 0.0)) return result;
 
     ToDisc disc = to_disc(ellipse.v, ellipse.det);

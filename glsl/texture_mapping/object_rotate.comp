@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 
 layout(binding = 0, scalar) readonly buffer Triangles { Triangle of[]; } triangles;
-layout(binding = 1, scalar) writeonly buffer Polygons { Polygon of[]; } polygons;
+layout(binding = 1, scalar) writeonly buffer Polygons { RotatedTriangle of[]; } polygons;
 
 // Fragments on a shared edge belong to both triangles: a lost one would leave a hole.
 const float EDGE_MARGIN = 1.0 / 64.0;
@@ -33,7 +33,7 @@ vec3 affine(vec2 at[3], vec3 values, float area) {
 }
 
 // 1 / w over the screen, and its range.
-void nearness_of(Triangle own, vec3 normal, float z, inout Polygon polygon) {
+void nearness_of(Triangle own, vec3 normal, float z, inout RotatedTriangle polygon) {
     vec3 near = 1.0 / vec3(denominator(own.corners[0].z), denominator(own.corners[1].z), denominator(own.corners[2].z));
     polygon.range = vec2(min(min(near.x, near.y), near.z), max(max(near.x, near.y), near.z));
     float through = z - normal.z * object.camera;
@@ -46,7 +46,7 @@ void main() {
     uint n = gl_GlobalInvocationID.x;
     if (n >= object.triangles) return;
     Triangle own = triangles.of[n];
-    Polygon polygon;
+    RotatedTriangle polygon;
     polygon.count = ivec2(0);
     vec3 across = cross(own.corners[1] - own.corners[0], own.corners[2] - own.corners[0]);
     float most_z = max(max(own.corners[0].z, own.corners[1].z), own.corners[2].z);

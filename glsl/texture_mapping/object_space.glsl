@@ -16,7 +16,7 @@ struct Triangle {
 
 // A triangle rotated parallel to the screen, and the lattice of its fragments. Fragment (i, j) lies at
 // (first + (i, j)) * spacing.
-struct Polygon {
+struct RotatedTriangle {
     vec4 turn;      // cos a, sin a, cos b, sin b
     float z;        // of the rotated plane, pixels
     ivec2 first;

@@ -12,7 +12,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint SUMS = 0;   // 0: the depth test
 layout(constant_id = 1) const uint COUNT = 0;  // 1: counts the atomics
 
-layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;
+layout(binding = 1, scalar) readonly buffer Polygons { RotatedTriangle of[]; } polygons;
 layout(binding = 2, scalar) buffer Counts { uint fragments; uint depth_tests; uint sums; } counts;
 layout(binding = 3, scalar) readonly buffer Fragments { uvec2 of[]; } fragments;
 layout(binding = 4, scalar) readonly buffer Colours { uint of[]; } colours;
@@ -25,7 +25,7 @@ const float WEIGHT_ONE = 1024.0;
 const float BEHIND = 1.0 / 256.0;
 
 // A fragment's position on the screen in pixels; the centre of pixel (0, 0) is (0, 0).
-vec2 projected(Polygon own, vec2 place) {
+vec2 projected(RotatedTriangle own, vec2 place) {
     vec2 at = (vec2(own.first) + place) * object.spacing;
     vec4 turn = own.turn;
     float x = at.x * turn.z + own.z * turn.w;
@@ -35,7 +35,7 @@ vec2 projected(Polygon own, vec2 place) {
     return vec2(x, y) / denominator(z) + 0.5 * vec2(object.size) - 0.5;
 }
 
-void add(Polygon own, uint n, ivec2 pixel, float part) {
+void add(RotatedTriangle own, uint n, ivec2 pixel, float part) {
     uint weight = uint(part * WEIGHT_ONE + 0.5);
     if (weight == 0u || any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, ivec2(object.size)))) return;
     uint at = uint(pixel.y) * object.size.x + uint(pixel.x);
@@ -59,7 +59,7 @@ void add(Polygon own, uint n, ivec2 pixel, float part) {
 void main() {
     uint n = line_invocation();
     if (n >= min(counts.fragments, object.capacity)) return;
-    Polygon own = polygons.of[fragments.of[n].x];
+    RotatedTriangle own = polygons.of[fragments.of[n].x];
     vec2 at = projected(own, lattice(fragments.of[n].y));
     // Positions far outside the picture do not fit an int.
     if (!all(lessThan(abs(at), vec2(1e6)))) return;

@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 #include "common/line.glsl"
 
-layout(binding = 1, scalar) readonly buffer Polygons { Polygon of[]; } polygons;
+layout(binding = 1, scalar) readonly buffer Polygons { RotatedTriangle of[]; } polygons;
 layout(binding = 2, scalar) readonly buffer Counts { uint fragments; uint depth_tests; uint sums; } counts;
 layout(binding = 3, scalar) readonly buffer Fragments { uvec2 of[]; } fragments;
 layout(binding = 4, scalar) writeonly buffer Colours { uint of[]; } colours;
@@ -21,7 +21,7 @@ void main() {
     uint n = line_invocation();
     if (n >= min(counts.fragments, object.capacity)) return;
     uvec2 fragment = fragments.of[n];
-    Polygon own = polygons.of[fragment.x];
+    RotatedTriangle own = polygons.of[fragment.x];
     vec2 place = lattice(fragment.y);
     vec2 at = vec2(form(own.u, place), form(own.v, place)) - 0.5;
     ivec2 corner = ivec2(floor(at));

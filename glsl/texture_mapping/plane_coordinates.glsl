@@ -4,7 +4,7 @@
 layout(constant_id = 3) const uint COORDINATES = 0;  // the index of the variant of `Coordinates`
 const uint ANALYTIC = 0, TEXTBOOK = 1, ROWS = 2, INCREMENTAL = 3;
 
-layout(binding = 3, scalar) readonly buffer Rows { Row of[]; } rows;
+layout(binding = 3, scalar) readonly buffer Rows { RowConstants of[]; } rows;
 
 vec3 textbook(vec2 at) {
     return vec3(dot(plane.u_row, vec3(at, 1.0)), dot(plane.v_row, vec3(at, 1.0)), dot(plane.w_row, vec3(at, 1.0)));
@@ -27,7 +27,7 @@ Pixel pixel_by_coordinates(vec2 place) {
         terms = textbook(at);
         jacobian = differences(terms.xy / terms.z, textbook(at + vec2(1, 0)), textbook(at + vec2(0, 1)));
     } else {
-        Row row = rows.of[uint(place.y)];
+        RowConstants row = rows.of[uint(place.y)];
         vec2 n = vec2(floor(place.x));
         terms = fma(step_x, n.xxx, row.start);
         if (COORDINATES == ROWS) {

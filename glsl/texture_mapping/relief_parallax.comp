@@ -5,7 +5,7 @@
 // Filters a relief's colours over a pixel of an oblique view: relief/parallax.rs has the methods.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(constant_id = 0) const uint METHOD = 0;
+layout(constant_id = 0) const uint PARALLAX_FILTER = 0;
 const uint POINT = 0, OFFSET = 1, UNPERTURBED = 2, WHOLE = 3, VISIBLE = 4, PROJECTED = 5;
 
 layout(push_constant, scalar) uniform Parallax {
@@ -80,13 +80,13 @@ void main() {
     if (any(greaterThanEqual(pixel, uvec2(view.columns)))) return;
     vec2 corner = vec2(pixel) * view.pixel, middle = corner + 0.5 * view.pixel;
     float a = corner.x, b = corner.x + view.pixel;
-    float centre = METHOD == OFFSET ? below(middle.x, middle.y) : hit(middle.x, middle.y);
-    bool moved = METHOD == UNPERTURBED;
-    if (METHOD == OFFSET) moved = true;
+    float centre = PARALLAX_FILTER == OFFSET ? below(middle.x, middle.y) : hit(middle.x, middle.y);
+    bool moved = PARALLAX_FILTER == UNPERTURBED;
+    if (PARALLAX_FILTER == OFFSET) moved = true;
     if (moved) {
         a = centre - 0.5 * view.pixel;
         b = centre + 0.5 * view.pixel;
-    } else if (METHOD != PROJECTED) {
+    } else if (PARALLAX_FILTER != PROJECTED) {
         a = hit(a, middle.y);
         b = hit(b, middle.y);
     }
@@ -95,10 +95,10 @@ void main() {
     uint rows = max(uint(2.0 * view.pixel), 1u);
     for (uint n = 0; n < rows; n++) {
         float y = corner.y + (float(n) + 0.5) * view.pixel / float(rows);
-        if (METHOD == PROJECTED) sum = projected(sum, a, b, y);
+        if (PARALLAX_FILTER == PROJECTED) sum = projected(sum, a, b, y);
         if (moved) sum = box(sum, a, b, y, false);
-        if (METHOD == WHOLE) sum = box(sum, a, b, y, false);
-        if (METHOD == VISIBLE) sum = box(sum, a, b, y, true);
+        if (PARALLAX_FILTER == WHOLE) sum = box(sum, a, b, y, false);
+        if (PARALLAX_FILTER == VISIBLE) sum = box(sum, a, b, y, true);
     }
     // A footprint without a visible texel shows the colour at the centre ray's hit.
     if (sum.weight == 0.0) sum = Sum(colour_at(centre, middle.y), 1.0, sum.texels + 2.0);

@@ -6,7 +6,7 @@ layout(constant_id = 71) const uint MAP_BITS = 32;  // 8, 16: several cells per 
 const float LEAST_STEP = 0.5;
 const uint HALVINGS = 6, RELAXED_HALVINGS = 12, MOST_STEPS = 1024, LINEAR_STEPS = 64;
 
-struct Hit {
+struct Traced {
     float distance;  // along the ray, texels
     uint steps;
 };
@@ -56,7 +56,7 @@ float halve(vec2 origin, vec3 direction, float above_at, float below_at) {
 }
 
 // The first hit of a ray that descends from the top plane.
-Hit traced(vec2 origin, vec3 direction) {
+Traced traced(vec2 origin, vec3 direction) {
     float t = 0.0, fixed_step = -relief.depth / direction.z / float(LINEAR_STEPS);
     uint steps = 0;
     while (steps < MOST_STEPS) {
@@ -73,5 +73,5 @@ Hit traced(vec2 origin, vec3 direction) {
         }
         t = next;
     }
-    return Hit(t, steps);
+    return Traced(t, steps);
 }

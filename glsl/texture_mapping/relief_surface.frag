@@ -8,7 +8,7 @@
 // FORM 0 is unlit, 1 is lit; 2 writes the work of a pixel as words, for the window's overlay.
 #define LIT (FORM == 1)
 
-layout(constant_id = 0) const uint METHOD = 0;
+layout(constant_id = 0) const uint RELIEF_METHOD = 0;
 const uint PROJECTED_WIDTH = 0, TRACE = 1;
 
 layout(binding = 0) uniform sampler2D plain;
@@ -126,7 +126,7 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
 
 // Traces one ray, and filters the texture at its hit with the plane's derivatives (Donnelly, GPU Gems 2, chapter 8).
 vec3 by_tracing(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
-    Hit found = traced(at, ray);
+    Traced found = traced(at, ray);
     work = float(found.steps);
     vec2 hit = at + found.distance * ray.xy;
     float side = float(relief.side);
@@ -142,7 +142,7 @@ void main() {
     vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + vec3(vec2(0.5 * side - 0.5), 0.0);
     vec3 ray = normalize(vec3(at, 0.0) - eye);
     vec3 found;
-    if (METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);
+    if (RELIEF_METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);
 #if FORM == 2
     words = uvec4(uint(work), 0, 0, 0);
 #else

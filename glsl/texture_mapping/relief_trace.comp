@@ -18,6 +18,6 @@ void main() {
     uvec2 ray = gl_GlobalInvocationID.xy;
     if (any(greaterThanEqual(ray, uvec2(relief.columns)))) return;
     precise vec2 origin = (vec2(ray) + 0.5) * (float(relief.side) / float(relief.columns));
-    Hit hit = traced(origin, relief.direction);
+    Traced hit = traced(origin, relief.direction);
     hits.rays[ray.y * relief.columns + ray.x] = uvec2(floatBitsToUint(hit.distance), hit.steps);
 }

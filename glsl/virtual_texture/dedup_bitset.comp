@@ -7,11 +7,11 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(constant_id = 8) const uint SIDE_LOG2 = 4;  // n: an invocation reads 2^n x 2^n pixels
-layout(constant_id = 9) const uint WORDS = 1;      // words that hold one bit per tile of the pyramid
+layout(constant_id = 9) const uint MASK_WORDS = 1;      // words that hold one bit per tile of the pyramid
 
 layout(binding = 1, scalar) buffer TileMask { uint words[]; } tile_mask;
 
-shared uint bits[WORDS];
+shared uint bits[MASK_WORDS];
 
 void set(uint index) {
     uint word = index >> 5, bit = 1u << (index & 31u);
@@ -21,7 +21,7 @@ void set(uint index) {
 // Each step reads one contiguous block of pixels, so that neighbouring invocations read neighbouring pixels.
 void main() {
     const uint invocations = gl_WorkGroupSize.x * gl_WorkGroupSize.y;
-    for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) bits[word] = 0;
+    for (uint word = gl_LocalInvocationIndex; word < MASK_WORDS; word += invocations) bits[word] = 0;
     barrier();
     uvec2 first = (gl_WorkGroupID.xy * gl_WorkGroupSize.xy << SIDE_LOG2) + gl_LocalInvocationID.xy;
     uvec3 last = uvec3(BACKGROUND);
@@ -35,7 +35,7 @@ void main() {
         }
     }
     barrier();
-    for (uint word = gl_LocalInvocationIndex; word < WORDS; word += invocations) {
+    for (uint word = gl_LocalInvocationIndex; word < MASK_WORDS; word += invocations) {
         uint mine = bits[word];
         if ((mine & ~ATOMIC_LOAD(tile_mask.words[word])) != 0u) atomicOr(tile_mask.words[word], mine);
     }

@@ -5,7 +5,7 @@
 
 // Copies one texel of each block of the request image, as stored.
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(constant_id = 7) const uint WORDS = 3;  // words per texel of the request image
+layout(constant_id = 7) const uint REQUEST_WORDS = 3;  // words per texel of the request image
 
 layout(binding = 0) uniform utexture2D requests;
 layout(binding = 1, scalar) writeonly buffer Samples { uint words[]; } samples;
@@ -23,6 +23,6 @@ void main() {
     // Blocks at the right and at the bottom may extend beyond the picture.
     bool outside = any(greaterThanEqual(pixel, uvec2(textureSize(requests, 0))));
     uvec4 stored = outside ? uvec4(BACKGROUND) : texelFetch(requests, ivec2(pixel), 0);
-    uint at = (block.y * sampling.blocks.x + block.x) * WORDS;
-    for (uint n = 0; n < WORDS; n++) samples.words[at + n] = stored[n];
+    uint at = (block.y * sampling.blocks.x + block.x) * REQUEST_WORDS;
+    for (uint n = 0; n < REQUEST_WORDS; n++) samples.words[at + n] = stored[n];
 }

@@ -7,7 +7,7 @@ layout(constant_id = 27) const uint COUNTS_TEXELS = 0;
 
 #include "common/hash.glsl"
 
-layout(binding = 2) uniform sampler2DArray j1;  // mip 0: the tile's level, mip 1: the next coarser level
+layout(binding = 2) uniform sampler2DArray tile_pool;  // mip 0: the tile's level, mip 1: the next coarser level
 
 // A pixel's texture lookup.
 struct Lookup {
@@ -17,7 +17,7 @@ struct Lookup {
     float f;      // weight of level q + 1
     float count;  // number of samples (nA)
     vec2 major;   // the footprint's longer side, in texels of level 0
-    Footprint footprint;
+    Parallelogram footprint;
 };
 
 // log2 of a positive finite number, with an error of at most 2^-13; a sampler's step between levels is usually 2^-8.
@@ -31,7 +31,7 @@ float log2_13(float x) {
     return float(int(bits >> 23) - 127) + fraction;
 }
 
-Lookup lookup(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
+Lookup lookup(uvec3 qij, Coordinate at, Parallelogram f, uint level_bias) {
     vec2 sides = squared_sides(f);
     bool usable = finite(sides.x);
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
@@ -50,18 +50,18 @@ Lookup lookup(uvec3 qij, Coordinate at, Footprint f, uint level_bias) {
 
 // A texel of a level, in the nearest resident tile of that level or a coarser one.
 struct Found {
-    Resident tile;
+    ResidentTile tile;
     ivec2 local;  // in texels of the tile's level, relative to its payload
 };
 
 Found find_texel(uint level, ivec2 texel) {
     uvec2 ij = uvec2(texel.yx) << level >> TILE_LOG2;
-    Resident tile = find_resident(level, ij);
+    ResidentTile tile = find_resident(level, ij);
     return Found(tile, (texel >> int(tile.level - level)) - (ivec2(ij.yx >> tile.level) << int(TILE_LOG2)));
 }
 
 // The first texel of a tile's payload.
-ivec2 corner_of(Resident tile, uvec2 ij) { return ivec2(ij.yx >> tile.level) << int(TILE_LOG2); }
+ivec2 corner_of(ResidentTile tile, uvec2 ij) { return ivec2(ij.yx >> tile.level) << int(TILE_LOG2); }
 
 bool outside(ivec2 texel, int margin) {
     return any(lessThan(texel, ivec2(-margin))) || any(greaterThanEqual(texel, ivec2((1 << int(TILE_LOG2)) + margin)));
@@ -69,21 +69,21 @@ bool outside(ivec2 texel, int margin) {
 
 // One sample of both levels of a tile; `coarser` is the weight of the coarser level. `texels` is relative to the
 // payload's corner.
-vec4 bordered_sample(Resident tile, vec2 texels, float coarser) {
+vec4 bordered_sample(ResidentTile tile, vec2 texels, float coarser) {
     if (COUNTS_TEXELS == 1) {
         if (FILTER == BILINEAR) return vec4(4.0);
         return vec4(8.0);
     }
     float side = float((1u << TILE_LOG2) + 2 * BORDER);
     vec2 own = (texels + float(BORDER)) / side;
-    if ((BORDER & 1u) == 0u) return textureLod(j1, vec3(own, tile.slot), coarser);
+    if ((BORDER & 1u) == 0u) return textureLod(tile_pool, vec3(own, tile.slot), coarser);
     // With an odd border, the coarser picture begins half of one of its texels before the tile's own picture.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
-    return mix(textureLod(j1, vec3(own, tile.slot), 0.0), textureLod(j1, vec3(half_size, tile.slot), 1.0), coarser);
+    return mix(textureLod(tile_pool, vec3(own, tile.slot), 0.0), textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
 }
 
 // A sample beyond the border is taken from the tile that holds its texel.
-vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
+vec4 sample_anywhere(ResidentTile tile, uvec2 ij, vec2 texels, float coarser) {
     ivec2 texel = ivec2(floor(texels));
     // A loop instead of a branch, because software drivers run both sides of a branch.
     for (bool elsewhere = REACHES == 1 && outside(texel, sample_margin()); elsewhere; elsewhere = false) {
@@ -103,7 +103,7 @@ vec4 sample_anywhere(Resident tile, uvec2 ij, vec2 texels, float coarser) {
 }
 
 // The mean of nA samples spread along the footprint's longer side. Each sample interpolates two levels.
-vec4 tile_samples(Lookup lookup, Resident tile, float coarser) {
+vec4 tile_samples(Lookup lookup, ResidentTile tile, float coarser) {
     vec2 centre = texels_in_tile(lookup.at, lookup.ij, tile.level);
     if (MAX_ANISOTROPY == 1) return bordered_sample(tile, centre, coarser);
     vec2 reach = lookup.major * power_of_half(tile.level);
@@ -124,7 +124,7 @@ struct Place {
 Place place_of(uint level, ivec2 texel, uint tile_level) {
     texel = true_texel(level, texel);
     uvec2 ij = uvec2(texel.yx) << level >> TILE_LOG2;
-    Resident tile = find_resident(tile_level, ij);
+    ResidentTile tile = find_resident(tile_level, ij);
     uint mip = tile.level < level ? 1 : 0;
     ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
     ivec2 local = (texel >> int(tile.level + mip - level)) - corner + int((BORDER + mip) >> mip);
@@ -143,7 +143,7 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
     // 2^22 texels are four times the widest level. NaN may give any texel.
     ivec2 texel = base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0));
     Place place = place_of(from, texel, level);
-    return COUNTS_TEXELS == 1 ? vec4(1.0) : texelFetch(j1, place.at, place.mip);
+    return COUNTS_TEXELS == 1 ? vec4(1.0) : texelFetch(tile_pool, place.at, place.mip);
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
@@ -162,7 +162,7 @@ vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
 
 // The pixel for paper 3's filters: its coordinate, its tile, and the first texel of the tile's payload.
 Coordinate near_at;
-Resident near_tile;
+ResidentTile near_tile;
 ivec2 near_corner;
 
 // A texel of the tile's level or of the next coarser one, relative to the payload's first texel. Texels beyond the
@@ -176,7 +176,7 @@ vec3 texel(ivec2 at, uint level) {
     // A loop instead of a branch, because software drivers run both sides of a branch.
     for (bool elsewhere = clamp(place.at.xy, ivec2(0), last) != place.at.xy; elsewhere; elsewhere = false)
         place = place_of(level, (near_corner >> int(mip)) + at, near_tile.level);
-    return texelFetch(j1, place.at, reads_two_levels() ? place.mip : 0).rgb;
+    return texelFetch(tile_pool, place.at, reads_two_levels() ? place.mip : 0).rgb;
 }
 
 Spot spot_at(uint level) {
@@ -190,7 +190,7 @@ float weight(vec2 at) { return gaussian(at); }
 #include "texture_mapping/surface_filter.glsl"
 
 // Paper 3's filters: single texels through the page table.
-vec4 tile_texels(Lookup lookup, Resident tile, float coarser, uvec3 seed) {
+vec4 tile_texels(Lookup lookup, ResidentTile tile, float coarser, uvec3 seed) {
     near_at = lookup.at;
     near_tile = tile;
     near_corner = corner_of(tile, lookup.ij);
@@ -198,7 +198,7 @@ vec4 tile_texels(Lookup lookup, Resident tile, float coarser, uvec3 seed) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
     if (FILTER == ELLIPSE) {
         bool whole = tile.level == coarsest;
-        Mean mean = ellipse_mean(j, ellipse(lookup.footprint), tile.level, whole, spot_at(tile.level));
+        EllipseMean mean = ellipse_mean(j, ellipse(lookup.footprint), tile.level, whole, spot_at(tile.level));
         return COUNTS_TEXELS == 1 ? vec4(mean.fetched) : vec4(mean.colour, 1.0);
     }
     float det = determinant_of(lookup.footprint);
@@ -208,7 +208,7 @@ vec4 tile_texels(Lookup lookup, Resident tile, float coarser, uvec3 seed) {
 }
 
 // The colour that one tile gives for a lookup.
-vec4 shown_by(Resident tile, Lookup lookup, uvec4 start) {
+vec4 shown_by(ResidentTile tile, Lookup lookup, uvec4 start) {
     // A coarser substitute (q' > q) shows only its own level.
     float f = tile.level == lookup.q ? lookup.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
@@ -221,7 +221,7 @@ vec4 shown_by(Resident tile, Lookup lookup, uvec4 start) {
 vec4 filtered(Lookup lookup, uvec3 seed) {
     // Random numbers of a tap: of the pixel and the frame, or made from them for each tap.
     uvec4 start = FILTER == ELLIPSE_TAPS ? uvec4(seed, 0) : hash(uvec4(seed, 0));
-    Resident tile = find_resident(lookup.q, lookup.ij);
+    ResidentTile tile = find_resident(lookup.q, lookup.ij);
     vec4 colour = shown_by(tile, lookup, start);
     // A separate branch, because software drivers keep a loop's variables in memory, even if the loop never repeats.
     if (FADE_IN == 1) {

@@ -27,7 +27,7 @@ uvec2 tile_row_column(Coordinate at) {
 }
 
 // The parallelogram's sides in texels of level 0.
-struct Footprint {
+struct Parallelogram {
     vec2 r1;  // (s_x, t_x)
     vec2 r2;  // (s_y, t_y)
 };
@@ -39,22 +39,22 @@ struct Footprint {
 #include "texture_mapping/surface_filter_level.glsl"
 
 // The footprint as paper 3's Jacobian: rows (s_x, s_y) and (t_x, t_y).
-vec4 jacobian(Footprint f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
-float determinant_of(Footprint f) { return f.r1.x * f.r2.y - f.r2.x * f.r1.y; }
+vec4 jacobian(Parallelogram f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
+float determinant_of(Parallelogram f) { return f.r1.x * f.r2.y - f.r2.x * f.r1.y; }
 
 // `limb` is the width of the pixel on the fragment's surface divided by the sphere's radius (p / R in
 // texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. It bounds only the footprints of paper 3's filters.
-Footprint footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
+Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
-    Footprint f = Footprint(pixel * dx, pixel * dy);
+    Parallelogram f = Parallelogram(pixel * dx, pixel * dy);
     if (!is_of_paper_3()) return f;
     float most = most_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
     float across = sin(3.14159265 * (float(at.texel.y) + at.fraction.y) / size.y);
     vec4 j = limited(jacobian(f), most, max(across, 1e-3));
-    return Footprint(j.xz, j.yw);
+    return Parallelogram(j.xz, j.yw);
 }
 
-Ellipse ellipse(Footprint f) {
+Ellipse ellipse(Parallelogram f) {
     return ellipse_of(jacobian(f), determinant_of(f), float(MAX_ANISOTROPY));
 }
 
@@ -72,7 +72,7 @@ float most_line() { return float(1u << TILE_LOG2 >> 1) - 3.0; }
 
 // The level of a filter of paper 3, which may be one of the resident levels (G1). The fraction is the weight of the
 // next coarser level.
-float asked_level(Footprint f) {
+float asked_level(Parallelogram f) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
     if (FILTER == ELLIPSE) return float(ellipse_level(ellipse(f), most_reach(), coarsest));
     return baseline_level(jacobian(f), determinant_of(f), most_line(), coarsest);
@@ -81,7 +81,7 @@ float asked_level(Footprint f) {
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
 // Squared lengths of the longer and the shorter side.
-vec2 squared_sides(Footprint f) {
+vec2 squared_sides(Parallelogram f) {
     float a = dot(f.r1, f.r1), b = dot(f.r2, f.r2);
     // Not min and max: their result for NaN is undefined, and one side that is not finite must make both NaN.
     return !(finite(a) && finite(b)) ? vec2(uintBitsToFloat(0x7fc00000u)) : a > b ? vec2(a, b) : vec2(b, a);
@@ -96,7 +96,7 @@ float sample_count(vec2 sides) {
 
 // The level q = clamp(floor(e), 0, L-L'+1) with e = log2(dmax / nA). The floor of log2(x) / 2 comes from the exponent
 // of x, which is exact; a rounded log2 could be wrong at powers of two.
-uint level(Footprint f) {
+uint level(Parallelogram f) {
     if (is_of_paper_3()) return min(uint(asked_level(f)), FIRST_RESIDENT_LEVEL);
     vec2 sides = squared_sides(f);
     if (!finite(sides.x)) return FIRST_RESIDENT_LEVEL;
@@ -116,7 +116,7 @@ Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
 }
 
 // The footprint's longer side.
-vec2 major_side(Footprint f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
+vec2 major_side(Parallelogram f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
 
 // How far beyond its payload a tile can serve a sample, in texels: the border less one, because a bilinear sample also
 // reads the next texel.
@@ -124,7 +124,7 @@ int sample_margin() { return max(int(BORDER), 1) - 1; }
 
 // The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all these
 // texels.
-uint filter_reach(Coordinate at, uvec2 ij, Footprint f, uint q) {
+uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {
     if (REACHES == 0 || q >= FIRST_RESIDENT_LEVEL) return 0u;
     Spot spot = spot_in_tile(at, ij, q);
     ivec2 first, last;  // texels of the ellipse, or the texels that contain samples

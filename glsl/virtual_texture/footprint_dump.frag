@@ -15,7 +15,7 @@ layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; for t
 void main() {
     vec2 dx = dFdxFine(from_origin), dy = dFdyFine(from_origin);
     Coordinate at = coordinate(triangle_origin, from_origin);
-    Footprint f = footprint(dx, dy, at, view.limb / gl_FragCoord.w);
+    Parallelogram f = footprint(dx, dy, at, view.limb / gl_FragCoord.w);
     uvec3 qij = uvec3(level(f), tile_row_column(at));
     requests = store_triple(qij, filter_reach(at, qij.yz, f, qij.x));
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);

@@ -46,7 +46,7 @@ void mark(uvec3 qij) {
 
 void main() {
     Coordinate at = coordinate(triangle_origin, from_origin);
-    Footprint f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
+    Parallelogram f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
     uvec3 qij = uvec3(level(f), tile_row_column(at));
     if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) {
         mark(qij);

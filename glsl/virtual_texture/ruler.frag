@@ -9,7 +9,7 @@
 // Checks each texel that texturing would filter: it must be the one that the pixel's (s, t) and level require. Texels
 // of this texture are hashes of their level and position. They are fetched without a sampler.
 layout(binding = 0) uniform utexture2D requests;
-layout(binding = 2) uniform texture2DArray j1;  // as bytes
+layout(binding = 2) uniform texture2DArray tile_pool;  // as bytes
 
 layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
@@ -36,7 +36,7 @@ ivec2 first_tap(Coordinate at, uint level) {
 
 // Number of wrong texels among the 4 texels in one of the tile's two levels. Step 0 is its own level; step 1 the next
 // coarser level, or the coarsest level itself.
-uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
+uint wrong_in_tile(Coordinate at, uvec2 ij, ResidentTile tile, uint step) {
     uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
     int size = int(1u << TILE_LOG2 >> step), border = int((BORDER + step) >> step);
     ivec2 stored = ivec2(int((1u << TILE_LOG2) + 2 * BORDER) >> step);
@@ -47,7 +47,7 @@ uint wrong_in_tile(Coordinate at, uvec2 ij, Resident tile, uint step) {
         ivec2 texel = first + ivec2(n & 1, n >> 1);
         ivec2 fetched = texel - corner + border;
         bool inside = all(greaterThanEqual(fetched, ivec2(0))) && all(lessThan(fetched, stored));
-        uint found = packUnorm4x8(texelFetch(j1, ivec3(fetched, tile.slot), int(step)));
+        uint found = packUnorm4x8(texelFetch(tile_pool, ivec3(fetched, tile.slot), int(step)));
         if (!inside || found != ruler_hash(level, true_texel(level, texel))) wrong++;
     }
     return wrong;
@@ -57,14 +57,14 @@ void main() {
     uvec3 qij = load_covered(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     uint q = min(qij.x + view.level_bias, FIRST_RESIDENT_LEVEL);
-    Resident tile = find_resident(q, qij.yz);
-    bool g1 = tile.level >= FIRST_RESIDENT_LEVEL;
+    ResidentTile tile = find_resident(q, qij.yz);
+    bool in_resident_tail = tile.level >= FIRST_RESIDENT_LEVEL;
     // A pixel of the resident tail checks all resident levels.
-    uint last = g1 ? max(WIDTH_LOG2, HEIGHT_LOG2) : tile.level;
+    uint last = in_resident_tail ? max(WIDTH_LOG2, HEIGHT_LOG2) : tile.level;
     uint wrong = 0;
     for (uint level = tile.level; level <= last; level++) {
-        Resident judged = find_resident(level, qij.yz);
+        ResidentTile judged = find_resident(level, qij.yz);
         wrong += wrong_in_tile(at, qij.yz, judged, 0u) + wrong_in_tile(at, qij.yz, judged, 1u);
     }
-    verdict = 1u + wrong | (g1 ? 1u << 30 : 0u) | (tile.level == q ? 0u : 1u << 31);
+    verdict = 1u + wrong | (in_resident_tail ? 1u << 30 : 0u) | (tile.level == q ? 0u : 1u << 31);
 }

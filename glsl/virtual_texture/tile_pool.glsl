@@ -3,9 +3,9 @@ layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // this level and each co
 layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; those of coarser levels follow
 
 // The page table. The cell of a tile names the tile that is shown for it: fade << 24 | level << 19 | slot.
-layout(binding = 1) uniform utextureBuffer h1;
+layout(binding = 1) uniform utextureBuffer page_table;
 
-struct Resident {
+struct ResidentTile {
     uint slot;   // layer of the tile pool (k1)
     uint level;  // q' >= q
     float fade;  // weight of the next coarser tile; above 0 while this tile fades in
@@ -18,10 +18,10 @@ uint display_place(uint q, uvec2 ij) {
 }
 
 // The nearest tile of level q or coarser in the tile pool, which always has the resident levels.
-Resident find_resident(uint q, uvec2 ij) {
-    uint cell = texelFetch(h1, int(display_place(q, ij))).x;
-    if (q >= SINGLE_LEVEL) return Resident(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
-    return Resident(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
+ResidentTile find_resident(uint q, uvec2 ij) {
+    uint cell = texelFetch(page_table, int(display_place(q, ij))).x;
+    if (q >= SINGLE_LEVEL) return ResidentTile(SINGLE_SLOT + q - SINGLE_LEVEL, q, 0.0);
+    return ResidentTile(cell & 0x7ffffu, cell >> 19 & 31u, float(cell >> 24) / 255.0);
 }
 
 // The coordinate's position in its tile of level q, in texels of that level, without the border. The tile comes from

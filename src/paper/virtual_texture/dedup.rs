@@ -85,7 +85,7 @@ impl DedupPass {
                     let words = pyramid.tile_count().div_ceil(32);
                     let advice = "choose variant.dedup = \"tile-memo\", or larger tiles";
                     gpu.require_shared("a bit for each tile", 4 * words, advice)?;
-                    constants.push(("WORDS", words as u32));
+                    constants.push(("MASK_WORDS", words as u32));
                 }
                 let masks = PerFrame::new(|| TileMask::new(gpu, pyramid, config))?;
                 DedupStep::Compute(gpu.compute_pipeline(shader.name, shader, &constants)?, [x, y], masks)

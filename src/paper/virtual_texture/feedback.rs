@@ -70,7 +70,7 @@ impl Feedback {
         assert!(n <= MOST_LOG2, "one pixel of 2^{n}");
         let shader = &feedback_comp::SHADER;
         let words = format.words();
-        let pipeline = gpu.compute_pipeline(shader.name, shader, &[("WORDS", words as u32)])?;
+        let pipeline = gpu.compute_pipeline(shader.name, shader, &[("REQUEST_WORDS", words as u32)])?;
         Ok(Feedback { pipeline, n, words: words as u64 })
     }
 

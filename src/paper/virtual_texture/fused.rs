@@ -145,8 +145,8 @@ impl Fused {
         let color = ColorTarget { image: color, clear: seen.onto.clear() };
         let depth = DepthTarget { image: depth, clear: seen.onto != Onto::Drawn };
         let resources = [
-            (fused_frag::H1, Resource::Buffer(&resident.page_table_words)),
-            (fused_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
+            (fused_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
+            (fused_frag::TILE_POOL, Resource::Sampled(&resident.tiles, &resident.sampler)),
             (fused_frag::TILE_MASK, mask.of_frame().resource),
             (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];

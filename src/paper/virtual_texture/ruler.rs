@@ -69,8 +69,8 @@ impl RulerCheck {
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (ruler_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
-            (ruler_frag::H1, Resource::Buffer(&resident.page_table_words)),
-            (ruler_frag::J1, Resource::Texture(&resident.tiles, ReadAs::Raw)),
+            (ruler_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
+            (ruler_frag::TILE_POOL, Resource::Texture(&resident.tiles, ReadAs::Raw)),
         ];
         cmd.render(self.verdict.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |_| &self.pipeline)

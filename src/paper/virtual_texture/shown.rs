@@ -62,7 +62,7 @@ impl ShownLevels {
         let color = ColorTarget { image: &self.image, clear: Clear::Uint([u32::MAX; 4]) };
         let resources = [
             (shown_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
-            (shown_frag::H1, Resource::Buffer(&resident.page_table_words)),
+            (shown_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
         ];
         cmd.render(self.image.info().size, &[color], None, |render| {
             render.draw(&self.pipeline, &resources, bytemuck::bytes_of(&Push { level_bias }), 3)

@@ -132,8 +132,8 @@ impl Texturing {
         let depth = DepthTarget { image: &stage1.depth, clear: false };
         let resources = [
             (texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
-            (texturing_frag::H1, Resource::Buffer(&resident.page_table_words)),
-            (texturing_frag::J1, Resource::Sampled(&resident.tiles, &resident.sampler)),
+            (texturing_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
+            (texturing_frag::TILE_POOL, Resource::Sampled(&resident.tiles, &resident.sampler)),
         ];
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |shape| self.shading.of(shape))

@@ -100,7 +100,7 @@ impl CoordinatesPass {
             Output::Coordinates => (2, 0),
             Output::Derivatives(method) => (3, method as u32),
         };
-        let constants = [("OUTPUT", output_id), ("METHOD", method)];
+        let constants = [("OUTPUT", output_id), ("DERIVATIVE_METHOD", method)];
         let words = if output == Output::Texels { 1 } else { 4 };
         let body = match walk_of(form) {
             Some(walk) => {

@@ -235,7 +235,7 @@ impl FilteredRelief {
         let heights = (0..side * side).map(|at| relief.texel(at % side, at / side));
         let texels: Vec<[f32; 2]> = heights.zip(colours).map(|(height, &colour)| [height, colour]).collect();
         let bytes = 12 * u64::from(view.columns) * u64::from(view.columns);
-        let constants = [("METHOD", method as u32)];
+        let constants = [("PARALLAX_FILTER", method as u32)];
         Ok(FilteredRelief {
             pipeline: gpu.compute_pipeline(method.name(), &relief_parallax_comp::SHADER, &constants)?,
             texels: gpu.buffer_with("heights and colours", &texels, BufferUse::Storage)?,

@@ -103,7 +103,7 @@ impl ReliefSurface {
     /// Specialization constants of the pipeline.
     pub fn constants(method: ReliefMethod) -> [(&'static str, u32); 2] {
         // Tracing uses the distance map.
-        [("METHOD", u32::from(method == ReliefMethod::Trace)), ("TRACER", 1)]
+        [("RELIEF_METHOD", u32::from(method == ReliefMethod::Trace)), ("TRACER", 1)]
     }
 
     pub fn resources(&self) -> [(u32, Resource<'_>); 3] {
