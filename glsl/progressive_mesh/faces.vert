@@ -36,7 +36,8 @@ void main() {
     uint vertex = ends[gl_VertexIndex % 3], at = vertex * view.stride;
     vec3 position = vec3(vertices.words[at], vertices.words[at + 1], vertices.words[at + 2]);
     uint level = birth(max(ends.x, max(ends.y, ends.z)));
-    face = uvec4(view.instance, gl_VertexIndex / 3, level, 255 * level / max(view.levels - 1, 1) << 8 | misses.faces[n]);
+    uint share = 255 * level / max(view.levels - 1, 1);
+    face = uvec4(view.instance, gl_VertexIndex / 3, level, share << 8 | misses.faces[n]);
     corner = vec3(0.0);
     corner[gl_VertexIndex % 3] = 1.0;
     gl_Position = view.object_to_clip * vec4(position, 1.0);

@@ -139,7 +139,8 @@ void main() {
     vec2 dx = side * dFdxFine(from_origin), dy = side * dFdyFine(from_origin);
     vec2 at = place * side - 0.5;
     // x points east, rows run south.
-    vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + vec3(vec2(0.5 * side - 0.5), 0.0);
+    vec3 middle = vec3(vec2(0.5 * side - 0.5), 0.0);
+    vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + middle;
     vec3 ray = normalize(vec3(at, 0.0) - eye);
     vec3 found;
     if (RELIEF_METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);

@@ -24,7 +24,8 @@ Quad gather_quad(uvec2 first) {
 }
 
 bool all_are(Quad quad, uvec3 stored) {
-    return quad.x == uvec4(stored.x) && (REQUESTS_PACKED == 1 || quad.y == uvec4(stored.y) && quad.z == uvec4(stored.z));
+    bool same = REQUESTS_PACKED == 1 || quad.y == uvec4(stored.y) && quad.z == uvec4(stored.z);
+    return quad.x == uvec4(stored.x) && same;
 }
 
 // The paper's memo, four texels at a time: a subgroup only reads while no lane's triple changes. A software device runs

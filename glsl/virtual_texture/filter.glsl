@@ -79,7 +79,8 @@ vec4 bordered_sample(ResidentTile tile, vec2 texels, float coarser) {
     if ((BORDER & 1u) == 0u) return textureLod(tile_pool, vec3(own, tile.slot), coarser);
     // With an odd border, the coarser picture begins half of one of its texels before the tile's own picture.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
-    return mix(textureLod(tile_pool, vec3(own, tile.slot), 0.0), textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
+    vec4 finer = textureLod(tile_pool, vec3(own, tile.slot), 0.0);
+    return mix(finer, textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
 }
 
 // A sample beyond the border is taken from the tile that holds its texel.

@@ -23,7 +23,7 @@ const ASKED: [i32; 4] = [1, 2, 3, 15];
 /// SIGKILL. Only the out-of-memory killer sends it to the child alone.
 const KILLED: i32 = 9;
 
-/// Runs `worker`, which measures into `folder` starting at a cell ([`super::Run::from`]), until it ends by
+/// Runs `worker`, which measures into `folder` starting at a cell ([`super::FigureRun::from`]), until it ends by
 /// itself or by a signal of the user. After each crash, `report` receives the cell and the next worker starts
 /// with the next cell. Returns the exit status of the last worker.
 ///

@@ -22,7 +22,7 @@ impl FrameSlot {
     }
 }
 
-/// One value for each frame in flight, indexed by its [`Slot`].
+/// One value for each frame in flight, indexed by its [`FrameSlot`].
 #[derive(Debug, Default)]
 pub struct PerFrame<T>([T; FRAMES_IN_FLIGHT]);
 

@@ -50,9 +50,9 @@ pub struct Truth {
     pub mean_samples: f64,
 }
 
-/// Standard deviation of [`Kernel::GAUSSIAN`] in pixels.
+/// Standard deviation of [`PixelKernel::GAUSSIAN`] in pixels.
 pub const SIGMA_PX: f64 = 0.5;
-/// Radius of [`Kernel::GAUSSIAN`] in pixels.
+/// Radius of [`PixelKernel::GAUSSIAN`] in pixels.
 pub const RADIUS_PX: f64 = 1.0;
 
 impl PixelKernel {

@@ -48,7 +48,7 @@ pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
 /// measured settings and of all settings.
 ///
 /// # Errors
-/// No filter of the front satisfies the bound; and as [`Sweep::run`].
+/// No filter of the front satisfies the bound; and as [`TradeSweep::run`].
 pub fn choose(
     scene: &Scene,
     (surface, bound): (&str, FilterBound),

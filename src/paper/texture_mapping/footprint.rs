@@ -58,7 +58,7 @@ pub struct FootprintSettings {
 /// The most texels that a pixel visits; a larger footprint raises the level.
 pub const MOST_VISITED: u32 = 16_384;
 
-/// [`Footprint::most_reach`] of a texture that fits video memory.
+/// [`FootprintSettings::most_reach`] of a texture that fits video memory.
 pub const MOST_REACH: f32 = 1024.0;
 
 /// If the longer semi-axis exceeds this many texels, the pixel gets the texture's mean: the coarsest level's texel.

@@ -1,7 +1,7 @@
 //! The weight of a texel (steps B and C). r is its distance from the footprint's centre, 1 at the ellipse's edge.
 //!
 //! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis prints
-//! no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`Kernel`]). If the ellipse's
+//! no sigma for it. The body of step C (diameter 1, sigma 0.2) allows two readings (see [`EllipseKernel`]). If the ellipse's
 //! edge cuts a texel, step C weights the texel by `V1(d) = Phi(d / 0.2)`. This is the part of a Gaussian body's volume
 //! (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed distance in texels from the texel's
 //! centre to the edge, positive inside. Texels with `d > -1/2` contribute.

@@ -70,7 +70,7 @@ impl PreparedBaseline {
         lists.into_iter()
     }
 
-    /// The skip list that serves a level, and its index in [`Prepared::lists`].
+    /// The skip list that serves a level, and its index in [`PreparedBaseline::lists`].
     ///
     /// # Panics
     /// If the baseline has no skip lists.

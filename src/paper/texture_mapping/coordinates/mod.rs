@@ -14,7 +14,7 @@
 //! along the row. Here each derivative has its own. Difference from the paper: the fragments of a row have no order, so
 //! the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run. A
 //! fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one fused
-//! multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`Walk`]). Threads
+//! multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`RowWalk`]). Threads
 //! compute the values of their first pixel by multiplication. We add restarts, integers, and analytic derivatives,
 //! whose denominator is `w^2`. We also add threads that read their row's constants once and compute each of their
 //! pixels from them.

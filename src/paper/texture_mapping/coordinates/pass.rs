@@ -20,7 +20,7 @@ pub enum Output {
     Terms,
     /// u and v.
     Coordinates,
-    /// du/dx, dv/dx, du/dy and dv/dy. [`Derivatives::Differences`] needs [`Form::Textbook`]; the others
+    /// du/dx, dv/dx, du/dy and dv/dy. [`DerivativeMethod::Differences`] needs [`Form::Textbook`]; the others
     /// need [`Form::RowConstants`] or [`Form::Walk`].
     Derivatives(DerivativeMethod),
 }

@@ -13,7 +13,7 @@
 //! threads.
 //!
 //! Where a polygon lies behind the projection plane (w >= 1), its projected fragments are at most `spacing` pixels
-//! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`Polygons::of_plane`] moves a
+//! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`TexturedPolygons::of_plane`] moves a
 //! plane behind the projection plane and ends it before its horizon, where a pixel would hold too many fragments.
 
 pub mod pass;

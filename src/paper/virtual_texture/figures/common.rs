@@ -72,7 +72,7 @@ impl SceneView {
     }
 
     /// A session of `size` pixels on a device of its own; `change` edits the settings last. No frame is drawn yet: use
-    /// [`Opened::look`] if only lists are needed, [`Opened::settle`] for pictures.
+    /// [`ViewSession::look`] if only lists are needed, [`ViewSession::settle`] for pictures.
     ///
     /// # Errors
     /// The device lacks a feature; the texture cannot be opened.

@@ -23,7 +23,7 @@ pub enum ReferenceFilter {
     NearerLevel,
     /// The mean over the pixel's footprint.
     Area,
-    /// The mean weighted by [`Kernel::GAUSSIAN`](crate::reference::supersample::Kernel::GAUSSIAN).
+    /// The mean weighted by [`PixelKernel::GAUSSIAN`](crate::reference::supersample::PixelKernel::GAUSSIAN).
     Gaussian,
 }
 
@@ -49,7 +49,7 @@ impl<'a> SourceTexels<'a> {
         }
     }
 
-    /// The source as a function of level and texel. A texel that cannot be read is black, and [`Texels::picture`] then
+    /// The source as a function of level and texel. A texel that cannot be read is black, and [`SourceTexels::picture`] then
     /// fails.
     pub fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();

@@ -8,7 +8,7 @@
 //! The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
 //!
 //! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
-//!   tile). [`FrameReport::display`] lists the tiles that enter or leave the tile pool; the page table finds the
+//!   tile). [`StreamingCounts::display`] lists the tiles that enter or leave the tile pool; the page table finds the
 //!   nearest coarser ones.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all

@@ -16,7 +16,7 @@ const ACROSS: [u32; 2] = [10, 5];
 /// The weights of a pixel's samples in the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TradeKernel {
-    /// [`Kernel::GAUSSIAN`](crate::reference::supersample::Kernel::GAUSSIAN), which the ellipse approximates.
+    /// [`PixelKernel::GAUSSIAN`](crate::reference::supersample::PixelKernel::GAUSSIAN), which the ellipse approximates.
     Gaussian,
     /// The pixel's square, which samples along the footprint approximate.
     Box,
