@@ -41,7 +41,7 @@ const SIZE: [u32; 2] = [48, 36];
 
 const FLICKER: &str = "variance of the error";
 const MOTION: &str = "variance of the picture over the truth's";
-const OVER_NEXT: &str = "variance over the least of others with at most twice the texels";
+const OVER_NEXT: &str = "variance / lowest variance of the others with at most twice the texels";
 const TEXELS: &str = "texels fetched per pixel";
 
 /// All methods except the device's samplers, which do not count texels.
