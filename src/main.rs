@@ -74,8 +74,8 @@ enum Command {
 }
 
 impl Command {
-    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce` and `demo`, which prints
-    /// its own message after stopping the worker (`demo` calls `reproduce`).
+    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce` and `demo` (which calls
+    /// `reproduce`): `reproduce` stops its worker and prints its own message.
     fn advice(&self) -> Option<&'static str> {
         match self {
             Command::Bake(_) => Some(
