@@ -3,7 +3,8 @@
 //!
 //! # The papers
 //!
-//! Each step of a paper is in one file, named after the step. The module of each paper lists its steps and its errata.
+//! Each step of a paper is one file or folder, named after the step. The module of each paper lists its steps and its
+//! errata.
 //!
 //! - [`paper::virtual_texture`]: super-large textures; the visible tiles are determined entirely on the GPU.
 //! - [`paper::progressive_mesh`]: progressive meshes whose index order suits the vertex cache at every level of

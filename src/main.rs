@@ -74,8 +74,8 @@ enum Command {
 }
 
 impl Command {
-    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce` and `demo`: `reproduce`
-    /// stops its worker and prints its own message.
+    /// The message after Ctrl-C. `None` for commands that write nothing, and for `reproduce` and `demo` (which calls
+    /// `reproduce`): `reproduce` stops its worker and prints its own message.
     fn advice(&self) -> Option<&'static str> {
         match self {
             Command::Bake(_) => Some(
@@ -105,7 +105,7 @@ fn main() -> ExitCode {
     };
     // stdout is for data only.
     let colours = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // Display warnings of winit and its libraries do not help the user.
+    // Warnings of winit and its libraries about the display do not help the user.
     let levels = Targets::new()
         .with_default(level)
         .with_target("winit", tracing::Level::ERROR)

@@ -54,7 +54,7 @@ const FORMAT: JsonFormat = JsonFormat::new("ortelius-comparison", 2);
 struct Measured {
     picture: PathBuf,
     truth: PathBuf,
-    /// Number of pixels whose alpha differs; no measure includes alpha.
+    /// Number of pixels whose alpha differs. No measure includes alpha.
     alpha_differs: usize,
     #[serde(flatten)]
     measures: Measures,

@@ -8,8 +8,8 @@ pub struct DeviceArgs {
     /// Part of a device's name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     pub device: Option<String>,
-    /// Run with Vulkan's validation layer, including synchronisation validation; any message is a failure. Times are
-    /// then meaningless
+    /// Run with Vulkan's validation layer, including synchronisation validation; any message is a failure. Measured
+    /// times are then meaningless
     #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     pub validate: bool,
 }

@@ -160,7 +160,7 @@ mod tests {
         TileError::Checksum { path: "a.tiles".into(), tile, offset: 0 }
     }
 
-    /// Every code, each with a similar error that must not have it.
+    /// Pairs of similar errors that have different exit codes; every code occurs.
     fn cases() -> Vec<(u8, anyhow::Error)> {
         let path = || "a.tiles".into();
         let out_of_memory = vk::Error::OutOfMemory { object: "tile pool".into(), reason: "full".into() };

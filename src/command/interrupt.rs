@@ -11,7 +11,7 @@ use std::io::{IsTerminal, Write};
 /// The signals by which users and systems ask a process to end.
 pub const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 
-/// Waits for a signal in the background. `advice`: the user's options; `None` if the parent process prints them.
+/// Waits for a signal in the background. `advice`: what the user can do next; `None` if the parent process prints it.
 ///
 /// # Errors
 /// The system refuses the signal handlers.

@@ -33,7 +33,8 @@ pub fn run(args: &PageArgs) -> anyhow::Result<()> {
     let judged = stored.judged_again(&known);
     if let Some(json) = &args.json {
         let judged = judged.as_ref().ok_or_else(|| {
-            anyhow!("--json: the file is of an earlier format, which has no rounds to judge; measure the figures again")
+            anyhow!("--json: the file's format lacks the times of single rounds, which verdicts need; measure the figures \
+                 again")
         });
         let text = judged.with_context(shown)?.text();
         write_whole(&check_place(json)?, |file| file.write_all(text.as_bytes()))?;

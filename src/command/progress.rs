@@ -7,7 +7,7 @@ use std::time::Duration;
 
 pub struct Bar(ProgressBar);
 
-/// Keeps meshes that are built for scenes in the user's cache folder, and shows a bar during a build.
+/// Stores meshes built for scenes in the user's cache folder, and shows a bar during a build.
 pub fn keep_meshes() {
     let step = |name| -> BuildProgress {
         let bar = Bar::counting("faces");

@@ -13,9 +13,10 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default: a figure's variants, as far
-    /// as they are settings; otherwise the scene's own, other filters of a virtual texture, and every other value of
-    /// variant.dedup, compact and list, of a mesh's geometry.apply and order, of relief.method, or of filter.kind
+    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: those of its
+    /// variants that are settings. Default for a scene: its own settings, then every other value of these keys. Virtual
+    /// texture: the filter, variant.dedup, variant.compact, variant.list. Mesh: geometry.apply, geometry.order. Relief:
+    /// relief.method. Plain texture: filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display,
@@ -36,7 +37,7 @@ pub struct ViewArgs {
     /// With a name, also write them as JSON
     #[arg(long, value_name = "JSON", num_args = 0..=1, require_equals = true)]
     measure: Option<Option<PathBuf>>,
-    /// Frames of each of the four passes of --measure, rounded up to a multiple of 24 [default: 120]
+    /// Frames of each of the four measurements of --measure, rounded up to a multiple of 24 [default: 120]
     #[arg(long, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=24_000), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// Folder of screenshots (F12) and recordings (R)

@@ -70,7 +70,7 @@ pub struct CellRows {
 /// Text that cannot be read as results.
 #[derive(Debug, Error)]
 pub enum NoResults {
-    #[error("not results of this program (a report's results.json): {0}")]
+    #[error("not results of `ortelius reproduce` (results.json): {0}")]
     Json(#[from] serde_json::Error),
     #[error("the file has {0}")]
     Format(WrongFormat),

@@ -10,7 +10,8 @@ use thiserror::Error;
 #[error("a picture of {0} x {1} pixels cannot be compared with one of {2} x {3}")]
 pub struct DifferentSizes(pub u32, pub u32, pub u32, pub u32);
 
-/// A pixel and its error: the largest absolute difference of a channel in linear light, alpha included.
+/// A pixel and its error: the largest absolute difference of a channel in linear light. [`compare`] includes alpha,
+/// [`compare_colours`] does not.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PixelError {
     pub x: u32,
@@ -37,6 +38,14 @@ pub fn compare(picture: &Picture, truth: &Picture) -> Result<Difference, Differe
     compare_where(picture, truth, |_, _| true)
 }
 
+/// Like [`compare`], but ignores alpha.
+///
+/// # Errors
+/// [`DifferentSizes`].
+pub fn compare_colours(picture: &Picture, truth: &Picture) -> Result<Difference, DifferentSizes> {
+    differences(picture, truth, 3, |_, _| true)
+}
+
 /// Like [`compare`], restricted to pixels for which `counts` (column, row) is true.
 ///
 /// # Errors
@@ -44,6 +53,16 @@ pub fn compare(picture: &Picture, truth: &Picture) -> Result<Difference, Differe
 pub fn compare_where(
     picture: &Picture,
     truth: &Picture,
+    counts: impl Fn(u32, u32) -> bool,
+) -> Result<Difference, DifferentSizes> {
+    differences(picture, truth, 4, counts)
+}
+
+/// Compares the first `channels` channels.
+fn differences(
+    picture: &Picture,
+    truth: &Picture,
+    channels: usize,
     counts: impl Fn(u32, u32) -> bool,
 ) -> Result<Difference, DifferentSizes> {
     if (picture.width, picture.height) != (truth.width, truth.height) {
@@ -56,7 +75,7 @@ pub fn compare_where(
             continue;
         }
         let mut largest: f64 = 0.0;
-        for (channel, (&value, &true_value)) in pixel.iter().zip(true_pixel).enumerate() {
+        for (channel, (&value, &true_value)) in pixel.iter().zip(true_pixel).take(channels).enumerate() {
             let (value, true_value) = (f64::from(value), f64::from(true_value));
             let finite = value.is_finite() && true_value.is_finite();
             let error = if finite { (value - true_value).abs() } else { f64::INFINITY };
@@ -140,6 +159,14 @@ mod tests {
             let worst = difference.worst().unwrap();
             assert_eq!((worst.x, worst.y, worst.value), (2, 1, 0.25));
             assert_eq!((difference.count_above(0.24), difference.count_above(0.25)), (1, 0));
+        }
+    }
+
+    #[test]
+    fn a_comparison_of_colours_ignores_alpha() {
+        for (channel, error) in [(2, 0.25), (3, 0.0)] {
+            let difference = compare_colours(&changed(2, 1, channel, 0.75), &grey()).unwrap();
+            assert_eq!(difference.worst().unwrap().value, error);
         }
     }
 

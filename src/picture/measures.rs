@@ -1,7 +1,7 @@
 //! All measures of a picture against a truth; printed by `ortelius compare` and reported by figures.
 
 use super::Picture;
-use super::error::{Difference, DifferentSizes, PixelError, compare};
+use super::error::{Difference, DifferentSizes, PixelError, compare_colours};
 use super::flip::{FlipMap, flip};
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub struct Measures {
     pub not_finite: usize,
 }
 
-/// A comparison with every pixel's error.
+/// A comparison with every pixel's error. Alpha is ignored.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub difference: Difference,
@@ -40,7 +40,7 @@ impl Comparison {
     /// # Errors
     /// [`DifferentSizes`].
     pub fn of(picture: &Picture, truth: &Picture) -> Result<Comparison, DifferentSizes> {
-        let (difference, flip) = (compare(picture, truth)?, flip(picture, truth)?);
+        let (difference, flip) = (compare_colours(picture, truth)?, flip(picture, truth)?);
         let absolute = |(a, b): (&[f32; 4], &[f32; 4])| [0, 1, 2].map(|c| (a[c] - b[c]).abs());
         let absolute = picture.rgba.iter().zip(&truth.rgba).map(absolute).collect();
         Ok(Comparison { difference, flip, absolute })

@@ -5,7 +5,8 @@
 /// Addressing beyond the texture's edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edges {
-    /// Columns wrap at the antimeridian. Rows beyond a pole are mirrored: the same row, half a turn away.
+    /// Columns wrap at the antimeridian. Rows beyond a pole continue down the opposite meridian: the mirrored
+    /// row, half a turn away.
     Planet,
     /// Clamp to the texel at the edge.
     Clamp,

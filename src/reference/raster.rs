@@ -39,7 +39,8 @@ pub struct Sample {
 
 /// Bins of 8 x 8 pixels save time: a pixel tests only its bin's triangles.
 const BIN_PX: u32 = 8;
-/// Margin around a triangle's bounding box in which it is listed, for [`ReferenceView::candidates`].
+/// Each bin lists the triangles whose bounding boxes, enlarged by this margin, touch it. The margin is needed by
+/// [`ReferenceView::candidates`].
 pub(super) const MARGIN_PX: f64 = 2.0;
 
 /// A linear function of the position in normalised device coordinates: dot product with `(x, y, 1)`.

@@ -288,7 +288,7 @@ fn untimed(stated: Option<Budget>, refused: RenderError) -> Result<Option<Budget
     Ok(Some(Budget { frame_ms: None, ..budget }))
 }
 
-/// The warning that the time of a budget with faces has no effect.
+/// The warning that `frame_ms` is ignored and only `frame_faces` limits a frame.
 fn dropped(budget: &Budget, refused: &RenderError) -> Option<String> {
     let why = match refused {
         RenderError::NoClock => "this device has no timestamps",

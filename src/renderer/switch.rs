@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 /// What a renderer keeps when it switches to another scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kept {
-    /// Nothing: the other scene was opened.
+    /// Nothing: the other scene was opened in a new renderer.
     Nothing,
     /// The tiles of the virtual texture. Meshes and plain textures were created again.
     Tiles,
@@ -39,7 +39,7 @@ pub struct Switch {
 /// A [`Switch`] whose meshes and plain textures are loaded.
 pub struct LoadedSwitch {
     switch: Switch,
-    /// Everything except the virtual texture; `None` if it is kept.
+    /// Meshes, plain textures and shapes; `None` if they are kept.
     others: Option<Surfaces>,
 }
 

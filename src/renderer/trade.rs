@@ -20,7 +20,7 @@ use anyhow::Context;
 /// Largest ratio of the ellipse's axes, and texels along its minor semi-axis.
 const ELLIPSES: [[u32; 2]; 6] = [[4, 1], [4, 2], [4, 4], [16, 1], [16, 2], [16, 4]];
 
-/// Each setting has its own renderer, because all take turns.
+/// Limits memory: each setting's renderer stays open, because the timed runs are interleaved.
 const MOST_SETTINGS: usize = 64;
 
 /// Rays along each side of a pixel of the reference.
@@ -121,7 +121,7 @@ fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<SweepPoint>
     Ok(all.into_iter().map(setting).collect())
 }
 
-/// The other settings of a surface: words, and the change of the scene.
+/// The other settings of a surface: the name of each, and the `-D` change that selects it.
 fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> {
     let Surface { name, .. } = surface;
     if let Some((keys, ..)) = relief(scene, surface)? {

@@ -308,7 +308,7 @@ fn surface(scene: &Scene, name: &str, names: &[&str]) -> Result<Surface, SceneFa
                 };
                 let existing = list(names.iter().filter(has));
                 let what = format!(
-                    "no surface {other:?} has its own texture to share; surfaces with a texture: {existing}"
+                    "surface {other:?} does not exist or has no texture of its own; surfaces with a texture: {existing}"
                 );
                 return Err(part.fault("texture", what));
             }

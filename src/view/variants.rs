@@ -15,8 +15,9 @@ pub struct Variant {
 }
 
 /// The scene's own variant, then other filters of a virtual texture, which change the picture. Then one variant for
-/// each other value of the settings that the scene's paper compares: how visible tiles are listed, the processor that
-/// applies changes of the level of detail and the order of faces, the filter of a relief, or that of a plain texture.
+/// each other value of the settings that the scene's paper compares. Virtual texture: how visible tiles are listed.
+/// Progressive mesh: which processor changes the level of detail, and the order of faces. Relief: its method. Plain
+/// texture: its filter.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let filters =
@@ -26,7 +27,8 @@ pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     std::iter::once(own).chain(filters).chain(others).collect()
 }
 
-/// The settings that the scene's paper compares, each as declared and in this scene.
+/// The settings that the scene's paper compares, as pairs of keys: the declared key, and the key with the name of this
+/// scene's surface.
 fn compared(scene: &Scene) -> Vec<[String; 2]> {
     let is_virtual = |surface: &scene::Surface| scene.texture_kind(surface) == Some("virtual");
     if scene.surfaces.values().any(is_virtual) {

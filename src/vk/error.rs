@@ -3,7 +3,7 @@
 use ash::vk;
 use thiserror::Error;
 
-/// Each message says what was tried, on which object, and what the user can do.
+/// Each message says what was tried and on which object, and most say what the user can do.
 #[derive(Clone, Debug, Error)]
 pub enum Error {
     #[error(

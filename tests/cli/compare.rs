@@ -77,6 +77,7 @@ fn alpha_is_ignored_and_the_pixels_that_differ_in_it_are_counted() {
     save(&folder, "grey.exr", &grey());
     let found = &json(&folder, &["clear.exr", "grey.exr"])[0];
     assert_eq!((&found["alpha_differs"], &found["nmse"]), (&2.into(), &0.0.into()));
+    assert_eq!((&found["worst"]["value"], &found["outliers"]), (&0.0.into(), &0.into()));
     holds(&said(&folder, &["clear.exr", "grey.exr"]), &["alpha         ignored, 2 pixels differ"]);
     assert!(!said(&folder, &["grey.exr", "grey.exr"]).contains("alpha"));
 }

@@ -151,8 +151,8 @@ fn results_of_version_4_have_todays_names_and_equal_those_of_version_5() {
 #[test]
 fn foreign_files_are_rejected() {
     for (text, words) in [
-        ("{}", "not results of this program"),
-        ("[1", "not results of this program"),
+        ("{}", "not results of `ortelius reproduce`"),
+        ("[1", "not results of `ortelius reproduce`"),
         (
             "{\"format\": \"ortelius-results\", \"version\": 6}",
             "the file has format \"ortelius-results\" version 6; this program reads format \"ortelius-results\" versions 1 to 5",

@@ -135,7 +135,7 @@ fn unreadable_foreign_or_incomplete_results_are_rejected() {
         let objection = objection(text).unwrap();
         assert!(objection.contains(word), "{objection}");
     };
-    rejected("{}", "not results of this program");
+    rejected("{}", "not results of `ortelius reproduce`");
     rejected(&text("vt.no-such-figure", claim, rows), "no such figure");
     rejected(&text(id, "no-such-claim", rows), "no such claim");
     rejected(&text(id, claim, r#""failed": "why""#), "not measured");

@@ -54,7 +54,7 @@ fn invalid_combinations_of_surfaces_are_rejected() {
         (format!("{SHELL}{second}"), "a scene has one virtual texture, and land has one already; share it"),
         (
             format!("{SHELL}texture = \"sea\"\n"),
-            "no surface \"sea\" has its own texture to share; surfaces with a texture: land",
+            "surface \"sea\" does not exist or has no texture of its own; surfaces with a texture: land",
         ),
         (format!("{SHELL}texture = 3\n"), "3 is not a table, nor the name of a surface"),
         (format!("{SHELL}filter = {{ samples = 2 }}\n"), "a surface without a texture has no filter"),

@@ -111,7 +111,7 @@ fn time_budgets_do_not_delay_a_resting_view() {
 #[test]
 fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
     let display = Display::start();
-    // The noise of a settled picture does not depend on the number of frames until it had its tiles.
+    // The noise of a settled picture is the same however many frames passed until all tiles had arrived.
     let noisy = ["-D", "surface.land.filter={kind='stochastic',samples=4}"];
     let exact = ["--deterministic"];
     for (scene, tilt, other) in [("earth", "20", &exact[..]), ("herd", "70", &exact), ("earth", "20", &noisy)]

@@ -141,7 +141,7 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
     check_place(path)
 }
 
-/// Logs the results of the simplification, and the exceptions that were necessary.
+/// Logs the results, and how often each rule of the simplifier had to be broken.
 fn log_report(report: &SimplifyReport) {
     let allowed = [
         (report.components, "connected components disappear"),
@@ -174,7 +174,7 @@ fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
     Some(options)
 }
 
-/// Limit of moved faces of an order: 2 GB of memory.
+/// Limit of face moves over all levels: so many take 2 GB of memory.
 const MOST_MOVES: f64 = 1e8;
 
 /// Refuses an order that would not fit in memory.

@@ -113,7 +113,8 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
 }
 
 /// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the one with the fewest digits, at least
-/// six. PLY: the nearest f32. If there is none, the f64 sum; most of its seventeen digits are noise.
+/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose
+/// seventeen digits are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;

@@ -108,14 +108,14 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices do not pop. Each moves from its split vertex to its position while the wanted error falls
-        /// from twice its level's error to that error. So levels with half the wanted error are drawn, with about
-        /// twice the faces.
+        /// New vertices do not pop. While the wanted error falls from twice a level's error to that error, each vertex
+        /// that the level adds moves from its split vertex to its own position. So levels with half the
+        /// wanted error are drawn, with about twice the faces.
         geomorph: bool = false;
         /// The largest change of an instance's error per frame while the instance is in view. Above an error of 4
-        /// pixels the limit is proportional to the error. After a jump of the wanted error, the drawn error reaches it
-        /// over several frames; an approaching camera raises it to at most twice the wanted one. Changes of the
-        /// governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
+        /// pixels the limit is proportional to the error. After a jump of the wanted error, the drawn error
+        /// follows over several frames; while the camera approaches, it is at most twice the wanted error. Changes
+        /// of the governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
         pixels_per_frame: Option<f64> = None, in 0.001..=1e6, unit "pixels";
         /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
         /// was built; if the key is given, it must be that metric.

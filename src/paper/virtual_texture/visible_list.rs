@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(super) enum Entries {
     /// q, i and j, as in the paper.
     Triples,
-    /// The index of the triple's mark. The order of marks depends on the pyramid and the tile address.
+    /// The index of the triple's bit in the tile mask. Pyramid and tile address determine the order of the bits.
     Places(Pyramid, TileAddress),
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Dispatches {
     pub groups: [u32; 3],
 }
 
-/// A pipeline, and the bytes of `MarkingFrame` that its shader reads: 0 unless the mask stores bytes.
+/// A pipeline, and the size of its push constants: that of `MarkingFrame` if the mask has a byte for each tile, else 0.
 pub(super) struct Dispatch(pub ComputePipeline, pub usize);
 
 impl Fill {
@@ -123,7 +123,7 @@ impl VisibleList {
         self.capacity
     }
 
-    /// Empties a list with a stored length. Later commands of the pass see the empty list.
+    /// Sets the stored length to 0, if the list stores one. Later commands of the pass see the empty list.
     pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
         cmd.fill(&self.triples, self.fill.header_bytes(), 0);
         cmd.sync();

@@ -59,7 +59,7 @@ pub trait TileSource: Send + Sync {
 
     /// Writes one stored tile into `bytes`, whose length is exactly [`TileFormat::tile_bytes`]. Borders hold
     /// the neighbours' texels: columns wrap at the antimeridian; a row beyond a pole is the mirrored row half
-    /// a turn away. The second picture is the same region of the next coarser level.
+    /// a turn away. After the tile follows the same region of the next coarser level.
     ///
     /// # Errors
     /// [`TileError`]; `bytes` is then unspecified.
@@ -72,6 +72,6 @@ pub trait TileSource: Send + Sync {
     /// [`TileError`] names the file and the level.
     fn read_resident_level(&self, level: u32) -> Result<Vec<u8>, TileError>;
 
-    /// Ends waits that are not part of reading, now and in later reads. Called before the texture is closed.
+    /// Ends simulated delays (`disk.delay_ms`), now and in later reads. Called before the texture is closed.
     fn stop_waiting(&self) {}
 }

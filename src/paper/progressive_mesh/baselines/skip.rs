@@ -21,7 +21,8 @@ pub struct SkipList {
 }
 
 impl SkipList {
-    /// Builds a list from the faces of the finest level. `space` has the index that represents each vertex.
+    /// Builds a list from the faces of the finest level. `space[v]` is the index that
+    /// represents vertex v: v itself, or the first vertex at its position.
     pub fn new(mesh: &ProgressiveMesh, space: &[u32], levels: [u32; 2], faces: Vec<[u32; 3]>) -> SkipList {
         let [kept_vertices, end] = levels.map(|level| mesh.levels[level as usize].vertices);
         let mut rows = vec![Vec::new(); (end - kept_vertices) as usize];

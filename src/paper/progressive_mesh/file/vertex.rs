@@ -1,5 +1,5 @@
-//! A vertex's data: position, welding and attributes. Each number is coded as its difference from that of the
-//! vertex that it replaces.
+//! A vertex's data: position, welding and attributes. Each number is coded as the difference
+//! from the split vertex's number.
 //!
 //! The coding is lossless. Floats map to integers in the same order, so that close floats are close integers.
 

@@ -46,8 +46,8 @@ pub const MOST_PER_PIXEL: f64 = 12_288.0;
 /// The most fragments of a picture; each takes 12 bytes.
 pub const MOST_FRAGMENTS: u64 = 1 << 26;
 
-/// Width of the strip around the picture that is kept with it, in pixels. Fragments just outside the picture also
-/// contribute to pixels inside it.
+/// Polygons are clipped this many pixels outside the picture, because fragments just outside also contribute to pixels
+/// inside it.
 const MARGIN_PX: f64 = 2.0;
 
 impl TexturedPolygons {

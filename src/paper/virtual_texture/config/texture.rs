@@ -135,7 +135,7 @@ pub enum TextureError {
     Scene(#[from] SceneError),
     #[error("scene {0} has no surface with a virtual texture; name a scene that has one")]
     Absent(String),
-    #[error("surface.{0}: only an ellipsoid, a plane or a cylinder can be drawn here")]
+    #[error("surface.{0}: its geometry must be an ellipsoid, a plane or a cylinder")]
     Geometry(String),
     #[error(transparent)]
     Pyramid(#[from] PyramidError),

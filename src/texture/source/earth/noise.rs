@@ -33,7 +33,7 @@ pub struct NoiseRow {
     foot: [i32; 3],
 }
 
-/// The columns with these true indices in a level `2^width_log2` texels wide.
+/// The columns with these indices (already wrapped at the antimeridian) in a level `2^width_log2` texels wide.
 pub fn columns(width_log2: u32, indices: impl Iterator<Item = u32>) -> Vec<Column> {
     let radians_per_column = std::f64::consts::TAU / f64::from(1u32 << width_log2);
     let unit = f64::from(1u32 << UNIT_LOG2);
@@ -45,7 +45,7 @@ pub fn columns(width_log2: u32, indices: impl Iterator<Item = u32>) -> Vec<Colum
         .collect()
 }
 
-/// The row with this true index in a level `2^width_log2` texels wide.
+/// The row with this index (already mirrored at the poles) in a level `2^width_log2` texels wide.
 pub fn row(width_log2: u32, index: u32) -> NoiseRow {
     let [width, height] = level_size(width_log2).map(f64::from);
     let from_pole = (f64::from(index) + 0.5) * (std::f64::consts::PI / height);

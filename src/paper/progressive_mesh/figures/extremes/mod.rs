@@ -20,12 +20,14 @@ pub const EXTREMES: Figure = Figure {
             bunny is 10 across; `offset 1e9`, where all its vertices coincide); scaled (`scale 1e-38`, `scale 1e-20`, \
             `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far away (`one \
             NaN`, `one infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` \
-            on its edges, 200 `fins`, `every face twice`, or `backs` on a tenth of the faces; as a `soup` of \
-            triangles; with texture `seams` between charts, simplified to 1 %; 1000 `tetrahedra`; and `bow-ties`, 20 \
-            cubes that touch in corners. Except for `seams` the target is a quarter of the faces. Our simplifier first \
-            cleans the mesh and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are \
-            measured from the intended shape, before damage and rounding to f32, in diagonals of its box, without \
-            faces that are not finite. The deviation that reading and cleaning cause is shown separately, because the \
+            on its edges, or 200 `fins`; with `every face twice`, or with a reversed copy of a tenth of the faces \
+            (`backs`); and as a `soup` of triangles. Its texture `seams` between charts are tested at 1 % of the \
+            faces. Two cases are other meshes: 1000 `tetrahedra`, and `bow-ties`, 20 cubes that touch in corners. \
+            Except for `seams` the target is a quarter of the faces. Our simplifier first cleans the mesh and reports \
+            the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are measured to the intended \
+            shape, before damage and rounding to f32, in units of the diagonal of its bounding box; faces that are \
+            not finite are left out. \
+            The deviation that reading and cleaning cause is shown separately, because the \
             stated error does not include it. Rows of `the mesh` describe the mesh before cleaning and simplification.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
@@ -37,9 +39,9 @@ pub const EXTREMES: Figure = Figure {
         Claim::ours(
             "outcome",
             "Every mesh has a valid outcome. Either all faces are finite, and their distance from the \
-             intended shape is at most the loss in reading plus the stated error (a component that \
-             vanished is not measured, because its extent is its error; the others are). Or the mesh is refused \
-             with a reason. A loss in reading above 1/1000 of the diagonal is reported in words.",
+             intended shape is at most the loss in reading plus the stated error. Or the mesh is refused with a \
+             reason. Vanished components are not measured: their error is their extent. A loss in reading above \
+             1/1000 of the diagonal is reported in words.",
             &[Test::value(one(FAULTS, OURS), Equal(0.0))],
         ),
         Claim::ours(
@@ -49,7 +51,7 @@ pub const EXTREMES: Figure = Figure {
         ),
         Claim::ours(
             "crowded",
-            "No mesh gets more edges with more than two faces than it had.",
+            "Simplification never increases the number of non-manifold edges (edges with more than two faces).",
             &[Test::difference(one(CROWDED, OURS), one(CROWDED, MESH), AtMost(0.0))],
         ),
     ],
@@ -77,7 +79,7 @@ const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";
 /// Prefix of an outcome without a mesh.
 const REFUSED: &str = "refused: ";
-/// The outcome if cleaning changed nothing.
+/// The text of the row [`CLEANING`] if cleaning changed nothing.
 const NOTHING: &str = "nothing";
 
 /// Distances below this, in diagonals, are rounding errors of f32.
@@ -137,7 +139,7 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
             format!("cleaning left {} faces, no more than the target: nothing to simplify", model.faces.len())
         }
         None => format!(
-            "the target; {} components vanished, {} sheets came to touch, {} faces turned too far",
+            "reached the target; {} components vanished, {} collapses joined two sheets, {} rotated a face too far",
             relaxed.components, relaxed.pinches, relaxed.flips
         ),
     };

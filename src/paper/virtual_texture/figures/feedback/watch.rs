@@ -90,8 +90,9 @@ impl Watch {
             .collect())
     }
 
-    /// The sorted tiles that each of [`SUBSAMPLINGS`] samples in frame `frame_number` of its cycle, from the picture
-    /// that [`Watch::look`] drew. Empty for subsamplings with n below `least`.
+    /// The sorted tiles that each of [`SUBSAMPLINGS`] samples from the picture that [`Watch::look`] drew.
+    /// `frame_number` selects the sampled pixel of each block of 2^n pixels. Empty for subsamplings with n below
+    /// `least`.
     ///
     /// # Errors
     /// Device lost, out of memory.
