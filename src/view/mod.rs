@@ -25,6 +25,7 @@ mod levels;
 mod live;
 mod measure;
 mod measured;
+mod open_view;
 mod overlay;
 mod painter;
 mod panels;
@@ -45,8 +46,8 @@ mod variants;
 mod views;
 
 pub use measure::STEPS;
+pub use open_view::OpenView;
 pub use variants::Variant;
-pub use views::OpenView;
 
 use ortelius::figure::Trade;
 use ortelius::vk::PresentMode;

@@ -230,7 +230,7 @@ fn stored_results_become_a_page_next_to_them_or_at_the_given_path() {
     assert!(!folder.path().join("scene.html").exists());
     let (code, line) = failure(&mut ortelius(&folder, &["page", "h100.json", "--json", "again.json"]));
     assert_eq!(code, 1);
-    holds(&line, &["h100.json", "earlier format"]);
+    holds(&line, &["h100.json", "the times of single rounds"]);
     assert!(!folder.path().join("again.json").exists());
 }
 

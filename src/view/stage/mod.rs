@@ -9,8 +9,8 @@ pub use change::FinishedChange;
 pub use ortelius::frame::HISTORY;
 
 use super::job::JobProgress;
+use super::open_view::OpenView;
 use super::variants::Variant;
-use super::views::OpenView;
 use change::PendingChange;
 use ortelius::frame::Technique;
 use ortelius::picture::PixelFormat;
