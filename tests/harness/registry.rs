@@ -39,6 +39,11 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[(PICTURE, "excluded_pixels_change_nothing_and_included_ones_count")],
     },
     Comparer {
+        judges: "the colours of pictures, without alpha",
+        function: (PICTURE, "compare_colours"),
+        rejects: &[(PICTURE, "a_comparison_of_colours_ignores_alpha")],
+    },
+    Comparer {
         judges: "a whole picture against a peak of 1",
         function: (PICTURE, "psnr_db"),
         rejects: &[(PICTURE, "psnr_is_of_the_mean_squared_error_against_a_peak_of_one")],
