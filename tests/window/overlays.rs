@@ -93,11 +93,6 @@ fn faces_are_coloured_by_collapse_level_and_by_cache_misses() {
     let line = window.press_until_printed(key::N, |line| line.starts_with(&start));
     window.settled_picture();
     assert!(line.contains("level") && line.contains("; 0 vertices missed the cache"), "{line}");
-    // Without the overlay, they are counted only at rest.
-    window.press(key::G);
-    window.said("overlay: error");
-    window.press(key::L);
-    window.press_until_printed(key::N, |line| line.contains("; cache misses are counted at rest"));
     window.press(key::ESCAPE);
     window.closed();
 }
