@@ -95,7 +95,7 @@ vec3 shown(ivec2 at) {
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     if (PLAIN == 1) {
-        // A software device executes all branches below for every pixel: 63 ms instead of PLAINMS at 1920 x 1080.
+        // A software device executes all branches below for every pixel: 63 ms at 1920 x 1080 with lavapipe.
         colour = vec4(texelFetch(left, min(at, textureSize(left, 0) - 1), 0).rgb, 1.0);
         return;
     }
