@@ -105,3 +105,13 @@ pub fn overlays(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) 
         }
     }
 }
+
+/// The list of views; the shown one is marked.
+pub fn views(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
+    let [now, _] = shown.stage.view();
+    for (n, view) in shown.stage.views.iter().enumerate() {
+        if ui.selectable_label(n == now, &view.name).on_hover_text(&view.scene.name).clicked() {
+            actions.push(Action::View(n));
+        }
+    }
+}

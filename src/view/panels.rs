@@ -9,7 +9,6 @@ use super::settings::SettingsPanel;
 use super::shown::PanelInput;
 use super::stage::{HISTORY, Stage};
 use super::streamed::{self, rows};
-use super::views;
 use egui::{
     Align2, CollapsingHeader, Color32, Grid, Label, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke,
     Ui, Vec2, vec2,
@@ -111,7 +110,7 @@ impl Panels {
         let records = &shown.stage.renderer.records;
         let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
         if shown.stage.views.len() > 1 {
-            section("views", true).show(ui, |ui| views::list(ui, shown, &mut actions));
+            section("views", true).show(ui, |ui| compared::views(ui, shown, &mut actions));
         }
         section("variants", true).show(ui, |ui| compared::variants(ui, shown, &mut actions));
         section("trade", shown.trade.is_some() || shown.stage.renderer.technique.meshes.is_some())

@@ -1,13 +1,10 @@
 //! Switches between the views of the window: one for a scene, all of a figure's views for a figure.
 
-use super::action::Action;
 use super::bookmarks::Bookmarks;
 use super::eye::Eye;
 use super::live::{ECHO, Live};
-use super::shown::PanelInput;
 use super::terrain::Terrain;
 use anyhow::bail;
-use egui::Ui;
 use ortelius::renderer::Kept;
 
 impl Live {
@@ -48,16 +45,6 @@ impl Live {
         self.echo = ECHO;
         if let Err(error) = read {
             self.report(&error);
-        }
-    }
-}
-
-/// The list of views; the shown one is marked.
-pub fn list(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
-    let [now, _] = shown.stage.view();
-    for (n, view) in shown.stage.views.iter().enumerate() {
-        if ui.selectable_label(n == now, &view.name).on_hover_text(&view.scene.name).clicked() {
-            actions.push(Action::View(n));
         }
     }
 }
