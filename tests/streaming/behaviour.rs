@@ -179,11 +179,11 @@ fn a_load_no_longer_needed_loses_its_slot_to_a_visible_tile() {
     bench.frame(&[B]);
     assert_eq!(bench.streaming.state(A), (-2, -2));
     assert_eq!(bench.streaming.state(B), (-2, -1));
-    // And back again: the second load of A has another generation than the first.
-    bench.frame(&[A]);
+    // And back again: the second load of A has another generation than the first. Two loads are stale: the first load
+    // of A, and that of B. The three loads may end in any order. The first may already have ended: if its thread starts
+    // late, the load is cancelled before it has begun.
+    let mut stale = bench.frame(&[A]).stale_loads;
     bench.source.set_gate(false);
-    // Two loads are stale: the first load of A, and that of B. The three loads may end in any order.
-    let mut stale = 0;
     let reports = bench.until(&[A], |bench, report| {
         stale += report.stale_loads;
         stale >= 2 && bench.streaming.settled()
