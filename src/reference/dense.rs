@@ -35,6 +35,11 @@ impl<'a> PixelTriangles<'a> {
         self.visible(x, y).map(|(setup, place)| setup.distance_m(place))
     }
 
+    /// The index of the visible triangle in the mesh.
+    pub fn triangle(&self, x: f64, y: f64) -> Option<u32> {
+        self.visible(x, y).map(|(setup, _)| setup.triangle)
+    }
+
     fn visible(&self, x: f64, y: f64) -> Option<(&'a Setup, DVec3)> {
         let [width, height] = self.view.size().map(f64::from);
         let [column, row] =

@@ -86,7 +86,7 @@ impl<'a> SceneTruth<'a> {
                 }
                 None => {
                     let model = models.iter().find(|model| model.name == surface.name);
-                    instances(model.ok_or("a surface without a mesh")?, pose, size)?
+                    instances(model.ok_or("a surface without a mesh")?, pose, size, MESH_PIXELS)?
                 }
             };
             let is_virtual = carries_virtual(surface, owner);
@@ -212,8 +212,14 @@ impl PlainTruth {
     }
 }
 
-/// The visible instances of a model in world space, and a normal for each vertex.
-fn instances(model: &LoadedMesh, pose: &Pose, size: [u32; 2]) -> Result<(SourceMesh, Vec<DVec3>), String> {
+/// The visible instances of a model in world space, at a level whose stated error is at most `pixels`; and a normal for
+/// each vertex.
+pub(super) fn instances(
+    model: &LoadedMesh,
+    pose: &Pose,
+    size: [u32; 2],
+    pixels: f64,
+) -> Result<(SourceMesh, Vec<DVec3>), String> {
     let vertices = &model.mesh.vertices;
     let positions: Vec<DVec3> = vertices.positions.iter().map(|at| DVec3::from(at.map(f64::from))).collect();
     let full = || live_faces(&model.mesh, model.mesh.last_level());
@@ -232,7 +238,7 @@ fn instances(model: &LoadedMesh, pose: &Pose, size: [u32; 2]) -> Result<(SourceM
         if !place.is_seen(pose, size) {
             continue;
         }
-        let wanted = place.wanted_error(pose, size[1], MESH_PIXELS);
+        let wanted = place.wanted_error(pose, size[1], pixels);
         let level = level_for_error(&model.mesh.levels, wanted as f32);
         let faces = levels.entry(level).or_insert_with(|| live_faces(&model.mesh, level));
         let live = model.mesh.levels[level as usize].vertices as usize;

@@ -1,20 +1,24 @@
 //! scene.filters: paper 3's ellipse on paper 1's tiles, in shipped scenes.
 
 use super::kernel_truth::{CoordinateMap, TexturedView};
+use super::silhouettes::shows_one_piece;
 use crate::figure::claim::{Bound::Above, Bound::AtMost, Bound::Below, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Timed};
 use crate::math::camera::Pose;
+use crate::model::mesh::SourceMesh;
+use crate::paper::progressive_mesh;
 use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use crate::paper::texture_mapping::reference::ellipse::{filtered, levels};
-use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::SourceTexels;
 use crate::paper::virtual_texture::texels_per_pixel;
 use crate::picture::error::{Difference, compare_where};
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
 use crate::reference::filter::luminance;
+use crate::reference::supersample::RADIUS_PX;
 use crate::reference::supersample::{PixelKernel, Truth};
 use crate::reference::{PixelTriangles, ReferenceView, ellipsoid};
+use crate::renderer::truth::instances;
 use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
 use crate::texture::source::TileSource;
@@ -22,6 +26,7 @@ use crate::vk::Gpu;
 use anyhow::Context;
 use glam::DVec4;
 use std::sync::Arc;
+use tempfile::TempDir;
 
 pub const FILTERS: Figure = Figure {
     id: "scene.filters",
@@ -30,19 +35,20 @@ pub const FILTERS: Figure = Figure {
             texels of the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, \
             so the border does not change the picture. The ellipse has at least one, two or four texels along its \
             minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3, on the earth \
-            2e-4. `valley` is not measured: most of its error is at ridges, which one sample per pixel does not \
-            resolve. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: \
+            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: \
             the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
             `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. The \
             samples read the coarsest level that has 8 texels across the shorter side of the footprints around the \
             pixel; averaging and interpolating its texels adds 2 % to the kernel's variance. \"One exact ellipse\" \
             is the ellipse with two texels in f64 with the exact gradient: the error that an ellipse leaves on a \
-            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on the textured surface. \
+            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the textured \
+            surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the other; the \
+            NMSE with silhouettes counts these pixels, too. \
             Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
             cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
             (quick) or 1280 x 720 pixels and divided by their number. Beside both times stand the texels that the \
             filter fetches per covered pixel, counted by an instrumented shader.",
-    scenes: &["earth/oblique", "globe/africa", "plane/tilted"],
+    scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
         shown.chain([EXACT, FLOOR].map(str::to_owned)).collect()
@@ -53,6 +59,7 @@ pub const FILTERS: Figure = Figure {
         Plot::bars(NMSE).log_y().floor(FLOOR),
         Plot::bars(BOX).log_y().floor(FLOOR),
         Plot::bars(OUTLINE).log_y().floor(FLOOR),
+        Plot::bars(SILHOUETTES).log_y().floor(FLOOR),
         Plot::bars(TILES),
         Plot::bars(TIME).log_y().floor("empty pass"),
         Plot::bars(TEXTURING).log_y(),
@@ -138,6 +145,7 @@ const FLOOR: &str = "the truth's own error";
 const NMSE: &str = "NMSE";
 const BOX: &str = "NMSE against a box";
 const OUTLINE: &str = "NMSE at the outline";
+const SILHOUETTES: &str = "NMSE with silhouettes";
 const WORST: &str = "worst pixel";
 const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
@@ -173,12 +181,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let scene = Scene::embedded(scene)?;
     let (pose, size) = (scene.camera(camera)?.pose(), bench.effort_of([96, 54], [320, 180]));
     let gpu = bench.gpu(&[])?;
-    let mut shown = settled(&gpu, &scene, &pose, size, VARIANTS)?;
-    let view =
-        ReferenceView::new(&source_mesh(&scene)?, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
+    let subject = Subject::new(scene, &pose, size)?;
+    let mut shown = settled(&gpu, &subject.scene, &pose, size, VARIANTS)?;
+    let view = ReferenceView::new(&subject.mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
     let dense = PixelTriangles::new(&view);
     // The facets' gradients are not those of the curved surface.
-    let surface: Box<CoordinateMap> = match scene.name.as_str() {
+    let surface: Box<CoordinateMap> = match subject.scene.name.as_str() {
         "globe" => on_ellipsoid(&pose, size),
         _ => Box::new(|x, y| dense.coordinate(x, y)),
     };
@@ -186,20 +194,28 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let seen = TexturedView { source, size, samples: &samples, surface: &surface, strata: STRATA };
     let truths = KERNELS.map(|(quantity, kernel)| (quantity, seen.truth(kernel)));
     let own = &truths[0].1;
-    let near = own.whole.iter().zip(outline(&view)).map(|(whole, near)| *whole && near).collect();
-    let parts = [(NMSE, own.whole.clone()), (OUTLINE, near)];
+    let mut parts = vec![(SILHOUETTES, own.whole.clone())];
+    let is_inside: Vec<bool> = match subject.hides_itself() {
+        true => shows_one_piece(&dense, &subject.mesh, size, RADIUS_PX),
+        false => samples.iter().map(Option::is_some).collect(),
+    };
+    let counts: Vec<bool> =
+        own.whole.iter().zip(&is_inside).map(|(whole, inside)| *whole && *inside).collect();
+    let near = counts.iter().zip(outline(&is_inside, size)).map(|(counts, near)| *counts && near).collect();
+    parts.truncate(usize::from(subject.hides_itself()));
+    parts.extend([(NMSE, counts.clone()), (OUTLINE, near)]);
     let floor =
         |(quantity, counts): &(_, Vec<bool>)| Row::number(FLOOR, *quantity, "", own.own_nmse_where(counts));
     let mut rows: Vec<Row> = parts.iter().map(floor).collect();
-    rows.push(Row::number(FLOOR, BOX, "", truths[1].1.own_nmse()));
+    rows.push(Row::number(FLOOR, BOX, "", truths[1].1.own_nmse_where(&counts)));
     let exact = exact_ellipses(source, &surface, size)?;
     rows.extend(errors(EXACT, &exact, own, &parts)?);
     for (name, renderer) in &mut shown {
         let picture = renderer.linear_picture()?;
         rows.extend(errors(name, &picture, own, &parts)?);
         let (quantity, truth) = &truths[1];
-        rows.push(Row::number(*name, *quantity, "", error(&picture, truth, &truth.whole)?.nmse()));
-        let worst = error(&picture, own, &own.whole)?.worst().map_or(0.0, |worst| worst.value);
+        rows.push(Row::number(*name, *quantity, "", error(&picture, truth, &counts)?.nmse()));
+        let worst = error(&picture, own, &counts)?.worst().map_or(0.0, |worst| worst.value);
         rows.push(Row::number(*name, WORST, "linear light", worst));
         let record = renderer.records.last().and_then(|record| record.texture.as_ref());
         let tiles = record.context("a settled frame has a record")?.visible.len();
@@ -212,8 +228,43 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = bench.interleave(&gpu, contenders(&mut shown, &pose))?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     drop(shown);
-    rows.extend(texturing(bench, &gpu, &scene, &pose)?);
+    rows.extend(texturing(bench, &gpu, &subject.scene, &pose)?);
     Ok(rows)
+}
+
+/// What the figure shows of a scene.
+struct Subject {
+    scene: Scene,
+    /// The surface with the virtual texture, in world space.
+    mesh: SourceMesh,
+    /// The file of a progressive mesh.
+    folder: Option<TempDir>,
+}
+
+impl Subject {
+    /// The light of the sun is left out, so that only the texture differs from the truth.
+    fn new(scene: Scene, pose: &Pose, size: [u32; 2]) -> anyhow::Result<Subject> {
+        let land = scene.surfaces.get("land").context("the figure's scenes have a surface `land`")?;
+        if let Some(mesh) = land.grid() {
+            return Ok(Subject { scene, mesh, folder: None });
+        }
+        let models = progressive_mesh::load(&scene)?;
+        let model = models.iter().find(|model| model.name == "land").context("`land` is a mesh")?;
+        let (mesh, _) =
+            instances(model, pose, size, model.surface.error_pixels).map_err(anyhow::Error::msg)?;
+        // Each variant opens the scene; so the mesh is built only once.
+        let folder = tempfile::tempdir()?;
+        let file = folder.path().join("land.pmesh");
+        model.mesh.write(&file)?;
+        let source = format!("surface.land.geometry.source={:?}", file.display().to_string());
+        let scene = scene.with(&["surface.land.lit=false".to_owned(), source])?;
+        Ok(Subject { scene, mesh, folder: Some(folder) })
+    }
+
+    /// A sphere or a plane never has one visible part in front of another.
+    fn hides_itself(&self) -> bool {
+        self.folder.is_some()
+    }
 }
 
 /// The time of the pass that textures, where it outweighs passes of fixed cost.
@@ -352,11 +403,10 @@ fn error(picture: &Picture, truth: &Truth, counts: &[bool]) -> anyhow::Result<Di
     Ok(compare_where(&found, &exact, |x, y| counts[(y * width + x) as usize])?)
 }
 
-/// True for pixels at most [`OUTLINE_PIXELS`] from a pixel beyond the surface.
-fn outline(view: &ReferenceView) -> Vec<bool> {
-    let (covered, [width, height]) = (view.samples(), view.size());
+/// True for pixels at most [`OUTLINE_PIXELS`] from a pixel that is not inside.
+fn outline(is_inside: &[bool], [width, height]: [u32; 2]) -> Vec<bool> {
     let near = |at: u32, end: u32| at.saturating_sub(OUTLINE_PIXELS)..(at + OUTLINE_PIXELS + 1).min(end);
-    let beyond = |x: u32, y: u32| covered[(y * width + x) as usize].is_none();
+    let beyond = |x: u32, y: u32| !is_inside[(y * width + x) as usize];
     let of = |n: u32| {
         let [x, y] = [n % width, n / width];
         near(y, height).any(|y| near(x, width).any(|x| beyond(x, y)))

@@ -3,6 +3,7 @@
 mod filters;
 mod kernel_truth;
 pub mod shown;
+mod silhouettes;
 
 use crate::figure::Family;
 use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};
