@@ -61,7 +61,7 @@ pub fn choose(
             let keys: ReliefKeys = scene.read(&relief)?;
             format!("surface.{surface}.relief.method={}", keys.method.name())
         }
-        // The sweep starts from one sample, which suits every border.
+        // The sweep starts from one sample per pixel, which works with every border.
         false => format!("surface.{surface}.filter={{max_anisotropy=1}}"),
     }])?;
     let bench = Bench::new(Effort::Quick, place.device.map(str::to_owned), PathBuf::new());

@@ -152,7 +152,7 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
     Ok(others)
 }
 
-/// The reference: the mean over each pixel's footprint, or, of a relief, of exact rays.
+/// The reference: the mean over each pixel's footprint; for a relief, the mean of exact rays.
 fn mosaic(sweep: &TradeSweep<'_>) -> anyhow::Result<Mosaic> {
     let TradeSweep { scene, pose, size, kernel, .. } = sweep;
     let mut truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;
