@@ -268,7 +268,7 @@ fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     places
 }
 
-/// Of the newest vertex and the vertices around it, those that are among the `old` vertices. Each is listed once, in
+/// The newest vertex and the vertices around it, without those beyond the first `old` vertices. Each is listed once, in
 /// the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };

@@ -10,10 +10,10 @@ use super::live::{Live, NONE};
 /// Replaces a search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// Number of earlier slots whose faces' neighbours are suggested for a slot.
+/// The faces in this many earlier slots give suggestions for a slot: the faces around their corners.
 const WINDOW: usize = 8;
 
-/// If the vertices of the moving faces have more than this many faces per moving face, they are not all
+/// If the vertices of the moving faces have more than this many faces per moving face, only the moving faces are
 /// visited. Example: two faces of a hub with thousands of faces are swapped.
 const LONG: usize = 64;
 

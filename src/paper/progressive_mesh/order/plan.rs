@@ -207,7 +207,7 @@ impl<'a> RefinementState<'a> {
         moved.map(|(slot, face)| Move { slot: slot as u32, face }).collect()
     }
 
-    /// The order of one greedy; for the last level, the best order of several greedies.
+    /// A greedy order; for the last level, the best of several greedy orders.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
         if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
@@ -216,7 +216,7 @@ impl<'a> RefinementState<'a> {
         let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
         let count = patch.faces.len();
         let begins = (LAST_FACES / count.max(1)).clamp(1, 7);
-        // One greedy takes a second on a dragon.
+        // One greedy order of the dragon takes a second.
         let few = [options.weights.valence];
         let valences: &[f64] = if count > LAST_FACES { &few } else { &VALENCES };
         let mut best = (u64::MAX, Vec::new());

@@ -107,8 +107,8 @@ impl Tail {
         }
     }
 
-    /// The run of `length` ordered slots with the most incoming faces (on a tie, the first run), and their
-    /// number.
+    /// The run of `length` ordered slots with the most incoming faces (on a tie, the first run), and the number of
+    /// these faces.
     fn fullest(&self, length: usize) -> (Range<usize>, usize) {
         let mut incoming: usize = self.incoming[..length].iter().map(|&count| count as usize).sum();
         let (mut start, mut most) = (0, incoming);

@@ -10,8 +10,8 @@ use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 pub const PIXELS_PER_FRAME: f64 = 0.043;
 
 /// Above this error in pixels the limit is proportional to the error, because larger steps of so coarse a mesh hardly
-/// change more pixels (pm.pop). Without it an error of 16 pixels would take 1.8 times as long to reach a quarter of a
-/// pixel.
+/// change more pixels (pm.pop). With a constant limit, an error of 16 pixels would take 1.8 times as long to reach a
+/// quarter of a pixel.
 const PROPORTIONAL_FROM: f64 = 4.0;
 
 /// An approaching camera raises the drawn error to at most this multiple of the wanted one. Without it, a fast approach
