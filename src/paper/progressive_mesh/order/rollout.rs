@@ -327,7 +327,7 @@ mod tests {
 
     #[test]
     fn rollouts_need_fewer_transforms_than_one_greedy() {
-        // The greedy with a valence term needs 1.30.
+        // The greedy optimizer with a valence term needs 1.30.
         let found = transforms(Cache::Fifo(16), &drawn(&torus(40).faces, 1600)).per_vertex();
         assert!(found < 1.27, "{found}");
     }

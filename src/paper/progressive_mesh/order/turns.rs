@@ -21,7 +21,7 @@ struct Tail {
     start: usize,
     /// The splits that added the tail's faces.
     splits: Vec<u32>,
-    /// For each face of the model: the ordered slot to which a face of the tail belongs.
+    /// The ordered slot to which each face of the tail belongs, by the face's number in the model.
     home: Vec<u32>,
     /// For each ordered slot: the number of tail faces that belong to it.
     incoming: Vec<u32>,

@@ -60,7 +60,7 @@ pub struct MeshOnDevice {
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
-    /// The index buffers in memory that the device reads directly; `indices` is that of the present frame.
+    /// The index buffers in memory that the device reads directly; `indices` is the current frame's buffer.
     mapped: Option<Mapped>,
     /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
