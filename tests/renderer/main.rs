@@ -109,7 +109,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
             let blind = against_reference(&scene, &renderer, hides);
             assert!(blind.unexplained.len() > 50, "{hides}: {}", blind.unexplained.len());
         }
-        // The visible-tile list equals that of the pixels exactly.
+        // The visible-tile list equals exactly the list that follows from the pixels' requests.
         let texture = renderer.technique.texture.as_ref().unwrap();
         let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
         let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
