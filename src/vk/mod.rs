@@ -96,7 +96,7 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the device with exactly the features in `needs` and `wishes`.
+    /// Opens the device with the features in `needs`, those in `wishes` that it has, and no others.
     ///
     /// # Errors
     /// No loader, driver or device; a missing feature, with the pass that needs it and the variant that works
