@@ -122,7 +122,7 @@ pub fn baseline_costs(
         OrderBaseline::Random | OrderBaseline::Reoptimised | OrderBaseline::ReoptimisedFifo => {
             (faces_of_all_levels, full_bytes)
         }
-        // All faces are rewritten here, too. The memory also has the list that the pass reads.
+        // All faces are rewritten here, too. The memory includes the list that the pass reads.
         OrderBaseline::Compacted => (faces_of_all_levels, 2 * full_bytes),
         // On the way through all levels each list is copied once, when its first level is reached.
         OrderBaseline::SkipLists { .. } => (prepared.listed_faces(), prepared.list_bytes(index)),
