@@ -9,7 +9,8 @@ const FARTHEST: f64 = 1e36;
 /// Positions are stored as f32 relative to the centre of the box. If one vertex is 1000 times as far out as the others,
 /// the others keep only about 15 of their 24 bits.
 const OUTLYING: f64 = 1000.0;
-/// A vertex 100 times as far out is a spike, and not part of the shape, if all its neighbours are closer than that.
+/// A vertex 100 times as far out as nearly all others is a spike if none of its neighbours is as far out. A spike is
+/// not part of the shape.
 const SPIKE: f64 = 100.0;
 /// With fewer vertices, outliers cannot be recognised.
 const FEWEST_FOR_OUTLIERS: usize = 64;
