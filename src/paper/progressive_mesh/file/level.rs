@@ -288,8 +288,8 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 }
 
 /// Suggests faces that close the gap between the taken faces (in which the new vertex t replaces the split vertex s)
-/// and the kept faces. The suggested faces have the corners s and t. Their number orders them, most likely first: 0 if
-/// both sides border the gap, 1 if only taken faces do, 2 if only kept faces do.
+/// and the kept faces. The suggested faces have the corners s and t. The number before each orders them, most likely
+/// first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

@@ -1,9 +1,9 @@
 //! The faces of one permutation, renumbered by their slots before it.
 //!
 //! The original number of a face is its slot at birth, and neighbours are born far apart. A search by
-//! original numbers misses the CPU cache four times per slot, which was half the time to write or read the
-//! dragon. Before the permutation the slots are already in vertex-cache order, so numbers by slot stay in the
-//! CPU cache.
+//! original numbers misses the CPU cache four times per slot; these misses took half the time to write or read
+//! the dragon. Before the permutation the slots are already in vertex-cache order, so a search by slots stays in
+//! the CPU cache.
 
 use super::live::{Live, NONE};
 

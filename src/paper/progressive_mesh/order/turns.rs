@@ -1,7 +1,7 @@
 //! Regions in turns: a tswap reorders one region of the faces whenever the budget of moves allows it.
 //!
-//! With a small budget, reorderings of all faces are far apart, and the levels before a reordering cost half
-//! as much again as the levels after it. A region is a run of adjacent slots (a patch of the surface, thanks
+//! With a small budget, reorderings of all faces are far apart, and the levels before a reordering cost 1.5
+//! times as much as the levels after it. A region is a run of adjacent slots (a patch of the surface, thanks
 //! to an earlier order) together with the new faces that belong to it. With regions few faces stay unordered,
 //! and the cost is even over the levels. But region borders cost transforms, so regions pay only with small
 //! budgets: see [`super`] for the numbers.

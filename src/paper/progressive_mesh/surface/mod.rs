@@ -241,8 +241,8 @@ impl MeshOnDevice {
         Ok(sent)
     }
 
-    /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
-    /// growth.
+    /// Allocates a larger index buffer if the slices need it: at least 1.5 times as large as the previous one if memory
+    /// allows, so that few frames wait for growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
         let index = self.program.index_type();
         let bytes = self.levels.bytes(index);
