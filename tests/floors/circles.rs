@@ -1,8 +1,8 @@
 //! Circles between files: a file that depends on itself through any number of other files.
 //!
 //! The rule: a file depends on the files that define the names it uses.
-//! - `mod child;` is not a dependency. A `pub use` whose name the file's own code does not use is not one either: an
-//!   importer of that name depends on the file that defines it.
+//! - `mod child;` is not a dependency. A `pub use` is a dependency only if the file's own code uses the name. A file
+//!   that imports the name depends on the file that defines it.
 //! - A parent whose code uses a child's item depends on the child. A child's use of its parents' items does not
 //!   count: `mod.rs` holds the vocabulary that its children share.
 //! - Test code (`#[cfg(test)]`) does not count.

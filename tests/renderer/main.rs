@@ -38,8 +38,8 @@ fn silent(renderer: &Renderer) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-/// All surfaces of a frame except `without`, as one mesh. Also, for each triangle, the largest distance of its (s, t)
-/// from their origin, or `None` if it has no virtual texture.
+/// All surfaces of a frame except `without`, as one mesh. Also, for each triangle, the largest distance of its texture
+/// coordinates from their origin, or `None` if it has no virtual texture.
 fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMesh, Vec<Option<f64>>) {
     let (mut all, mut offsets) = (SourceMesh::default(), Vec::new());
     let mut add = |triangle: [(DVec3, DVec2); 3], offset: Option<f64>| {
