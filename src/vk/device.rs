@@ -41,9 +41,9 @@ pub(super) struct Objects {
     pub(super) recording: usize,
     /// The value that the last submission signals.
     submitted: u64,
-    /// Dropped while frames were being recorded that may use them.
+    /// Objects that were dropped while frames that may use them were being recorded.
     held: Vec<Dead>,
-    /// Dropped; no submission after the one that signals the value uses them.
+    /// Dropped objects, each with a timeline value. No submission after the one that signals the value uses the object.
     waiting: Vec<(u64, Dead)>,
 }
 
