@@ -212,7 +212,7 @@ impl<'a> DrawList<'a> {
         DrawList { view, level_bias, onto: Onto::Cleared([0.0; 3]), shapes }
     }
 
-    /// The same list, drawn onto another initial content of the target.
+    /// The same list, with another treatment of the target's previous content.
     pub fn onto(self, onto: Onto) -> DrawList<'a> {
         DrawList { onto, ..self }
     }
