@@ -55,8 +55,8 @@ impl Program {
         std::iter::once(construct).chain(since).collect()
     }
 
-    /// True if [`Program::change`] constructs the level. Then it reads none of the present faces, and writes all that
-    /// the level draws.
+    /// True if [`Program::change`] constructs the level. A construction reads no current face, and writes all faces
+    /// that the level draws.
     pub fn constructs(&self, from: u32, to: u32) -> bool {
         let [low, high] = [from.min(to), from.max(to)];
         let born = u64::from(self.drawn(to).saturating_sub(self.drawn(from)));

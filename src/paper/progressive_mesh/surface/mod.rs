@@ -277,8 +277,8 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the
-    /// index buffer lacks their changes.
+    /// Must be called after the commands of [`MeshOnDevice::record`] are recorded. If the commands are never submitted,
+    /// the index buffer lacks their changes.
     pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {
