@@ -149,8 +149,8 @@ impl ReferenceView {
         (0..width * height).into_par_iter().map(|pixel| self.sample(pixel % width, pixel / width)).collect()
     }
 
-    /// Triangles that may touch the square of `radius_px` (at most [`MARGIN_PX`]) around a pixel, which lies in the picture
-    /// or up to [`MARGIN_PX`] beyond it.
+    /// Triangles that may touch the square of `radius_px` (at most [`MARGIN_PX`]) around a pixel, which lies in the
+    /// picture or up to [`MARGIN_PX`] beyond it.
     pub(super) fn near(&self, [x, y]: [i32; 2], radius_px: f64) -> impl Iterator<Item = &Setup> {
         let bin = |at: i32, axis: usize| at.clamp(0, self.size[axis] as i32 - 1) as u32 / BIN_PX;
         let spare = (MARGIN_PX - radius_px) as i32;

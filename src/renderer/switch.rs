@@ -25,8 +25,8 @@ pub enum Kept {
     Everything,
 }
 
-/// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong to
-/// the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
+/// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong
+/// to the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
 pub struct Switch {
     kept: Kept,
     next: Scene,
