@@ -13,7 +13,7 @@ pub struct Records<R> {
     tap: Option<Tap<R>>,
 }
 
-/// Keeps the last [`HISTORY`] records, so that a loop of frames does not grow.
+/// Keeps the last [`HISTORY`] records, so that memory does not grow with the number of frames.
 impl<R> Default for Records<R> {
     fn default() -> Records<R> {
         Records::last_ones(HISTORY)

@@ -195,7 +195,7 @@ impl<'a> DrawList<'a> {
         DrawList::lit(shapes, view, level_bias, DVec3::ZERO)
     }
 
-    /// Like [`Seen::new`]; `sun` is the unit vector towards the sun in world space.
+    /// Like [`DrawList::new`]; `sun` is the unit vector towards the sun in world space, and lights shapes with normals.
     pub fn lit(
         shapes: impl IntoIterator<Item = &'a Shape>,
         view: View,
@@ -212,7 +212,7 @@ impl<'a> DrawList<'a> {
         DrawList { view, level_bias, onto: Onto::Cleared([0.0; 3]), shapes }
     }
 
-    /// The same, with another initial content of the target.
+    /// The same list, with another treatment of the target's previous content.
     pub fn onto(self, onto: Onto) -> DrawList<'a> {
         DrawList { onto, ..self }
     }

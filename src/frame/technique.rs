@@ -70,15 +70,16 @@ pub trait Technique {
     /// Out of memory.
     fn record(&mut self, frame: &mut Frame<'_>, view: &View, target: &Target) -> Result<(), Self::Error>;
 
-    /// Sets the target of the next frame. No frame is in flight. On an error, the technique still suits the old target.
+    /// Sets the target of the next frame. No frame is in flight. After an error, the technique still works with the old
+    /// target.
     ///
     /// # Errors
     /// Out of memory.
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), Self::Error>;
 
-    /// Lifts or restores the time budgets of streaming. They keep frames short while the camera moves. Without them
-    /// all tiles arrive as soon as possible: for [`super::Run::settle`], whose frames are not shown, and in a window
-    /// whose camera rests.
+    /// Lifts or restores the time budgets of streaming. Budgets keep frames short while the camera moves. Without
+    /// budgets, all tiles arrive as soon as possible. [`super::Run::settle`] lifts them, because its frames are not
+    /// shown; so does a window whose camera is at rest.
     fn lift_budgets(&mut self, _lifted: bool) {}
 
     /// Progress as of the last frame.

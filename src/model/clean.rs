@@ -64,8 +64,8 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut MeshReport) -> (Vec<u
     (point_of_vertex, points)
 }
 
-/// Drops degenerate and duplicate faces. Returns the remaining faces. Also returns, for each of them, whether
-/// the file has as many reversed copies as copies of it (itself included).
+/// Drops degenerate and duplicate faces. Returns the remaining faces. Also returns, for each remaining face, true if
+/// the file has as many copies of it with the same winding (the face included) as with the opposite winding.
 fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut MeshReport) -> (Faces, Vec<bool>) {
     // Keyed by the three points, smallest first: index of the kept face, its winding, copies minus reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());

@@ -6,10 +6,11 @@ use std::collections::HashSet;
 
 /// f32 ends at 3.4e38; 1e36 leaves room for the projection.
 const FARTHEST: f64 = 1e36;
-/// Positions are stored as f32 relative to the centre of the box. If one vertex is 1000 times as far out as 999 of 1000
-/// vertices, those keep only about 15 of their 24 bits.
+/// Positions are stored as f32 relative to the centre of the box. If one vertex is 1000 times as far out as the others,
+/// the others keep only about 15 of their 24 bits.
 const OUTLYING: f64 = 1000.0;
-/// A vertex 100 times as far out is a spike, and not part of the shape, if all its neighbours are closer than that.
+/// A vertex 100 times as far out as nearly all others is a spike if none of its neighbours is as far out. A spike is
+/// not part of the shape.
 const SPIKE: f64 = 100.0;
 /// With fewer vertices, outliers cannot be recognised.
 const FEWEST_FOR_OUTLIERS: usize = 64;
@@ -28,8 +29,8 @@ pub(super) fn usable(raw: &Raw, report: &mut MeshReport) -> Vec<bool> {
     usable
 }
 
-/// Distance of each vertex from the median, in multiples of the distance that 999 of 1000 stay within; 0 for unusable
-/// vertices. `None` if the vertices, or their distinct positions, are too few.
+/// Distance of each vertex from the median, in multiples of the distance within which 999 of 1000 vertices lie; 0 for
+/// unusable vertices. `None` if there are too few usable vertices, or if nearly all coincide.
 fn far_out(positions: &[DVec3], usable: &[bool]) -> Option<Vec<f64>> {
     let fitting: Vec<DVec3> =
         positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p).collect();
@@ -76,8 +77,8 @@ fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshRepor
     }
 }
 
-/// The f32 steps across the box of a mesh, at its distance from the origin. `None` if they are many, or if the
-/// coordinates have more precision than f32.
+/// The number of f32 steps across the box of a mesh, at its distance from the origin. `None` from [`FEW_STEPS`] steps
+/// on, or if the coordinates have more precision than f32.
 fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
     let fitting = || positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p);
     let (low, high) = fitting().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));

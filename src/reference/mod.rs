@@ -1,5 +1,5 @@
 //! The reference ("truth"): an f64 rasteriser, an f64 texture filter and the distance between surfaces.
-//! It is simple and slow, and computes nothing with the code that it checks.
+//! It is simple and slow, and shares no code with what it checks.
 
 mod candidates;
 pub mod cylinder;

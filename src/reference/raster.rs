@@ -81,7 +81,8 @@ pub struct ReferenceView {
 }
 
 /// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest triangle
-/// wins, and the first of equally near ones; both faces are visible. `world_to_clip` applies to (position - eye).
+/// wins; of equally near ones, the first wins. Triangles are visible from both sides. `world_to_clip` applies to
+/// (position - eye).
 pub fn rasterise(
     mesh: &SourceMesh,
     world_to_clip: &DMat4,
@@ -148,8 +149,8 @@ impl ReferenceView {
         (0..width * height).into_par_iter().map(|pixel| self.sample(pixel % width, pixel / width)).collect()
     }
 
-    /// Triangles that may touch the square of `radius_px` (at most [`MARGIN_PX`]) around a pixel, which lies in the picture
-    /// or up to [`MARGIN_PX`] beyond it.
+    /// Triangles that may touch the square of `radius_px` (at most [`MARGIN_PX`]) around a pixel, which lies in the
+    /// picture or up to [`MARGIN_PX`] beyond it.
     pub(super) fn near(&self, [x, y]: [i32; 2], radius_px: f64) -> impl Iterator<Item = &Setup> {
         let bin = |at: i32, axis: usize| at.clamp(0, self.size[axis] as i32 - 1) as u32 / BIN_PX;
         let spare = (MARGIN_PX - radius_px) as i32;
@@ -310,13 +311,14 @@ impl Setup {
     }
 }
 
-/// The box of [`ReferenceView::bins`]. `None` if the triangle lies wholly beyond one side of the picture or behind the eye.
+/// The box of [`ReferenceView::bins`]. `None` if the triangle lies wholly beyond one side of the picture or behind the
+/// eye.
 fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[i32; 4]> {
     if corners.iter().all(|corner| corner.w <= 0.0) {
         return None;
     }
     let crosses_the_eyes_plane = corners.iter().any(|corner| corner.w <= 0.0);
-    // Half the range, so that neither a margin nor a spare overflows.
+    // Half the range, so that sums and differences of limits do not overflow.
     let limits = [i32::MIN / 2, i32::MAX / 2];
     let mut found = [limits[0], limits[0], limits[1], limits[1]];
     for axis in 0..2 {

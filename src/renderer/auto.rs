@@ -1,7 +1,7 @@
 //! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief: the surface's bound selects it
 //! from the Pareto front of time and error, measured on this device. The front is kept in the user's cache folder, one
-//! file for a scene, size and pose. It is measured again on another device, with another driver, or by another commit of
-//! the program.
+//! file for a scene, size and pose. It is measured again on another device, with another driver, or by another commit
+//! of the program.
 
 use super::sections::LANGUAGES;
 use super::trade;
@@ -61,7 +61,7 @@ pub fn choose(
             let keys: ReliefKeys = scene.read(&relief)?;
             format!("surface.{surface}.relief.method={}", keys.method.name())
         }
-        // The sweep starts from one sample, which suits every border.
+        // The sweep starts from one sample per pixel, which works with every border.
         false => format!("surface.{surface}.filter={{max_anisotropy=1}}"),
     }])?;
     let bench = Bench::new(Effort::Quick, place.device.map(str::to_owned), PathBuf::new());

@@ -113,7 +113,7 @@ impl PlainSurfaces {
         surface.relief.iter().flat_map(ReliefSurface::resources).chain([plain]).collect()
     }
 
-    /// Draws the surfaces; `seen` returns a shape with its push constants for this frame.
+    /// Draws the surfaces; `seen` returns the draw list of a shape for this frame.
     ///
     /// # Errors
     /// Out of memory.

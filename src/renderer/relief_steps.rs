@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// The value of FORM in relief_surface.frag that writes the work.
 const WORK: usize = 2;
 
-/// The picture of the work, and its pass.
+/// An image of each pixel's work, and the pass that draws it.
 pub struct ReliefSteps {
     /// Steps in the first word; all ones where there is no relief.
     pub image: Image,

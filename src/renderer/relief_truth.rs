@@ -71,7 +71,7 @@ mod tests {
     fn ramp() -> Below {
         let side = 64;
         let heights = (0..side * side).map(|n| (n % side) as u8).collect();
-        // In texels, the highest is 63/255 of the depth: 63 steps of a quarter.
+        // The depth of 63.75 texels is 255 codes, so a code is a quarter of a texel high.
         let relief = Relief { side, depth: 63.75, heights };
         Below::new(relief, 4.0, DVec3::new(0.0, 0.0, 8.0))
     }
@@ -87,7 +87,8 @@ mod tests {
     #[test]
     fn an_oblique_ray_goes_on_to_the_point_where_it_is_as_high_as_the_relief() {
         let below = ramp();
-        // One metre east of the middle, from 8 m: an eighth of a texel east for each texel down.
+        // The eye is 8 m above the middle, and the ray meets the plane 1 m east of it. So the ray moves an eighth of a
+        // texel to the east for each texel down.
         let hit = below.hit([0.75, 0.5]).unwrap();
         let x = hit.at[0] * 64.0 - 0.5;
         // x = 47.5 + down/8, and x/4 = 63.75 - down.

@@ -25,8 +25,8 @@ pub enum Kept {
     Everything,
 }
 
-/// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong to
-/// the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
+/// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong
+/// to the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
 pub struct Switch {
     kept: Kept,
     next: Scene,
@@ -106,7 +106,8 @@ impl Renderer {
         Ok(Some(Switch { kept, next: next.clone(), options: *options, settings, gpu, target }))
     }
 
-    /// Shows the other scene. The renderer may have been resized, and switched in place, since the plan.
+    /// Shows the other scene. Since the plan was made, the renderer may have been resized, and may have switched in
+    /// place.
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then shows what it showed before.

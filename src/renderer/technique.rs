@@ -101,7 +101,7 @@ impl Surfaces {
         self.plain.iter().flat_map(|plain| &plain.surfaces).any(|surface| surface.relief.is_some())
     }
 
-    /// Ends waits in loads of tiles that are not reads, such as the simulated delay of a slow disk. Called before a
+    /// Returns a function that ends all simulated delays in loads of tiles (`disk.delay_ms`). It is called before a
     /// renderer with unfinished loads is dropped.
     pub fn end_waits(&self) -> impl FnOnce() + Send + use<> {
         let source = self.texture.as_ref().map(|texture| texture.source.clone());

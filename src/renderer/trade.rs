@@ -26,8 +26,8 @@ const MOST_SETTINGS: usize = 64;
 /// Rays along each side of a pixel of the reference.
 const RAYS: u32 = 12;
 
-/// Measures all settings of a scene without a virtual texture, or those of the surface `only`; the sweep's knobs do not
-/// apply. `progress` receives the number of settings done and the number of all settings.
+/// Measures all settings of a scene without a virtual texture, or those of the surface `only`. Ignores `sweep.knobs`,
+/// which are for virtual textures. `progress` receives the number of settings done and the number of all settings.
 ///
 /// # Errors
 /// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
@@ -152,7 +152,7 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
     Ok(others)
 }
 
-/// The reference: the mean over each pixel's footprint, or, of a relief, of exact rays.
+/// The reference: the mean over each pixel's footprint; for a relief, the mean of exact rays.
 fn mosaic(sweep: &TradeSweep<'_>) -> anyhow::Result<Mosaic> {
     let TradeSweep { scene, pose, size, kernel, .. } = sweep;
     let mut truth = SceneTruth::new(scene, None, pose, *size).map_err(anyhow::Error::msg)?;

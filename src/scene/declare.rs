@@ -118,7 +118,7 @@ pub fn one_line(text: &str) -> String {
 ///
 /// Optional after the keys:
 /// - `beside { ... }`: fields that this table does not set.
-/// - `check F`: a `fn(&Self, &Part) -> Result<(), Fault>` for conditions on several keys.
+/// - `check F`: a `fn(&Self, &SceneTable) -> Result<(), SceneFault>` for conditions on several keys.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __settings {

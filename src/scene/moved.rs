@@ -48,7 +48,7 @@ pub(super) fn now(key: &[&str]) -> Option<String> {
                 _ => return None,
             }
         }
-        // A section of which only some keys have moved has not moved itself.
+        // If only some keys of a section have moved, the section itself has not moved.
         if key.len() < old.len() && old.last() != Some(&"*") {
             return None;
         }

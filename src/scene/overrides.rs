@@ -65,8 +65,8 @@ impl Override {
     /// Inserts the value into a scene, creating tables as needed. Unknown keys are detected when their table is read.
     ///
     /// # Errors
-    /// A camera, path or surface that does not exist, unless the value is a complete table or the changes in `all`
-    /// together position a new camera; a key of the previous format.
+    /// A camera, path or surface that does not exist. Two cases are allowed: the value is a complete table, or the
+    /// changes in `all` together position a new camera. Also a key of the previous format.
     pub fn apply(&self, scene: &mut Table, all: &[Override]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         if let Some(now) = moved::now(&key) {
@@ -101,9 +101,10 @@ impl Override {
         Ok(())
     }
 
-    /// Keys that this override invalidates, and how many parts of its own key name their table. A file has its own
-    /// sizes, which replace those of the generated texture. A filter's table replaces `"auto"` and its bound, and so
-    /// does the method of a relief, which has no other filter.
+    /// The keys that this override invalidates. The number says how many leading parts of the override's key form the
+    /// path of the table that holds them. A texture file states its own sizes, so the keys of a generated texture are
+    /// dropped. A filter's table replaces `"auto"` and its bound. A relief has no filter except its method, so stating
+    /// the method also replaces `"auto"` and its bound.
     pub fn dropped(&self) -> (usize, &'static [&'static str]) {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         match key[..] {

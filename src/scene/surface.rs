@@ -181,7 +181,7 @@ pub enum Geometry {
 pub struct Surface {
     pub name: String,
     pub geometry: Geometry,
-    /// The surface whose table contains the texture: this one, or the one it shares with.
+    /// The surface whose table contains the texture: this surface, or another one whose texture it shares.
     pub texture: Option<String>,
     /// The bound of the filter `"auto"`.
     pub auto: Option<FilterBound>,

@@ -16,7 +16,7 @@ pub enum ValueKind {
     Truth,
     Text,
     Names,
-    /// Name and meaning of each.
+    /// Name and meaning of each value.
     Choice(Vec<(&'static str, &'static str)>),
     Table,
     TableOrText,

@@ -160,7 +160,7 @@ pub struct Buffer {
     uses: Option<Arc<Uses>>,
 }
 
-/// Who uses the memory of a mapped buffer. The host and the device never do so at the same time.
+/// Uses of a mapped buffer's memory by the host and by the device. They never overlap.
 #[derive(Default)]
 pub(super) struct Uses {
     name: String,

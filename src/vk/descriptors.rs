@@ -31,7 +31,7 @@ impl DescriptorKind {
     }
 }
 
-/// What a pool can still give. It is counted here because not every driver refuses a set beyond the pool's size.
+/// Remaining capacity of a pool. It is counted here because some drivers do not reject a set beyond the pool's size.
 #[derive(Clone, Copy)]
 struct Left {
     sets: u32,
@@ -41,7 +41,7 @@ struct Left {
 const FULL: Left = Left { sets: SETS, of_kind: [DESCRIPTORS; KINDS.len()] };
 
 impl Left {
-    /// What is left after a set with these bindings; `None` if it does not fit.
+    /// The remaining capacity after a set with these bindings; `None` if the set does not fit.
     fn after(self, bindings: &[(u32, DescriptorKind)]) -> Option<Left> {
         let mut left = Left { sets: self.sets.checked_sub(1)?, ..self };
         for (_, kind) in bindings {
@@ -57,7 +57,7 @@ pub(super) struct Descriptors {
     pools: Vec<vk::DescriptorPool>,
     /// Index of the pool that new sets come from.
     current: usize,
-    /// What that pool can still give.
+    /// Remaining capacity of that pool.
     left: Left,
 }
 

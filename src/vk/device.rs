@@ -41,9 +41,9 @@ pub(super) struct Objects {
     pub(super) recording: usize,
     /// The value that the last submission signals.
     submitted: u64,
-    /// Dropped while frames were being recorded that may use them.
+    /// Objects that were dropped while frames that may use them were being recorded.
     held: Vec<Dead>,
-    /// Dropped; no submission after the one that signals the value uses them.
+    /// Dropped objects, each with a timeline value. No submission after the one that signals the value uses the object.
     waiting: Vec<(u64, Dead)>,
 }
 
@@ -309,14 +309,14 @@ fn create(
 
 static AT_THE_END: OnceLock<Error> = OnceLock::new();
 
-/// The first error of a device that was closed, for a process whose run has otherwise succeeded.
+/// The first error that occurred while a device was closed. A process whose run has otherwise succeeded must report it.
 pub fn failure_at_the_end() -> Option<Error> {
     AT_THE_END.get().cloned()
 }
 
 impl Device {
-    /// Waits before objects are destroyed. A lost device uses no object. `Drop` cannot return the error, so it is kept
-    /// for [`failure_at_the_end`].
+    /// Waits until the device is idle, so that objects can be destroyed. An error does not prevent this: a lost device
+    /// no longer uses any object. `Drop` cannot return the error, so it is kept for [`failure_at_the_end`].
     pub(crate) fn wait_at_the_end(&self) {
         // SAFETY: the device lives; nobody else uses the queue when a device or its ring is dropped.
         let idle = unsafe { self.handle.device_wait_idle() };

@@ -56,7 +56,8 @@ impl Feature {
     }
 }
 
-/// A feature, the pass that needs it, and the variant that works without it. Becomes the error message.
+/// A feature, the pass that needs it, and the variant that works without it. If the feature is missing, the error
+/// message states all three.
 #[derive(Clone, Copy, Debug)]
 pub struct Need {
     pub feature: Feature,
@@ -77,8 +78,8 @@ impl Need {
     }
 }
 
-/// What a device offers: its features of [`Feature::ALL`], scalar block layout (which every pass needs), and
-/// its subgroup size.
+/// The capabilities of a device: the features of [`Feature::ALL`] that it has, scalar block layout (which every pass
+/// needs), presentation, and its subgroup size.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Offered {
     pub(crate) features: Vec<Feature>,
@@ -150,8 +151,8 @@ fn subgroup(
 
 impl Offered {
     /// # Errors
-    /// [`Error::MissingFeature`] for the first need that the device does not meet; [`Error::Limit`] if it cannot
-    /// present although it must.
+    /// [`Error::MissingFeature`] for the first need that the device does not meet; [`Error::Limit`] if `presents` is
+    /// true and the device cannot present.
     pub(crate) fn require(&self, device: &str, needs: &[Need], presents: bool) -> Result<()> {
         Need::check_all(needs, device, |feature| self.features.contains(&feature))?;
         if !self.scalar_block_layout {

@@ -20,7 +20,7 @@ pub enum Format {
     Depth32Float,
 }
 
-/// The image format of a picture that passes render.
+/// The format of the image into which a picture of this pixel format is rendered.
 impl From<PixelFormat> for Format {
     fn from(target: PixelFormat) -> Format {
         match target {

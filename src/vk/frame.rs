@@ -57,7 +57,7 @@ struct Slot {
     times: Times,
 }
 
-/// The slots that no frame is being recorded into, the least recently submitted first.
+/// The free slots: those into which no frame is being recorded. The least recently submitted slot is first.
 pub(crate) struct Ring {
     slots: VecDeque<Slot>,
     device: Arc<Device>,
@@ -96,7 +96,7 @@ impl Ring {
         self.device.wait(self.submitted)
     }
 
-    /// The submission after which the first slot is free for another frame.
+    /// The timeline value to wait for before the next frame can use the first slot. Adds a slot if none is free.
     fn frees_slot(&mut self) -> Result<u64> {
         if self.slots.is_empty() {
             self.slots.push_back(Slot::new(&self.device)?);
@@ -214,7 +214,7 @@ impl Slot {
         }
     }
 
-    /// Ends the recording. The host may read what the frame writes.
+    /// Ends the recording with a barrier, so that the host can read what the frame writes.
     fn end(&mut self, device: &Device) -> Result<()> {
         let to_host = [vk::MemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
@@ -473,7 +473,7 @@ impl Ticket {
     /// # Errors
     /// [`Error::DeviceLost`].
     pub fn wait(&self) -> Result<Vec<PassTime>> {
-        // Without the ring's lock: other threads go on.
+        // Waits without the ring's lock, so that other threads can submit frames meanwhile.
         self.gpu.device.wait(self.value)?;
         let mut ring = self.gpu.lock_ring();
         // A slot is used again only after its times are read.

@@ -22,7 +22,7 @@ pub struct ImageInfo {
 }
 
 impl ImageInfo {
-    /// A single-level image that passes render into and read.
+    /// A render target with a single level, which passes also read.
     pub fn target(size: [u32; 2], format: Format) -> Self {
         ImageInfo { size, format, mip_levels: 1, layers: 1, array: false, attachment: true, storage: false }
     }

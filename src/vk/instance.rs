@@ -268,7 +268,7 @@ fn keep_vector_widths_apart() {
     static ONCE: Once = Once::new();
     if std::env::var_os("LP_NATIVE_VECTOR_WIDTH").is_some() {
         // SAFETY: the standard library orders its own accesses. No driver is loaded yet, so no driver's thread reads
-        // the environment; other C code that reads it meanwhile is not ours.
+        // the environment. Only C code of a program that uses this library could read it at the same time.
         ONCE.call_once(|| unsafe { std::env::set_var("MESA_SHADER_CACHE_DISABLE", "true") });
     }
 }

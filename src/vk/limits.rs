@@ -9,7 +9,7 @@ fn require(fits: bool, object: &str, what: impl FnOnce() -> String) -> Result<()
 }
 
 /// The size of a two-dimensional dispatch of at least this many groups. One dimension is not enough, because a device
-/// may allow only 65,535 groups in it. Shaders number them with `common/line.glsl`.
+/// may allow only 65,535 groups in it. Shaders compute a group's number with `common/line.glsl`.
 pub fn group_line(groups: u64) -> [u32; 3] {
     let rows = groups.div_ceil(32_768).max(1);
     [groups.div_ceil(rows) as u32, rows as u32, 1]
@@ -37,7 +37,7 @@ fn require_workgroup(limits: &PhysicalDeviceLimits, name: &str, group: [u32; 3])
     })
 }
 
-/// Checks the number of storage buffers of a pipeline, all of which each stage sees.
+/// Checks the number of storage buffers of a pipeline. Every stage sees all of them, so the limit per stage applies.
 fn require_descriptors(
     limits: &PhysicalDeviceLimits,
     name: &str,
@@ -193,7 +193,7 @@ mod tests {
         for groups in [0, 1, 32_768, 32_769, 65_536, 140_625, 1 << 24, 1 << 30] {
             let [x, y, z] = group_line(groups);
             let found = u64::from(x) * u64::from(y);
-            // Less than a group in each row is idle.
+            // Fewer groups are idle than there are rows.
             assert!(groups <= found && found < groups.max(1) + u64::from(y), "{groups}: {x} x {y}");
             assert_eq!(z, 1);
             require_groups(&least(), "line", [x, y, z]).unwrap();

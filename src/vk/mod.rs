@@ -66,7 +66,7 @@ use std::sync::{Arc, Mutex};
 
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// A system of windows. A build without the feature `window` has none.
+/// The display of a windowing system. In a build without the feature `window`, this type has no values.
 #[cfg(feature = "window")]
 pub type DisplayHandle<'a> = raw_window_handle::DisplayHandle<'a>;
 #[cfg(not(feature = "window"))]
@@ -96,7 +96,7 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the device with exactly the features in `needs` and `wishes`.
+    /// Opens the device with the features in `needs`, those in `wishes` that it has, and no others.
     ///
     /// # Errors
     /// No loader, driver or device; a missing feature, with the pass that needs it and the variant that works

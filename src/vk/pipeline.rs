@@ -13,7 +13,7 @@ pub(crate) struct PipelineHandles {
     pub(crate) layout: vk::PipelineLayout,
     pub(crate) set_layout: vk::DescriptorSetLayout,
     pub(crate) descriptors: Vec<(u32, DescriptorKind)>,
-    /// One for each binding: the accesses of all its stages.
+    /// One for each binding, with the accesses of all stages together.
     pub(super) resources: Vec<ShaderResource>,
     pub(super) writes_depth: bool,
     pub(crate) push_bytes: u32,
@@ -410,7 +410,7 @@ mod tests {
         };
         let last = pipeline(2);
         assert_eq!((compilations.get(), gpu.compiled_pipelines()), (3, 1));
-        // It is the last one that is known.
+        // The cache holds the pipeline of the last compilation.
         assert!(Arc::ptr_eq(&last, &pipeline(0)));
         assert_eq!(compilations.get(), 3);
     }

@@ -66,7 +66,7 @@ pub struct Swapchain {
     /// semaphore has ended before the semaphore is used again.
     acquired: Vec<Semaphore>,
     next: usize,
-    /// The first that the window supports is taken.
+    /// Requested present modes; the first one that the window supports is used.
     modes: Vec<PresentMode>,
     format: Format,
     /// True if the images can be copied from.
@@ -396,7 +396,7 @@ fn is_stale(result: vk::Result) -> bool {
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
     match capabilities.current_extent {
-        // The window takes the size of its images.
+        // This value means that the images determine the window's size.
         vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
             width: width.clamp(least.width, most.width),
             height: height.clamp(least.height, most.height),

@@ -13,7 +13,7 @@ pub struct Used {
     pub bytes: u64,
     /// Size and format of an image; a buffer's elements as a shader declares them, otherwise what the buffer is for.
     pub content: String,
-    /// Of a shader's resource: as the shader declares it.
+    /// For a resource of a shader, the access that the shader declares.
     pub access: Access,
 }
 

@@ -170,7 +170,7 @@ fn a_child_may_use_what_its_parents_file_defines() {
     let child = ("src/x/a.rs", "use super::P; pub struct A;");
     is_no_circle(&[("src/x/mod.rs", "mod a; use a::A; pub struct P(A);"), child]);
     is_no_circle(&[("src/x.rs", "mod a; pub struct P; fn f() { a::A }"), child]);
-    // But not what another file of the folder is built from.
+    // The exception applies only to a file's own parents: src/y/mod.rs is not a parent of src/x/a.rs.
     is_circle(
         &[
             ("src/x/a.rs", "use crate::y::B; pub struct A;"),

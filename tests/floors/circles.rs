@@ -1,8 +1,8 @@
 //! Circles between files: a file that depends on itself through any number of other files.
 //!
 //! The rule: a file depends on the files that define the names it uses.
-//! - `mod child;` is no dependency. A `pub use` is none either if the file's own code does not use the name: an
-//!   importer of that name depends on the file that defines it.
+//! - `mod child;` is not a dependency. A `pub use` is a dependency only if the file's own code uses the name. A file
+//!   that imports the name depends on the file that defines it.
 //! - A parent whose code uses a child's item depends on the child. A child's use of its parents' items does not
 //!   count: `mod.rs` holds the vocabulary that its children share.
 //! - Test code (`#[cfg(test)]`) does not count.
@@ -29,7 +29,7 @@ pub fn circles(sources: &[Source]) -> Vec<String> {
     circles.iter().filter(|circle| circle.len() > 1).map(|circle| described(&edges, circle)).collect()
 }
 
-/// The number of dependent pairs of files, in either direction.
+/// The number of dependencies: pairs of a file and another file that it depends on.
 pub fn dependencies(sources: &[Source]) -> usize {
     edges(sources).values().map(BTreeMap::len).sum()
 }

@@ -5,7 +5,7 @@ use crate::lexer::Token;
 /// A path from the crate's root: `crate::texture::source`, or the resolved `super::`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// At least one segment (`*` for a glob import of the root), then all up to the first that is not a name.
+    /// The segments up to the end of the path or to its generic arguments, at least one. A glob import ends in `*`.
     pub path: Vec<String>,
     pub line: usize,
 }

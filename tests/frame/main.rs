@@ -82,8 +82,8 @@ impl Landscape {
     }
 }
 
-/// Two numbers that select a case. Each test has its own: indices of a size and a variant, or the least number of
-/// frames to draw.
+/// Two numbers that select a case. Their meaning depends on the test: the indices of a size and of a variant, or the
+/// minimum number of frames to draw.
 type Case = [u64; 2];
 
 const CASE: &str = "ORTELIUS_TEST_CASE";
@@ -110,7 +110,8 @@ fn drew_a_case(draw: impl Fn(Case) -> Vec<u8>) -> bool {
     true
 }
 
-/// The settled picture. Noise depends on the number of pictures, and settling counts as one: this is number `pictures`.
+/// Picture number `pictures` of a run that settles first. The number matters because it is the seed of the noise; all
+/// frames of the settling picture count as one.
 fn settled(mut run: Run<VirtualTexture>, pose: &Pose, pictures: u64) -> Vec<u8> {
     run.settle(pose).unwrap();
     (1..pictures).for_each(|_| run.frame(pose).unwrap());
@@ -283,7 +284,7 @@ fn frames_wait_for_semaphores_and_signal_them() {
     assert!(first.picture_bytes().unwrap() == second.picture_bytes().unwrap());
 }
 
-/// Draws nothing, and reports this progress, one for each frame.
+/// Draws nothing. Each frame reports the next entry of this list as its progress.
 struct Reports(VecDeque<Progress>);
 
 impl Technique for Reports {
@@ -338,7 +339,7 @@ fn settling_gives_up_when_nothing_arrives_for_the_stated_time_and_not_while_some
         run.settle(&pose)
     };
     let waiting = Progress::Waiting { pending: 3 };
-    // Any wait is longer than no time.
+    // With a limit of zero, the first frame without an arrival ends the settling.
     let ended = settle(Some(Duration::ZERO), &[Progress::Arriving, waiting, Progress::Settled]);
     assert!(matches!(ended, Err(VirtualTextureError::Stalled(Stalled { pending: 3, .. }))), "{ended:?}");
     let arriving = [Progress::Arriving, Progress::Arriving, Progress::Settled];

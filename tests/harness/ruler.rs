@@ -19,7 +19,7 @@ struct Spoilt {
     ruler: Ruler,
     /// Arguments: side of the tile's interior in texels, border, and the tile's bytes.
     spoil: fn(usize, usize, &mut [u8]),
-    /// The tile that is read instead.
+    /// Maps a requested tile to the tile that is read in its place.
     instead: fn(TileId) -> TileId,
 }
 

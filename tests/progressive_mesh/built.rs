@@ -76,14 +76,15 @@ fn orders(model: &Model, collapses: &Collapses) -> [(&'static str, ProgressiveMe
     ]
 }
 
-/// Whether an instance has the faces of the step-by-step buffer after random jumps; and how many levels it constructed.
+/// Returns true if an instance has the faces of the step-by-step buffer after each of 200 jumps. Also returns the
+/// number of jumps that constructed their level.
 fn jumps_equal_steps(mesh: &ProgressiveMesh, stepped: &ProgressiveMesh) -> (bool, usize) {
     let (program, last) = (Arc::new(Program::new(mesh).unwrap()), mesh.last_level());
     let mut instance = Instances::new(program.clone(), 1).unwrap();
     let mut random = Random(u64::from(last));
     let (steps, mut constructed) = (Program::new(stepped).unwrap(), 0);
     let equal = (0..200).all(|n| {
-        // From end to end, and near and far.
+        // First between both ends, then to random levels.
         let (from, to) = match n {
             0 => (0, last),
             1 => (last, 0),
@@ -120,7 +121,7 @@ fn a_jump_over_many_levels_gives_the_bits_of_its_steps_in_every_order() {
 #[test]
 fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
     // A closed model, one with a boundary, and one with seams. The last is simplified only from 4096 to 3900 faces,
-    // because building every level from scratch takes splits x faces.
+    // because the time to build every level from scratch is proportional to splits x faces.
     for (name, target_faces) in [("sphere:4", 20), ("grid:12", 20), ("solid:4", 3900)] {
         let (model, collapses) = built(name, target_faces);
         for (order, mesh) in orders(&model, &collapses) {

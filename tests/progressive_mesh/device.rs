@@ -81,7 +81,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
     for round in 0..4 {
         let (mut changes, mut born) = (Vec::new(), Vec::new());
         for (n, (level, faces)) in instances.iter_mut().enumerate() {
-            // The first goes up and down all the way; some keep their level.
+            // Instance 0 goes up and down all the way; instance 6 keeps its level.
             let to = match n {
                 0 if round % 2 == 0 => program.last_level(),
                 0 => 0,
@@ -96,7 +96,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
                 &mut ortelius::paper::progressive_mesh::run::IgnoreWrites,
             );
             jumps += usize::from(program.constructs(*level, to));
-            // As in a surface: a construction leaves the slots beyond its level as they were.
+            // New faces are copied as in a surface. A construction needs no copy, because it writes all drawn faces.
             let (old, new) = (program.drawn(*level) as usize, program.drawn(to) as usize);
             if new > old && !program.constructs(*level, to) {
                 born.push([old, n * slots + old, new - old].map(|faces| 3 * index.bytes() * faces as u64));

@@ -209,7 +209,8 @@ fn a_morphing_surface_is_within_the_wanted_error_of_the_full_mesh() {
     let full = live_faces(mesh, mesh.last_level());
     let own: Vec<DVec3> = seen_vertices(&scene, 1.0, None).iter().map(|(position, _)| *position).collect();
     let band = f64::from(MORPH_BAND_LOG2);
-    // The distance of the faces that an error selects, with vertices on their way.
+    // The distance between the full mesh and the faces that an error selects, with new vertices between their split
+    // vertices and their own positions.
     let distance = |chosen: f64| {
         let moved = seen_vertices(&scene, chosen, Some(band));
         let moved: Vec<DVec3> = moved.iter().map(|(position, _)| *position).collect();

@@ -178,8 +178,8 @@ fn has_area(mesh: &ProgressiveMesh, face: &[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// The random meshes of the tests above include seams, components, permutations, levels without any, and jumps that
-/// construct a level, some with permutations since its keyframe.
+/// The random meshes of the tests above include seams, components, levels with and without permutations, and jumps that
+/// construct a level. Some of these jumps also execute permutations since the level's keyframe.
 #[test]
 fn the_random_meshes_have_seams_components_permutations_and_jumps() {
     let (mut seams, mut components, mut swaps, mut bare, mut jumps, mut moves) = (0, 0, 0, 0, 0, 0);

@@ -38,8 +38,8 @@ fn silent(renderer: &Renderer) {
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
-/// All surfaces of a frame except `without`, as one mesh. Also, for each triangle, the largest distance of its (s, t)
-/// from their origin, or `None` if it has no virtual texture.
+/// All surfaces of a frame except `without`, as one mesh. Also, for each triangle, the largest distance of its texture
+/// coordinates from their origin, or `None` if it has no virtual texture.
 fn all_triangles(scene: &Scene, renderer: &Renderer, without: &str) -> (SourceMesh, Vec<Option<f64>>) {
     let (mut all, mut offsets) = (SourceMesh::default(), Vec::new());
     let mut add = |triangle: [(DVec3, DVec2); 3], offset: Option<f64>| {
@@ -109,7 +109,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
             let blind = against_reference(&scene, &renderer, hides);
             assert!(blind.unexplained.len() > 50, "{hides}: {}", blind.unexplained.len());
         }
-        // The visible-tile list equals that of the pixels exactly.
+        // The visible-tile list equals exactly the list that follows from the pixels' requests.
         let texture = renderer.technique.texture.as_ref().unwrap();
         let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
         let record = renderer.records.last().unwrap().texture.as_ref().unwrap();
@@ -302,8 +302,8 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
     assert!(filter.contains("sampler"), "{filter}");
 }
 
-/// A scene's default picture shows its subject: some of every picture is covered, on a background colour that
-/// no surface has.
+/// The default picture of each scene shows its surfaces: they cover at least 10 % of the pixels. Covered pixels are
+/// those without the background colour, which no surface has.
 #[test]
 fn the_default_picture_of_a_shipped_scene_shows_its_surfaces() {
     for (name, _) in SHIPPED {

@@ -142,7 +142,8 @@ fn patch(raw: &mut Raw, [a, b, c]: [DVec3; 3], frequency: u32) {
     }
 }
 
-/// A torus about the z axis, radii 1 and 0.4: 4 rows^2 faces, `2 rows` around the axis and `rows` around the tube.
+/// A torus about the z axis, radii 1 and 0.4: `2 rows` quads around the axis and `rows` quads around the tube, 4 rows^2
+/// faces.
 ///
 /// # Panics
 /// Unless `rows` is in 3 ..= 2^11.
@@ -162,8 +163,8 @@ pub fn torus(rows: u32) -> Model {
     welded(&raw)
 }
 
-/// A tube along the (2, 3) torus knot: 24 rows^2 faces, `12 rows` along and `rows` around. It has normals, and texture
-/// coordinates from 0 to 1 along it (s) and around it (t), with a seam in each direction.
+/// A tube along the (2, 3) torus knot: `12 rows` quads along it and `rows` quads around it, 24 rows^2 faces. It has
+/// normals, and texture coordinates from 0 to 1 along it (s) and around it (t), with a seam in each direction.
 ///
 /// # Panics
 /// Unless `rows` is in 3 ..= 2^9.

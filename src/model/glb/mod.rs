@@ -182,8 +182,8 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Adds a primitive's attributes. A primitive without an attribute that others have gets invalid normals or
-    /// coordinates, which cleaning replaces and counts, or the colour white.
+    /// Adds a primitive's attributes. If it lacks an attribute that other primitives have, the values are filled in:
+    /// invalid normals or coordinates, which cleaning replaces and counts, or the colour white.
     fn attributes(
         &mut self,
         first: usize,

@@ -9,8 +9,8 @@ use crate::vk::shader::Applying;
 use crate::vk::shader::progressive_mesh::apply_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result, group_line};
 
-/// Least capacity of `kept` in faces (768 KiB), for all instances of a batch. A permutation first copies the faces that
-/// it moves to `kept`; if one moves more faces, the capacity is that number.
+/// Minimum capacity of `kept` in faces (768 KiB), for all instances of a batch. A permutation first copies its moved
+/// faces to `kept`. If a permutation moves more faces than this, the capacity is its number of faces.
 const KEPT_FACES: usize = 1 << 16;
 
 /// A program on the device, shared by all instances of its mesh.

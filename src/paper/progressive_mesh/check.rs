@@ -42,7 +42,7 @@ impl ProgressiveMesh {
         self.walk(|_| ())
     }
 
-    /// As [`ProgressiveMesh::check`], and passes every corner that the splits write to `meet`, in order.
+    /// As [`ProgressiveMesh::check`]. Also calls `meet` with every corner that the splits write, in order.
     pub(super) fn walk(&self, mut meet: impl FnMut(FaceCorner)) -> Result<(), MeshFlaw> {
         self.check_sizes()?;
         self.check_vertices()?;

@@ -16,7 +16,7 @@ use xxhash_rust::xxh3::Xxh3;
 /// earlier versions are then ignored. A test compares a hash of a built mesh.
 const VERSION: u32 = 1;
 
-/// Receives the number of faces done, and of all faces.
+/// Receives the number of finished faces, and the number of all faces.
 pub type BuildProgress = Box<dyn FnMut(usize, usize)>;
 
 /// Where built meshes are kept, and how the progress of a build is shown.

@@ -86,8 +86,8 @@ pub struct Swaps {
     pub levels: Vec<u32>,
     /// For each of `levels` the number of cycles up to and including it.
     pub cycle_ends: Vec<u32>,
-    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Normal
-    /// form: each cycle begins with its lowest slot, and cycles ascend by it.
+    /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Normal form: each
+    /// cycle begins with its lowest slot, and the cycles of a level are sorted by this slot.
     pub cycles: Ragged<u32>,
 }
 

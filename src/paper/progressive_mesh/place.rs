@@ -81,7 +81,7 @@ impl Placement {
         self.centre + self.rotation * (position * self.scale)
     }
 
-    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges also true for some
+    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges it is also true for some
     /// spheres just outside.
     pub fn is_seen(&self, pose: &Pose, size: [u32; 2]) -> bool {
         let to_centre = self.centre - pose.eye;

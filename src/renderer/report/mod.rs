@@ -90,7 +90,8 @@ pub struct TextureFrame {
     /// with subsampled feedback, in the union of the last 2^n frames.
     pub triples: usize,
     pub tiles: usize,
-    /// The frame whose list streaming used (`latency_frames` earlier; none at the start).
+    /// The number of the frame whose visible-tile list this frame's streaming used (`latency_frames` earlier; null at
+    /// the start).
     pub list_of_frame: Option<u64>,
     pub wanted: usize,
     pub hits: usize,

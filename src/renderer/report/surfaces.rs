@@ -35,7 +35,7 @@ pub struct InstanceBytes {
     /// splits) and in video memory.
     pub host_indices_of_an_instance: f64,
     pub device_indices_of_an_instance: f64,
-    /// Number of live faces in a slice. Times 6 or 12 bytes, it is the least size of a slice.
+    /// Number of live faces in a slice. This number times 6 or 12 bytes is the minimum size of a slice.
     pub live_faces_of_an_instance: f64,
 }
 

@@ -9,8 +9,8 @@
 //! 4. index and header, fsync, rename, fsync of the folder; scratch and journal are deleted.
 //!
 //! Synthetic sources need only steps 3 and 4. A `journal` records every finished job; after a kill, the same
-//! command does the missing jobs. The output depends only on source and settings: it is identical to the byte
-//! however often the bake was killed, on any number of threads.
+//! command does the missing jobs. The output depends only on source and settings: neither kills nor the number of
+//! threads change a byte.
 
 mod encode;
 mod error;

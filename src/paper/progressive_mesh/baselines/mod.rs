@@ -1,8 +1,8 @@
 //! Baselines: other methods to draw a mesh at every level of detail, for comparison with the paper's orders.
 //!
 //! Each uses a progressive mesh in [classical](super::order::classical) order, in which a face keeps its slot.
-//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports its transforms, the faces
-//! copied when levels change, and the memory of its lists. It counts all wedges of a position as one vertex
+//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports its transforms, the
+//! faces copied when levels change, and the memory of its lists. It counts all wedges of a position as one vertex
 //! ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface selects a baseline with `order`: see
 //! `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the device.
 
@@ -122,7 +122,7 @@ pub fn baseline_costs(
         OrderBaseline::Random | OrderBaseline::Reoptimised | OrderBaseline::ReoptimisedFifo => {
             (faces_of_all_levels, full_bytes)
         }
-        // All faces are rewritten here, too. The memory also has the list that the pass reads.
+        // All faces are rewritten here, too. The memory includes the list that the pass reads.
         OrderBaseline::Compacted => (faces_of_all_levels, 2 * full_bytes),
         // On the way through all levels each list is copied once, when its first level is reached.
         OrderBaseline::SkipLists { .. } => (prepared.listed_faces(), prepared.list_bytes(index)),

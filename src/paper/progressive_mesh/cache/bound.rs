@@ -105,7 +105,8 @@ mod tests {
         let faces = torus(60).faces;
         let bound = lower_bound(&faces, 16);
         assert!(bound > 1.0005 && bound < 1.07, "{bound}");
-        // A smaller cache needs more; strips as wide as the cache reach (k - 1) / (k - 2).
+        // A smaller cache has a larger bound. The bound is below (k - 1) / (k - 2), the cost of strips as wide as the
+        // cache.
         assert!(lower_bound(&faces, 8) > bound && lower_bound(&faces, 8) < 7.0 / 6.0);
     }
 }

@@ -5,7 +5,7 @@
 //! replacement rule; the usual model is FIFO ([`Cache::Fifo`]). Today's devices have no such cache: they
 //! reuse vertices within a batch, which [`Cache::Batches`] counts.
 //!
-//! Both models count vertices by the indices of their input. The figures count positions
+//! All models count vertices by the indices of their input. The figures count positions
 //! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
 //! separately, but counting these transforms would hide the effect of the order at seams.
 

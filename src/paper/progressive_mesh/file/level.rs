@@ -268,7 +268,7 @@ fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     places
 }
 
-/// Of the newest vertex and the vertices around it, those that are among the `old` vertices. Each is listed once, in
+/// The newest vertex and the vertices around it, without those beyond the first `old` vertices. Each is listed once, in
 /// the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
@@ -288,8 +288,8 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 }
 
 /// Suggests faces that close the gap between the taken faces (in which the new vertex t replaces the split vertex s)
-/// and the kept faces. The suggested faces have the corners s and t. Their number orders them, most likely first: 0 if
-/// both sides border the gap, 1 if only taken faces do, 2 if only kept faces do.
+/// and the kept faces. The suggested faces have the corners s and t. The number before each orders them, most likely
+/// first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

@@ -1,19 +1,19 @@
 //! The faces of one permutation, renumbered by their slots before it.
 //!
 //! The original number of a face is its slot at birth, and neighbours are born far apart. A search by
-//! original numbers misses the CPU cache four times per slot, which was half the time to write or read the
-//! dragon. Before the permutation the slots are already in vertex-cache order, so numbers by slot stay in the
-//! CPU cache.
+//! original numbers misses the CPU cache four times per slot; these misses took half the time to write or read
+//! the dragon. Before the permutation the slots are already in vertex-cache order, so a search by slots stays in
+//! the CPU cache.
 
 use super::live::{Live, NONE};
 
 /// Replaces a search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// Number of earlier slots whose faces' neighbours are suggested for a slot.
+/// The faces in this many earlier slots give suggestions for a slot: the faces around their corners.
 const WINDOW: usize = 8;
 
-/// If the vertices of the moving faces have more than this many faces per moving face, they are not all
+/// If the vertices of the moving faces have more than this many faces per moving face, only the moving faces are
 /// visited. Example: two faces of a hub with thousands of faces are swapped.
 const LONG: usize = 64;
 

@@ -190,7 +190,7 @@ impl Header {
     }
 }
 
-/// Where faces are born and what errors count, by version and flags, and the remaining flags.
+/// Decodes a version and its flags: where faces are born, what the errors count, and the remaining flags.
 fn kinds(version: u32, flags: u32) -> (Births, Option<ErrorMetric>, u32) {
     let births = |in_place| if in_place { Births::InPlace } else { Births::Tail };
     if version < 3 {

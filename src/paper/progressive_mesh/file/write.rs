@@ -14,8 +14,9 @@ use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-/// A chunk ends when the faces have grown to 5/4 of those at its start. So a truncated file loses at most a fifth of
-/// its remaining faces. In a mesh of a few thousand faces, the headers of all chunks take 0.3 bytes per split.
+/// A chunk ends when the faces have grown to 5/4 of those at its start. So the incomplete last chunk of a truncated
+/// file has about a fifth of the file's faces at most. In a mesh of a few thousand faces, the heads of all chunks take
+/// 0.3 bytes per split.
 const GROWTH: (u64, u64) = (5, 4);
 
 impl ProgressiveMesh {

@@ -7,8 +7,8 @@
 //! In return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
 //! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
-//! its group is bad at the first levels: on a torus, the bound that 95 % of the levels keep is then 1.94 transforms per
-//! vertex.
+//! its group is bad at the first levels: on a torus, the 95th percentile of the levels' costs is then 1.94 transforms
+//! per vertex.
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
@@ -101,7 +101,7 @@ impl<'a> GroupLayout<'a> {
         layout
     }
 
-    /// The order of one greedy over the full mesh.
+    /// The full mesh's faces in the order of the greedy optimizer.
     fn nearby(&self) -> Vec<u32> {
         let faces: Vec<u32> = (0..self.model.faces.len() as u32).collect();
         let patch = self.patch(&faces, u32::MAX);

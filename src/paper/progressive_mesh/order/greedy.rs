@@ -13,8 +13,8 @@ use super::patch::{MOST_FACES, Patch};
 /// Terms of a face's score at a place, in transforms: a cache miss costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
-    /// For each corner, divided by the number of its faces that are not drawn yet. The paper has no such term
-    /// (0).
+    /// Added for each corner, divided by the number of the corner's faces that are not drawn yet. The paper has no such
+    /// term (0).
     pub valence: f64,
     /// For the face that is already in place.
     pub in_place: f64,

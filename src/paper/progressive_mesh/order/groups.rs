@@ -10,8 +10,8 @@ pub enum Groups {
     Uniform(u32),
     /// Each group multiplies the number of faces by the same ratio, which is at most this (above 1).
     Geometric(f64),
-    /// As many groups of equal ratio as possible with at most this many moved faces per split, if every
-    /// group's end moves all live faces.
+    /// Groups of equal ratio, as many as this budget allows. The budget is a number of moved faces per split, counted
+    /// as if all live faces moved at every group's end.
     Budget(f64),
 }
 

@@ -35,8 +35,8 @@
 //!   more at the levels after it. With 15 entries the mean falls from 1.54 to 1.52.
 //! - Each order is optimized for the level half-way to the next tswap (`ahead`). This saves 0.01 at 23 moved faces per
 //!   split and 0.04 at 10, and makes the levels more even.
-//! - The last level gets the best of eight greedies, and small meshes try seven starting faces with each, because no
-//!   split follows it. The full mesh of a torus then costs 1.29; with one starting face 1.44, with one greedy 1.78.
+//! - No split follows the last level, so it gets the best of eight greedy orders. Small meshes try each of them from
+//!   seven starting faces. The full mesh of a torus then costs 1.29; with one starting face 1.44, with one order 1.78.
 //! - With few groups, `regions` are reordered in turns. If tswaps reorder all faces, the levels just before a tswap
 //!   cost 0.8 more than those after it; with regions 0.3. A region's borders cost transforms: with 1, 2, 3, 4 and 8
 //!   regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
@@ -89,7 +89,7 @@ pub struct OrderOptions {
 }
 
 impl OrderOptions {
-    /// The paper's greedy, as far as it is described: no valence term, and the two preferences only decide
+    /// The paper's greedy optimizer, as far as it is described: no valence term, and the two preferences only decide
     /// among faces that cost the same. The paper does not give the number of groups; 64 is our choice.
     pub const PAPER: OrderOptions = OrderOptions {
         groups: Groups::Uniform(64),
@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn the_full_mesh_is_well_ordered() {
-        // A grid of quads: one greedy with a spare entry reaches only 1.7.
+        // A grid of quads: a single greedy order with a spare entry reaches only 1.7.
         let model = named("torus:32").expect("a generated model");
         let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
         let last = |options: &OrderOptions| {

@@ -20,10 +20,10 @@ pub(super) struct RefinementState<'a> {
     model: &'a Model,
     pub collapses: &'a Collapses,
     pub options: &'a OrderOptions,
-    /// The corners of the model's faces at the level that [`Plan::look`] has reached; for faces that appear
+    /// The corners of the model's faces at the level that [`RefinementState::look`] has reached; for faces that appear
     /// later, the corners of their first level.
     corners: Vec<[u32; 3]>,
-    /// The number of splits applied to `corners`, in the order of errors.
+    /// The number of splits applied to `corners`.
     seen: u32,
     /// For each removed wedge the faces that its split changes, and for each collapse its first wedge.
     changed: Ragged<u32>,
@@ -120,7 +120,8 @@ impl<'a> RefinementState<'a> {
         }
     }
 
-    /// An order made at `level` is used until level `next`: it is optimized for the level half-way.
+    /// As [`RefinementState::look`], for an order that is made at `level` and used until level `next`: with `ahead`, it
+    /// is optimized for the level half-way.
     fn look_between(&mut self, level: u32, next: u32) {
         self.look(if self.options.ahead { level.midpoint(next) } else { level });
     }
@@ -185,13 +186,13 @@ impl<'a> RefinementState<'a> {
         warm
     }
 
-    /// Reorders the faces in some ranges of slots, which ascend.
+    /// Reorders the faces in ascending ranges of slots.
     pub fn sort(&mut self, ranges: &[Range<usize>], lines: &mut Lines) {
         let moves = self.sorted(ranges, lines);
         self.execute(moves);
     }
 
-    /// The moves that reorder the faces in some ranges of slots, which ascend.
+    /// The moves that reorder the faces in ascending ranges of slots.
     pub fn sorted(&mut self, ranges: &[Range<usize>], lines: &mut Lines) -> Vec<Move> {
         let slots: Vec<usize> = ranges.iter().cloned().flatten().collect();
         let faces: Vec<u32> = slots.iter().map(|&slot| self.at[slot]).collect();
@@ -207,7 +208,7 @@ impl<'a> RefinementState<'a> {
         moved.map(|(slot, face)| Move { slot: slot as u32, face }).collect()
     }
 
-    /// The order of one greedy; for the last level, the best order of several greedies.
+    /// A greedy order; for the last level, the best of several greedy orders.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
         if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
@@ -216,7 +217,7 @@ impl<'a> RefinementState<'a> {
         let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
         let count = patch.faces.len();
         let begins = (LAST_FACES / count.max(1)).clamp(1, 7);
-        // One greedy takes a second on a dragon.
+        // One greedy order of the dragon takes a second.
         let few = [options.weights.valence];
         let valences: &[f64] = if count > LAST_FACES { &few } else { &VALENCES };
         let mut best = (u64::MAX, Vec::new());

@@ -1,5 +1,5 @@
-//! Rollouts: an optimizer with lookahead. From the current state of the cache, several greedies draw some
-//! faces each. The first half of the best attempt is kept, and the next rollouts begin where it ends.
+//! Rollouts: an optimizer with lookahead. From the current state of the cache, several greedy optimizers draw some
+//! faces each. The first half of the best attempt is kept, and the next rollouts begin where this half ends.
 //!
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
 //! Rollouts take 16 greedy steps per face and save 0.06 transforms per vertex.
@@ -13,7 +13,7 @@ const KEPT: usize = 32;
 /// Scores are integers in units of 1 / [`TRANSFORM`] transforms, so the order is the same on every machine.
 const TRANSFORM: i32 = 1 << 16;
 
-/// Valence weights of the greedies, in percent (see [`super::Weights::valence`]). Each is tried without and
+/// Valence weights of the greedy optimizers, in percent (see [`super::Weights::valence`]). Each is tried without and
 /// with noise.
 const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 /// The noise is at most a tenth of a transform.
@@ -49,9 +49,10 @@ struct Face {
 /// Everything that a search reads of a vertex, in half of a CPU cache line.
 #[derive(Clone, Default)]
 struct Vertex {
-    /// What it adds to the score of its faces now. An attempt keeps only the score of its own valence up to date.
+    /// What the vertex now adds to the score of its faces, for each of [`VALENCES_PERCENT`]. During an attempt, only
+    /// the score for the attempt's own weight is up to date.
     scores: PerValence,
-    /// Its faces are `around[begin .. end]`, and some that are drawn and kept.
+    /// `around[begin .. end]` are its faces, without some that are already drawn and kept.
     begin: u32,
     end: u32,
     /// The number of its faces, and of those that are not drawn.
@@ -326,7 +327,7 @@ mod tests {
 
     #[test]
     fn rollouts_need_fewer_transforms_than_one_greedy() {
-        // The greedy with a valence term needs 1.30.
+        // The greedy optimizer with a valence term needs 1.30.
         let found = transforms(Cache::Fifo(16), &drawn(&torus(40).faces, 1600)).per_vertex();
         assert!(found < 1.27, "{found}");
     }

@@ -1,7 +1,7 @@
 //! Regions in turns: a tswap reorders one region of the faces whenever the budget of moves allows it.
 //!
-//! With a small budget, reorderings of all faces are far apart, and the levels before a reordering cost half
-//! as much again as the levels after it. A region is a run of adjacent slots (a patch of the surface, thanks
+//! With a small budget, reorderings of all faces are far apart, and the levels before a reordering cost 1.5
+//! times as much as the levels after it. A region is a run of adjacent slots (a patch of the surface, thanks
 //! to an earlier order) together with the new faces that belong to it. With regions few faces stay unordered,
 //! and the cost is even over the levels. But region borders cost transforms, so regions pay only with small
 //! budgets: see [`super`] for the numbers.
@@ -21,7 +21,7 @@ struct Tail {
     start: usize,
     /// The splits that added the tail's faces.
     splits: Vec<u32>,
-    /// For each face of the model: the ordered slot to which a face of the tail belongs.
+    /// The ordered slot to which each face of the tail belongs, by the face's number in the model.
     home: Vec<u32>,
     /// For each ordered slot: the number of tail faces that belong to it.
     incoming: Vec<u32>,
@@ -107,8 +107,8 @@ impl Tail {
         }
     }
 
-    /// The run of `length` ordered slots with the most incoming faces (on a tie, the first run), and their
-    /// number.
+    /// The run of `length` ordered slots with the most incoming faces (on a tie, the first run), and the number of
+    /// these faces.
     fn fullest(&self, length: usize) -> (Range<usize>, usize) {
         let mut incoming: usize = self.incoming[..length].iter().map(|&count| count as usize).sum();
         let (mut start, mut most) = (0, incoming);

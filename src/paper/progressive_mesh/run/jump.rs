@@ -5,9 +5,10 @@ use super::program::{Operation, Program, gather};
 use super::touched::IgnoreWrites;
 
 impl Program {
-    /// The tables from which levels are constructed. A permutation is a keyframe if it and those since the last
-    /// keyframe move at least half of the faces that its level draws. So the keyframes have at most twice as many
-    /// entries as the permutations, and after a construction the permutations move less than half of the faces.
+    /// Builds the tables from which levels are constructed. A permutation becomes a keyframe if the permutations since
+    /// the last keyframe, itself included, move at least half of the faces that its level draws. So the keyframes have
+    /// at most twice as many entries as the permutations. After a construction, the permutations that are still to be
+    /// executed move less than half of the faces.
     pub(super) fn tables(&self, predecessors: Vec<u32>) -> Direct {
         let mut direct = Direct { predecessors, ..Direct::default() };
         let mut numbers: Vec<u32> = (0..self.faces.len() as u32).collect();
@@ -54,8 +55,8 @@ impl Program {
         std::iter::once(construct).chain(since).collect()
     }
 
-    /// True if [`Program::change`] constructs the level. Then it reads none of the present faces, and writes all that
-    /// the level draws.
+    /// True if [`Program::change`] constructs the level. A construction reads no current face, and writes all faces
+    /// that the level draws.
     pub fn constructs(&self, from: u32, to: u32) -> bool {
         let [low, high] = [from.min(to), from.max(to)];
         let born = u64::from(self.drawn(to).saturating_sub(self.drawn(from)));

@@ -60,7 +60,7 @@ pub struct MeshOnDevice {
     pub cut_from: Option<Extent>,
     pub(super) vertices: VertexBuffer,
     pub(super) indices: Arc<Buffer>,
-    /// The index buffers in memory that the device reads directly; `indices` is that of the present frame.
+    /// The index buffers in memory that the device reads directly; `indices` is the current frame's buffer.
     mapped: Option<Mapped>,
     /// The previous index buffer, which became too small. Kept until the frame that copies it is recorded.
     outgrown: Option<Arc<Buffer>>,
@@ -241,8 +241,8 @@ impl MeshOnDevice {
         Ok(sent)
     }
 
-    /// Allocates an index buffer for all slices: half as large again as the previous one, so that few frames wait for
-    /// growth.
+    /// Allocates a larger index buffer if the slices need it: at least 1.5 times as large as the previous one if memory
+    /// allows, so that few frames wait for growth.
     fn grow(&mut self, gpu: &Gpu) -> Result<(), Error> {
         let index = self.program.index_type();
         let bytes = self.levels.bytes(index);
@@ -277,8 +277,8 @@ impl MeshOnDevice {
         Ok(())
     }
 
-    /// To be called when the commands of [`MeshOnDevice::record`] are recorded. If they are then not submitted, the
-    /// index buffer lacks their changes.
+    /// Must be called after the commands of [`MeshOnDevice::record`] are recorded. If the commands are never submitted,
+    /// the index buffer lacks their changes.
     pub(super) fn recorded(&mut self) {
         self.outgrown = None;
         match &mut self.levels {

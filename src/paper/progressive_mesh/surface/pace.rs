@@ -10,8 +10,8 @@ use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 pub const PIXELS_PER_FRAME: f64 = 0.043;
 
 /// Above this error in pixels the limit is proportional to the error, because larger steps of so coarse a mesh hardly
-/// change more pixels (pm.pop). Without it an error of 16 pixels would take 1.8 times as long to reach a quarter of a
-/// pixel.
+/// change more pixels (pm.pop). With a constant limit, an error of 16 pixels would take 1.8 times as long to reach a
+/// quarter of a pixel.
 const PROPORTIONAL_FROM: f64 = 4.0;
 
 /// An approaching camera raises the drawn error to at most this multiple of the wanted one. Without it, a fast approach
@@ -125,9 +125,11 @@ mod tests {
     fn an_approach_leaves_at_most_twice_the_wanted_error() {
         let (pace, _) = pace(&["pixels_per_frame=0.25"]);
         let near = |error: f64| InstanceError { error, pixel: 0.05 };
-        // The camera comes ten times as near: 8 units are 160 pixels now. 1 pixel was drawn before, 1 is wanted.
+        // The camera comes ten times as near: a pixel shrinks from 0.5 to 0.05 units. One pixel was drawn, so the drawn
+        // 0.5 units would now be 10 pixels. They are reduced to twice the wanted pixel, and then by one step.
         assert_eq!(pace.next(Some(at(0.5)), near(0.05)), 0.1 - 0.25 * 0.05);
-        // An error that was drawn before the approach is kept, in pixels: 16, although 1 is wanted.
+        // 16 pixels were drawn, more than twice the wanted pixel. The approach does not raise this number, and one step
+        // reduces it to 15.
         let kept = pace.next(Some(at(8.0)), near(0.05));
         assert!((kept / 0.05 - 15.0).abs() < 1e-9, "{kept}");
         // While the camera moves away, finer levels than wanted are drawn for some frames.

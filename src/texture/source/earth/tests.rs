@@ -38,8 +38,8 @@ fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> us
         let size = pyramid.level_size(id.level + picture);
         let origin =
             [id.column, id.row].map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - border);
-        // Of the texels whose index is a multiple of 7: all in the border, and inside it those whose index is also a
-        // multiple of `step`.
+        // Samples the texels whose index is a multiple of 7. Inside the border, the index must also be a multiple of
+        // `step`.
         let places = (0..side * side).filter(|index| {
             let (x, y) = (index % side, index / side);
             let frame = border as usize;
@@ -210,9 +210,9 @@ fn a_resident_level_in_the_synthetic_part_equals_the_tiles() {
     }
 }
 
-/// Mean differences between adjacent columns (axis 0) or rows (axis 1) of a square of 64 x 64 texels of the level
-/// `2^width_log2` wide: across the middle, the largest elsewhere, and across the middle with the far side shifted by 21
-/// texels along it.
+/// Mean differences between adjacent columns (axis 0) or rows (axis 1) in a square of 64 x 64 texels of the level
+/// `2^width_log2` wide. Returns three values: the difference across the middle line of the square, the largest one
+/// elsewhere, and the one across the middle line after the far half is shifted by 21 texels along the line.
 fn steps(width_log2: u32, axis: usize, [left, top]: [i64; 2]) -> [f64; 3] {
     let (region, _) = refine::region(base::base().unwrap(), width_log2, (left, top, 64, 64));
     let texel = |x: i64, y: i64| region.row(left + x, top + y)[0][1];
@@ -233,8 +233,8 @@ fn neither_the_antimeridian_nor_a_pole_has_a_visible_seam() {
     // the imagery.
     for (axis, left, top) in [(0, -32, 1100), (1, 5000, -32), (1, 9000, 8192 - 32)] {
         let [edge, most, torn] = steps(14, axis, [left, top]);
-        // The imagery's own difference at that edge. Antarctica's snow is nearly white, so detail with the same mean
-        // has no room to soften it.
+        // The imagery's own difference at that edge. Synthetic detail keeps the imagery's means, and Antarctica's snow
+        // is nearly white, so the detail has little room to smooth the edge.
         let real = match axis {
             0 => steps(12, axis, [-32, top / 4]),
             _ => steps(12, axis, [left / 4, if top < 0 { -32 } else { 2048 - 32 }]),
