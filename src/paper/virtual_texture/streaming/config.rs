@@ -20,7 +20,7 @@ settings! {
         /// Both time budgets are lifted while a picture settles, and in a window whose camera rests.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
         /// CPU time per frame for reading and decoding tiles, summed over the loader threads. If a load takes longer,
-        /// later frames load less. Waiting for the disk is not counted: at most 32 loads are under way.
+        /// later frames load less. Waiting for the disk is not counted. At most 32 loads are under way.
         load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
         /// The upload budget of `--deterministic`, and in any mode the capacity of a frame's staging memory.
         upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
