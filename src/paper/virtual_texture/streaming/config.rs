@@ -32,7 +32,7 @@ settings! {
         /// Loads the tiles that the camera will see this many frames later if its motion continues. 0: no prefetch.
         prefetch_frames: u32 = 0, in 0..=1000, unit "frames";
         /// Which of a frame's missing tiles is requested first. After a cut to another camera, `"coarsest"` had up to
-        /// 31 % less error, summed over the frames (vt.budget).
+        /// 20 % less error, summed over the frames (vt.budget).
         order: Order = Order::Coarsest;
         /// A tile that could not be read is requested again after this time. 0 and `--deterministic` disable this.
         retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
