@@ -18,17 +18,17 @@ use std::process::ExitCode;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
-/// Super-large textures, progressive meshes and texture mapping: three papers rebuilt on Vulkan and measured.
+/// Three papers about super-large textures, progressive meshes and texture mapping, rebuilt on Vulkan and measured.
 ///
 /// Exit codes: 0 done, 1 error, 2 usage or no driver, 3 data corrupt, 4 device lost.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
 struct CommandLine {
-    /// More messages on stderr (twice: all)
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    /// Print more messages on stderr (twice: all)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 900)]
     verbose: u8,
-    /// Errors only
-    #[arg(short, long, global = true)]
+    /// Print only errors
+    #[arg(short, long, global = true, display_order = 901)]
     quiet: bool,
     #[command(subcommand)]
     command: Command,
@@ -40,20 +40,23 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Render a scene
     Render(Box<render::RenderArgs>),
-    /// Show a scene, or all views of a figure, in a window: fly through it, switch and compare variants, change every setting
+    /// Show a scene, or all views of a figure, in a window: fly, compare variants, change every setting
     #[cfg(feature = "window")]
     View(Box<command::view::ViewArgs>),
     /// List all figures; with -v also their claims
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
-    /// Find the cheapest setting of a scene within an error, or the most accurate within a time
+    /// Find a scene's cheapest setting within an error, or its most accurate one within a time
     Trade(Box<trade::TradeArgs>),
     /// Merge the parts of a run into one report
     Merge(merge::MergeArgs),
     /// Write the HTML page of stored results
     Page(page::PageArgs),
     /// Cut a picture into a tile pyramid (.tiles)
+    ///
+    /// To resume an interrupted bake, run the same command again. Until the bake is done, OUT.partial, OUT.scratch and
+    /// OUT.journal lie beside OUT.
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
     Verify(verify::TilesVerifyArgs),
@@ -62,12 +65,16 @@ enum Command {
     /// Build, describe, export and check progressive meshes (.pmesh)
     Mesh(mesh::MeshArgs),
     /// Measure the difference between two pictures
+    ///
+    /// All measures except FLIP use linear light. Alpha is ignored; the number of pixels with different alpha is
+    /// printed. Red, green and blue are compared as stored. In an EXR they are usually premultiplied by alpha, in a PNG
+    /// never.
     Compare(compare::CompareArgs),
     /// List the keys of scene files
     Keys(keys::KeysArgs),
     /// Show the Vulkan installation and test it
     Doctor(doctor::DoctorArgs),
-    /// Print the completions of a shell: `ortelius completions bash > FILE`, then source FILE in the shell
+    /// Print the completions of a shell: `ortelius completions bash > FILE`, then `source FILE`
     Completions(manual::CompletionsArgs),
     /// Print a man page: `ortelius man mesh build | man -l -`
     Man(manual::ManArgs),

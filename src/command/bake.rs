@@ -33,8 +33,8 @@ pub struct BakeArgs {
     #[arg(long, value_enum, default_value_t = Format::Rgba8)]
     format: Format,
 
-    /// Number of coarsest levels that are stored without tiles and are always in video memory (the paper's
-    /// L'); default: as few as possible
+    /// Number of coarsest levels that are stored without tiles and are always in video memory (the paper's L').
+    /// Default: as few as possible
     #[arg(long, value_name = "LEVELS")]
     resident_levels: Option<u32>,
 

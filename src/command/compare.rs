@@ -23,19 +23,21 @@ pub struct CompareArgs {
     /// A picture, .png or .exr
     #[arg(value_name = "A")]
     a: PathBuf,
-    /// A picture of the same size; without --reference it counts as the truth
+    /// A picture of the same size. Without --reference it counts as the truth
     #[arg(value_name = "B")]
     b: PathBuf,
     /// The truth, with which both A and B are compared
     #[arg(long, value_name = "R")]
     reference: Option<PathBuf>,
-    /// An error map: .png in false colours from 1e-5 to 1 (A left of B), or .exr with absolute differences and FLIP
+    /// Write an error map: .png in false colours from 1e-5 to 1 (A left of B), or .exr with absolute differences and
+    /// FLIP
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
-    /// Pixels with a larger error in any channel are outliers; default: 5/256
+    /// Count pixels with a larger error in any channel as outliers; default: 5/256
     #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound, allow_negative_numbers = true)]
     outliers_above: f64,
-    /// Print JSON; infinite values are null (the PSNR of equal pictures, the error of a pixel that is not finite)
+    /// Print JSON. Values that are not finite are null: the PSNR of equal pictures, the error of a pixel that is not
+    /// finite
     #[arg(long)]
     json: bool,
 }

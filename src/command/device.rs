@@ -5,11 +5,11 @@ use ortelius::vk::GpuOptions;
 
 #[derive(Args)]
 pub struct DeviceArgs {
-    /// Part of a device's name, or its index
+    /// Use this device: a part of its name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     pub device: Option<String>,
-    /// Run with Vulkan's validation layer, including synchronisation validation; any message is a failure. Measured
-    /// times are then meaningless
+    /// Run with Vulkan's validation layer, including synchronisation validation. Any message is a failure. Measured
+    /// times mean nothing
     #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     pub validate: bool,
 }

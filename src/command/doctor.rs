@@ -17,7 +17,7 @@ pub struct DoctorArgs {
     /// Print JSON on stdout
     #[arg(long)]
     json: bool,
-    /// Part of a device's name, or its index
+    /// Use this device: a part of its name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     device: Option<String>,
     /// Run the self-test in this process (used for the child)

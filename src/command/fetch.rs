@@ -8,14 +8,14 @@ use std::path::PathBuf;
 /// Fetches models by `npm pack` and checks them against known hashes; existing correct files stay.
 #[derive(Args, Debug)]
 pub struct FetchArgs {
-    /// dragon, dragon_res2, dragon_res3, dragon_res4; default: all
+    /// Models to fetch: dragon, dragon_res2, dragon_res3, dragon_res4; default: all
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     /// Target folder, created if absent; default: ortelius/models in the user's data folder (XDG_DATA_HOME), where
     /// figures and `mesh build` find the models by name
     #[arg(long, value_name = "DIR")]
     to: Option<PathBuf>,
-    /// Only list the models that can be fetched
+    /// List the models that can be fetched, and fetch none
     #[arg(long)]
     list: bool,
 }

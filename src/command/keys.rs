@@ -9,7 +9,8 @@ use ortelius::scene::{self, markdown, schema};
 
 #[derive(Args)]
 pub struct KeysArgs {
-    /// Only keys that start with this, for example `surface.NAME.texture` or `cache`; if none does, those that contain it
+    /// List only keys that start with this, for example `surface.NAME.texture` or `cache`. If there are none: keys that
+    /// contain it
     #[arg(default_value = "")]
     prefix: String,
     /// Print docs/scenes.md

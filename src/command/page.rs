@@ -16,7 +16,7 @@ pub struct PageArgs {
     /// A report's results.json, or a file of results/
     #[arg(value_name = "RESULTS.json")]
     results: PathBuf,
-    /// The page; default: beside the results
+    /// The page to write; default: beside the results
     #[arg(short, long, value_name = "PAGE.html")]
     output: Option<PathBuf>,
     /// Also write the results with the page's claims and verdicts

@@ -21,8 +21,8 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct RenderArgs {
-    /// The picture: .png (sRGB) or .exr (linear light). With {frame} in its name, every frame is written, followed by
-    /// the settled one
+    /// Write the picture: .png (sRGB) or .exr (linear light). With {frame} in the name, write every frame, then the
+    /// settled one
     #[arg(short, long, value_name = "PICTURE")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -33,20 +33,20 @@ pub struct RenderArgs {
     compare_plain: bool,
     #[command(flatten)]
     pub(super) device: DeviceArgs,
-    /// All measurements as JSON, with the data needed to repeat the run
+    /// Write all measurements as JSON, with the data needed to repeat the run
     #[arg(long, value_name = "JSON")]
     report: Option<PathBuf>,
-    /// One line of JSON for each frame, written as soon as the frame has ended
+    /// Write a header, then one line of JSON for each frame as soon as the frame has ended
     #[arg(long, value_name = "JSONL")]
     records: Option<PathBuf>,
-    /// Visible tiles as CSV: frame,q,i,j (the tile's level q, row i and column j)
+    /// Write the visible tiles as CSV: frame,q,i,j (the tile's level q, row i and column j)
     #[arg(long, value_name = "CSV")]
     dump_visible: Option<PathBuf>,
-    /// Texture coordinates s and t, their derivatives, the level q and the tile's row i and column j for each
-    /// pixel of the last frame, as 32-bit float channels
+    /// Write an EXR of the last frame with 32-bit float channels for each pixel: texture coordinates s and t, their
+    /// derivatives, the level q, and the tile's row i and column j
     #[arg(long, value_name = "EXR")]
     dump_footprint: Option<PathBuf>,
-    /// Exit with 3 if a tile could not be read; by default, a coarser tile is shown and a warning printed
+    /// Exit with code 3 if a tile could not be read. By default, a coarser tile is shown, with a warning
     #[arg(long)]
     strict: bool,
     /// Print the device features, passes and memory that the scene needs

@@ -12,11 +12,11 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct ReportArgs {
-    /// Show changes relative to stored results (a report's results.json)
+    /// List changes from stored results (a report's results.json)
     #[arg(long, value_name = "RESULTS.json")]
     against: Option<PathBuf>,
-    /// Exit with 1 if a claim has one of these verdicts. `changed`: another verdict than in --against;
-    /// `not-reproduced`: also "does not hold here"
+    /// Exit with code 1 if a claim has one of these verdicts. `changed`: another verdict than in --against.
+    /// `not-reproduced` includes "does not hold here"
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     fail_on: Vec<FailOn>,
     /// Also write the verdicts as JUnit XML

@@ -28,21 +28,20 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// The default: most pictures have at most 720 rows of pixels; most times are measured in 12 runs, some in 6
+    /// The default. Most pictures have at most 720 rows of pixels. Most times are measured in 12 runs, some in 6
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Measure most times in at least 30 runs, some in 6; takes hours on a software device
+    /// Measure most times in at least 30 runs, some in 6. This takes hours on a software device
     #[arg(long)]
     full: bool,
     /// The report's folder, created if absent
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     output: PathBuf,
-    /// Measure only every N-th cell (a scene at one value of the sweep), from the I-th; `ortelius merge` joins the
-    /// parts
+    /// Measure one of N parts, the I-th, for example 2/8. `ortelius merge` joins the parts
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
-    /// Keep the cells in DIR and measure the rest; failed and left-out cells are measured again. All cells in DIR must
-    /// be of the same commit, build, effort and device
+    /// Keep the cells in DIR and measure the rest. (A cell is a scene at one value of the sweep.) Failed and left-out
+    /// cells are measured again. All cells in DIR must be of the same commit, build, effort and device
     #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Measure the cells in DIR again

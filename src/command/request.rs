@@ -20,21 +20,20 @@ use std::path::Path;
 /// The scene and the camera.
 #[derive(Args, Clone)]
 pub struct SceneArgs {
-    /// A scene file, or the name of a shipped scene (earth, globe, pole, antimeridian, plane, ruler, bunny, herd,
-    /// valley, plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock). Or the name of a figure (`ortelius
-    /// list`): `view` shows all of its views, other commands the first. Or a report, whose run is then repeated;
-    /// options override the report
+    /// A scene file, or a shipped scene: earth, globe, pole, antimeridian, plane, ruler, bunny, herd, valley,
+    /// plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock. Or a figure (`ortelius list`): `view` shows
+    /// all of its views, other commands the first. Or a report: its run is repeated, and options override it
     pub scene: String,
-    /// Pixels, WIDTHxHEIGHT; default: the scene's size
+    /// Size of the picture in pixels, as WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// One of the scene's cameras
+    /// Use this camera of the scene
     #[arg(long, conflicts_with = "path")]
     camera: Option<String>,
-    /// One of the scene's paths
+    /// Follow this path of the scene
     #[arg(long)]
     path: Option<String>,
-    /// Budgets count tiles and faces instead of time, so that every run renders the same frames
+    /// Count budgets in tiles and faces instead of time, so that every run renders the same frames
     #[arg(long)]
     deterministic: bool,
     /// Override a key of the scene, for example -D variant.address=own-level
@@ -47,16 +46,17 @@ pub struct SceneArgs {
 /// A camera on the command line. Missing values come from --camera, or from the scene's view.
 #[derive(Args, Clone, Copy, Default, PartialEq)]
 pub struct EyeArgs {
-    /// Geodetic latitude of the camera in degrees
+    /// Latitude of the camera (geodetic)
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lat: Option<f64>,
-    /// Geodetic longitude of the camera in degrees
+    /// Longitude of the camera (geodetic)
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     lon: Option<f64>,
     /// Height of the camera above the ellipsoid or the plane
     #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
-    /// Heading of the camera, clockwise from north; when looking straight down, the picture's up direction
+    /// Heading of the camera, clockwise from north. When it looks straight down: the direction that is up in the
+    /// picture
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,
     /// Tilt of the camera: 0 is straight down, 90 horizontal
@@ -69,13 +69,13 @@ pub struct EyeArgs {
 pub struct RunArgs {
     #[command(flatten)]
     pub of: SceneArgs,
-    /// Render this many frames; default: until nothing is missing
+    /// Render this many frames; default: until no tile is missing
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     frames: Option<u32>,
-    /// After --frames, continue at the last pose until nothing is missing
+    /// After --frames, continue at the last pose until no tile is missing
     #[arg(long)]
     settle: bool,
-    /// Settle every frame of a sequence before the next, so that each picture is complete
+    /// Render each frame of a path until no tile is missing, before the next frame begins
     #[arg(long)]
     settle_each: bool,
 }

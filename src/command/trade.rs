@@ -34,12 +34,13 @@ enum KernelName {
 pub struct TradeArgs {
     /// A scene file, or the name of a shipped scene
     scene: String,
-    /// Measure of the error: normalised mean squared error, mean FLIP, or the largest error of a channel (linear light)
+    /// How errors are measured. nmse: normalised mean squared error. flip: mean FLIP, a visible difference. max: the
+    /// largest error of a channel, in linear light
     #[arg(long, value_enum, default_value = "nmse")]
     error: ErrorName,
-    /// Weights of the reference's samples. gaussian: a standard deviation of half a pixel, as in the filter "ellipse".
-    /// box: the pixel's square, which favours filters that take samples along the footprint. Rays of reliefs have no
-    /// weights
+    /// How the reference weights its samples. gaussian: with a standard deviation of half a pixel, as the filter
+    /// "ellipse". box: equally in the pixel's square, which favours filters that take samples along the footprint. Rays
+    /// of reliefs have no weights
     #[arg(long, value_enum, default_value = "gaussian")]
     kernel: KernelName,
     /// Find the fastest setting with at most this error
@@ -49,29 +50,30 @@ pub struct TradeArgs {
     #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
     max_ms: Option<f64>,
     /// Vary only these: level-bias, filter, anisotropy, ellipse, border, list, stages, format, gpu-tiles, budgets;
-    /// default: all. A scene without a virtual texture varies its plain textures' filters and its relief's method
+    /// default: all. In a scene without a virtual texture, the filters of plain textures and the relief's method are
+    /// varied instead
     #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
     knobs: Vec<Knob>,
     /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Check whether an earlier sweep (a report's trade.json) found the same Pareto front within noise
+    /// Test whether an earlier sweep (a report's trade.json) found the same Pareto front within noise
     #[arg(long, value_name = "TRADE.json")]
     against: Option<PathBuf>,
-    /// Write the chosen setting into the scene file; its comments stay
+    /// Write the chosen setting into the scene file, whose comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// Measure each time in at least 30 runs instead of 12. With or without this option, settings with an
-    /// uncertain median are measured again, up to six times as often
+    /// Measure each time in at least 30 runs instead of 12. In both cases, settings with an uncertain median are
+    /// measured again, up to six times as often
     #[arg(long)]
     full: bool,
     /// Print all measurements as JSON
     #[arg(long)]
     json: bool,
-    /// Pixels, WIDTHxHEIGHT; default: the scene's size
+    /// Size of the picture in pixels, as WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// One of the scene's cameras
+    /// Use this camera of the scene
     #[arg(long)]
     camera: Option<String>,
     /// Override a key of the scene, for example -D cache.gpu_tiles=64

@@ -13,31 +13,31 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Settings that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: those of its
-    /// variants that are settings. Default for a scene: its own settings, then every other value of these keys. Virtual
+    /// A variant that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: those of its
+    /// variants that are settings. Default for a scene: its own settings, then other values of some keys. Virtual
     /// texture: the filter, variant.dedup, variant.compact, variant.list. Mesh: geometry.apply, geometry.order. Relief:
     /// relief.method. Plain texture: filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
-    /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display,
-    /// so with --measure the default is immediate, or mailbox if immediate is not supported
+    /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display:
+    /// with --measure the default is immediate, or mailbox if immediate is not supported
     #[arg(long, value_enum)]
     present: Option<Present>,
-    /// The trade.json of `ortelius trade -o`: a slider selects settings on its Pareto front, from the least
-    /// error to the least time
+    /// Add a slider through the Pareto-optimal settings of a trade.json (`ortelius trade -o`), from the least error to
+    /// the least time
     #[arg(long, value_name = "TRADE.json")]
     trade: Option<PathBuf>,
-    /// Only the picture; F2 shows the panels
+    /// Show only the picture; F2 shows the panels
     #[arg(long)]
     no_panels: bool,
     /// Record the scene's path into the folder of -o, as R does, and close
     #[arg(long, conflicts_with = "measure")]
     record: bool,
-    /// Print frame times along the scene's path with cold and warm caches, and with closed and open panels; then close.
-    /// With a name, also write them as JSON
+    /// Measure along the scene's path, then close. Prints frame times with cold and warm caches, and with closed and
+    /// open panels; then the frames from a key press to a changed picture. With a name, also write them as JSON
     #[arg(long, value_name = "JSON", num_args = 0..=1, require_equals = true)]
     measure: Option<Option<PathBuf>>,
-    /// Frames of each of the four measurements of --measure, rounded up to a multiple of 24 [default: 120]
+    /// Number of frames in each of the four measurements of frame times, rounded up to a multiple of 24 [default: 120]
     #[arg(long, requires = "measure", value_parser = clap::value_parser!(u32).range(1..=24_000), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// Folder of screenshots (F12) and recordings (R)
@@ -53,7 +53,7 @@ enum Present {
     Fifo,
     /// The newest picture, at the display's rate
     Mailbox,
-    /// Immediately; may tear
+    /// At once; pictures may tear
     Immediate,
 }
 

@@ -296,7 +296,7 @@ fn dropped(budget: &Budget, refused: &RenderError) -> Option<String> {
     };
     budget
         .frame_ms
-        .map(|_| format!("governor.frame_ms is ignored: {why}; governor.frame_faces is the whole budget"))
+        .map(|_| format!("governor.frame_ms is ignored: {why}; only governor.frame_faces limits a frame"))
 }
 
 #[cfg(test)]

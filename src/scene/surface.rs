@@ -228,7 +228,7 @@ pub(super) fn ground(scene: &Scene) -> Result<Ground, SceneFault> {
 fn kind<'a>(scene: &'a Scene, name: &str) -> Result<&'a str, SceneFault> {
     let key = ["surface", name, "geometry", "kind"];
     scene.word(&key).ok_or_else(|| match scene.document.value(&key) {
-        Some(value) => SceneFault::new(&key, format!("{value} is not a text")),
+        Some(value) => SceneFault::new(&key, format!("{value} is not text")),
         None => SceneFault::new(&key, "a surface needs geometry = { kind = ... }"),
     })
 }

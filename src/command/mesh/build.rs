@@ -27,20 +27,19 @@ pub struct BuildArgs {
     #[arg(short, long, value_name = "OUT.pmesh")]
     output: PathBuf,
 
-    /// Number of faces that the coarsest level should have
+    /// Wanted number of faces of the coarsest level
     #[arg(long, value_name = "N", default_value_t = SimplifyOptions::default().target_faces, allow_negative_numbers = true)]
     target_faces: usize,
 
-    /// Order of collapses with equal cost: random with this seed; 0: by position in space
+    /// Seed of the random order of collapses with equal cost. 0: order them by position in space
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
 
-    /// fast: one pass of the simplifier; the error rises in jumps. best: two passes; the error rises evenly
+    /// How many passes the simplifier makes
     #[arg(long, value_parser = named(|_: BuildEffort| true), default_value = BuildEffort::Best.name())]
     effort: BuildEffort,
 
-    /// What the error of a level measures. geometry: the distance between the surfaces. appearance: also the radius of
-    /// the region around a collapse in which the shading differs visibly, and the distance by which a texture shifts
+    /// What the error of a level measures
     #[arg(long, value_parser = named(|_: ErrorMetric| true), default_value = ErrorMetric::Geometry.name())]
     metric: ErrorMetric,
 
@@ -48,13 +47,13 @@ pub struct BuildArgs {
     #[arg(long, value_parser = orders(), default_value = DEFAULT_ORDER.name())]
     order: FaceOrder,
 
-    /// Where faces are reordered: N divides the splits into N equal groups, P% ends a group when the face count has
-    /// grown by P %
+    /// When faces are reordered. N: after each of N equal groups of splits. P%: whenever the number of faces has grown
+    /// by P %
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// Limit of the faces that move to another slot per split, on average over all splits. It determines where faces
-    /// are reordered (default without --groups: the number in the order's name; for `paper`, 64 equal groups)
+    /// Most faces that move to another slot per split, on average over all splits. This determines when faces are
+    /// reordered. Default without --groups: the number in the order's name; for `paper`, 64 equal groups
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
@@ -62,7 +61,7 @@ pub struct BuildArgs {
     #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024), allow_negative_numbers = true)]
     cache: Option<u32>,
 
-    /// Write the cleaning and build results, the time of each step and the peak memory, as JSON
+    /// Write the results of cleaning and building, the time of each step and the peak memory, as JSON
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
 }

@@ -108,9 +108,9 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices do not pop. While the wanted error falls from twice a level's error to that error, each vertex
-        /// that the level adds moves from its split vertex to its own position. So levels with half the
-        /// wanted error are drawn, with about twice the faces.
+        /// New vertices move gradually instead of popping. A vertex moves from its split vertex to its own position
+        /// while the wanted error falls from twice its level's error to that error. This draws levels with half the
+        /// wanted error, and so about twice the faces.
         geomorph: bool = false;
         /// The largest change of an instance's error per frame while the instance is in view. Above an error of 4
         /// pixels the limit is proportional to the error. After a jump of the wanted error, the drawn error

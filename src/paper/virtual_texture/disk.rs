@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 settings! {
     /// An injected disk fault, to test how frames behave with it.
     pub struct Disk with DEFAULT {
-        /// Extra time for each tile read. The maximum is one minute: if no tile arrives for so long, settling fails.
+        /// Extra time for each tile read. At most one minute, because settling fails if no tile arrives for so long.
         delay_ms: f64 = 0.0, in 0.0..=60e3, unit "ms";
         /// Start of an outage of `fails_for_s`, in seconds after the first tile request.
         fails_from_s: f64 = 0.0, in 0.0..=1e6, unit "s";

@@ -52,7 +52,7 @@ settings! {
     /// The governor multiplies the wanted errors of all progressive meshes by a factor of at most 1024, so
     /// that frames keep a budget. Set at least one of the two budgets.
     pub struct Budget derive(Copy) with DEFAULT {
-        /// Maximum measured frame time, for nine of ten frames.
+        /// Limit of the measured frame time, which nine of ten frames should keep.
         frame_ms: Option<f64> = None, in 1e-3..=1e6, unit "ms";
         /// Maximum number of faces in a frame, known before it is drawn. Use this budget with
         /// `--deterministic`, because times differ between runs.

@@ -53,8 +53,8 @@ settings! {
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// The most samples along a footprint (the paper's NA, the maximum of today's hardware). For `"ellipse"`: the
-        /// greatest ratio of its axes. The sampler of a plain texture takes one sample.
+        /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16).
+        /// For `"ellipse"`: the greatest ratio of its axes. The sampler of a plain texture takes one sample.
         max_anisotropy: u32 = 16, in 1..=16;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
         /// as many texels and reduces the error (scene.filters).

@@ -20,7 +20,7 @@ settings! {
         /// Both time budgets are lifted while a picture settles, and in a window whose camera rests.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
         /// CPU time per frame for reading and decoding tiles, summed over the loader threads. If a load takes longer,
-        /// later frames load less. Waiting for the disk is not counted: at most 32 loads are under way.
+        /// later frames load less. Waiting for the disk is not counted. At most 32 loads are under way.
         load_budget_ms: f64 = 8.0, in 1e-3..=1e6, unit "ms";
         /// The upload budget of `--deterministic`, and in any mode the capacity of a frame's staging memory.
         upload_tiles_per_frame: u32 = 8, in 1..=1 << 16, unit "tiles";
@@ -32,7 +32,7 @@ settings! {
         /// Loads the tiles that the camera will see this many frames later if its motion continues. 0: no prefetch.
         prefetch_frames: u32 = 0, in 0..=1000, unit "frames";
         /// Which of a frame's missing tiles is requested first. After a cut to another camera, `"coarsest"` had up to
-        /// 31 % less error, summed over the frames (vt.budget).
+        /// 20 % less error, summed over the frames (vt.budget).
         order: Order = Order::Coarsest;
         /// A tile that could not be read is requested again after this time. 0 and `--deterministic` disable this.
         retry_after_ms: f64 = 1000.0, in 0.0..=1e9, unit "ms";
