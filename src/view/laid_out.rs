@@ -74,7 +74,7 @@ fn value<'t>(texts: &'t [Text], name: &str) -> &'t str {
 }
 
 /// The earth with a mesh, small caches and few uploads a frame, so that tiles wait.
-fn stage(gpu: &Watched) -> Stage {
+pub fn stage(gpu: &Watched) -> Stage {
     let mesh = "surface.bunny={geometry={kind='progressive-mesh', source='sphere', size_m=9e4, latitude_deg=30.2, \
                 longitude_deg=31.6}}";
     let changes = [mesh, "cache.gpu_tiles=24", "cache.host_tiles=30", "cache.upload_tiles_per_frame=2"];
