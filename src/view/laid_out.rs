@@ -113,7 +113,7 @@ fn each_panel_has_the_numbers_of_the_report_of_the_same_frame() {
             ("faces", meshes.faces.to_string()),
             ("vertices", meshes.vertices.to_string()),
             ("splits, collapses", format!("{}, {}", meshes.splits, meshes.collapses)),
-            ("written", format!("{:.1} kB", meshes.upload_bytes as f64 / 1e3)),
+            ("written", format!("{:.1} kB", meshes.mesh_upload_bytes as f64 / 1e3)),
             ("governor's factor", format!("{:.3}", meshes.error_factor)),
         ] {
             assert_eq!(value(&texts, name), expected, "step {step}: {name}");
