@@ -64,7 +64,13 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
     }
 }
 
-const ADVICE: &str = "run the same command with --resume to keep the measured cells";
+/// What to do after a stop. `ortelius demo` always resumes, and has no option for it.
+const fn advice(resumes: bool) -> &'static str {
+    match resumes {
+        true => "run the same command again; it keeps the measured cells",
+        false => "run the same command with --resume to keep the measured cells",
+    }
+}
 
 /// `line`: the program's arguments, from which a child parses the same `args`.
 pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
@@ -74,7 +80,7 @@ pub fn run(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
         None => {
             args.report.check()?;
             check_stored(args, &figures)?;
-            interrupt::watch(Some(ADVICE))?;
+            interrupt::watch(Some(advice(args.resume)))?;
             watch(args, line)
         }
         Some(from) => {
@@ -131,8 +137,10 @@ fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
         (Some(0), _) => Ok(()),
         (Some(code), _) => std::process::exit(code),
         // Ctrl-C reaches both processes, this one perhaps later.
-        (None, Some(signal)) if interrupt::SIGNALS.contains(&signal) => interrupt::stop(signal, Some(ADVICE)),
-        _ => bail!("stopped ({status}); {ADVICE}"),
+        (None, Some(signal)) if interrupt::SIGNALS.contains(&signal) => {
+            interrupt::stop(signal, Some(advice(args.resume)))
+        }
+        _ => bail!("stopped ({status}); {}", advice(args.resume)),
     }
 }
 

@@ -102,8 +102,9 @@ impl Live {
         match output {
             Some(output) => {
                 let begin = Instant::now();
-                let primitives = self.input.egui_ctx().tessellate(output.shapes, output.pixels_per_point);
-                self.screen.painter.prepare(&self.textures, &primitives, size, output.pixels_per_point)?;
+                let (context, points) = (self.input.egui_ctx(), output.pixels_per_point);
+                let shown = (&self.textures, output.shapes);
+                self.screen.painter.prepare(context, shown, size, points)?;
                 self.cost.triangles = begin.elapsed();
             }
             None if self.screen.painter.fits(size) => {

@@ -74,7 +74,7 @@ fn value<'t>(texts: &'t [Text], name: &str) -> &'t str {
 }
 
 /// The earth with a mesh, small caches and few uploads a frame, so that tiles wait.
-fn stage(gpu: &Watched) -> Stage {
+pub fn stage(gpu: &Watched) -> Stage {
     let mesh = "surface.bunny={geometry={kind='progressive-mesh', source='sphere', size_m=9e4, latitude_deg=30.2, \
                 longitude_deg=31.6}}";
     let changes = [mesh, "cache.gpu_tiles=24", "cache.host_tiles=30", "cache.upload_tiles_per_frame=2"];
@@ -113,7 +113,7 @@ fn each_panel_has_the_numbers_of_the_report_of_the_same_frame() {
             ("faces", meshes.faces.to_string()),
             ("vertices", meshes.vertices.to_string()),
             ("splits, collapses", format!("{}, {}", meshes.splits, meshes.collapses)),
-            ("written", format!("{:.1} kB", meshes.upload_bytes as f64 / 1e3)),
+            ("written", format!("{:.1} kB", meshes.mesh_upload_bytes as f64 / 1e3)),
             ("governor's factor", format!("{:.3}", meshes.error_factor)),
         ] {
             assert_eq!(value(&texts, name), expected, "step {step}: {name}");

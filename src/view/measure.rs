@@ -6,12 +6,13 @@
 
 use super::path::Player;
 use super::response::Response;
+use super::timed::{BLOCK, FrameCost, Pass, PassTimes, Timed, mean, processor_ms};
 use anyhow::bail;
 use ortelius::figure::Machine;
 use ortelius::header::JsonFormat;
 use ortelius::picture::write::write_whole;
 use ortelius::scene::Scene;
-use ortelius::stats::{Summary, median, median_interval, percentile};
+use ortelius::stats::{Summary, median, median_interval};
 use ortelius::vk::{FRAMES_IN_FLIGHT, PhysicalDevice};
 use serde::Serialize;
 use std::io::Write;
@@ -21,69 +22,7 @@ use std::time::{Duration, Instant};
 /// Default steps per pass. Of 120 times, the 99th percentile lies between the third- and the second-longest.
 pub const STEPS: usize = 120;
 
-/// Steps with closed panels, then as many with open ones; every other time in the other order. So the steps of a pass are
-/// a multiple of twice this number.
-const BLOCK: usize = 12;
-
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Pass {
-    Cold,
-    Warm,
-    Closed,
-    Open,
-}
-
-impl Pass {
-    const ALL: [(Pass, &str); 4] = [
-        (Pass::Cold, "cold caches"),
-        (Pass::Warm, "warm caches"),
-        (Pass::Closed, "panels closed"),
-        (Pass::Open, "panels open"),
-    ];
-
-    /// The pass and the step of a frame, with `steps` steps per pass; `None` after the last pass.
-    fn of_frame(n: usize, steps: usize) -> Option<(Pass, usize)> {
-        match n / steps {
-            0 => Some((Pass::Cold, n)),
-            1 => Some((Pass::Warm, n - steps)),
-            2 | 3 => {
-                let n = n - 2 * steps;
-                let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
-                let is_open = (within >= BLOCK) == (block % 2 == 1);
-                let step = block * BLOCK + within % BLOCK;
-                Some((if is_open { Pass::Open } else { Pass::Closed }, step))
-            }
-            _ => None,
-        }
-    }
-}
-
-/// Parts of a frame's time on the window's thread.
-#[derive(Clone, Copy, Default)]
-pub struct FrameCost {
-    /// Of the panels; zero in a frame that draws the last layout.
-    pub layout: Duration,
-    /// Of the panels: triangles, and their upload.
-    pub triangles: Duration,
-    /// Waits for an image of the window, and for its presentation.
-    pub display: Duration,
-}
-
-/// One measured frame.
-struct Timed {
-    pass: Pass,
-    step: usize,
-    ms: f64,
-    /// Of all threads.
-    processor_ms: Option<f64>,
-    cost: FrameCost,
-    /// Without waits for the device and for the display: work, and waits for anything else.
-    host_ms: f64,
-    /// The device's time of the pass that draws the panels.
-    panels_pass_ms: Option<f64>,
-}
 
 /// A measurement in progress.
 pub struct Measurement {
@@ -113,24 +52,10 @@ struct Results<'a> {
     /// Open minus closed panels, at the same step.
     panels_ms: Summary,
     panels_ms_mean: f64,
+    /// What the panels' own timers report, as [`PassTimes::parts_over`].
+    panels_parts_ms_mean: Option<f64>,
     panels_ms_median_interval: [f64; 2],
     response: Option<String>,
-}
-
-/// Times of a pass, in milliseconds a frame.
-#[derive(Serialize)]
-struct PassTimes {
-    name: &'static str,
-    frame: Summary,
-    p99: f64,
-    processor_mean: Option<f64>,
-    /// The longest frame without its waits for the device and for the display.
-    host_longest: f64,
-    /// Frames that laid out the panels.
-    layouts: usize,
-    layout_mean: f64,
-    triangles_mean: f64,
-    panels_pass_median: Option<f64>,
 }
 
 impl Measurement {
@@ -159,9 +84,9 @@ impl Measurement {
     }
 
     /// Called at the end of a frame: records its times. `waited` is the time that the program has waited for the device so
-    /// far, and `panels_pass_ns` is of the frame [`FRAMES_IN_FLIGHT`] before this one. Returns a part of the report that is
-    /// complete.
-    pub fn end(&mut self, cost: FrameCost, waited: Duration, panels_pass_ns: Option<u64>) -> Option<String> {
+    /// far. `device_ns` are the device's times of the passes that draw into the window, of the frame [`FRAMES_IN_FLIGHT`]
+    /// before this one. Returns a part of the report that is complete.
+    pub fn end(&mut self, cost: FrameCost, waited: Duration, device_ns: Option<[u64; 2]>) -> Option<String> {
         if let Some(response) = &self.response {
             let report = response.report();
             self.ended = report.is_some();
@@ -178,10 +103,10 @@ impl Measurement {
             processor_ms: processor.map(|(end, begin)| end - begin),
             cost,
             host_ms: took.saturating_sub(waits).as_secs_f64() * 1e3,
-            panels_pass_ms: None,
+            device_ms: None,
         });
         if let Some(earlier) = self.frames.iter_mut().rev().nth(FRAMES_IN_FLIGHT) {
-            earlier.panels_pass_ms = panels_pass_ns.map(|ns| ns as f64 / 1e6);
+            earlier.device_ms = device_ns.map(|ns| ns.map(|ns| ns as f64 / 1e6));
         }
         let steps = self.steps;
         match self.frames.len() {
@@ -209,28 +134,12 @@ impl Measurement {
         frames
     }
 
-    fn ms(&self, pass: Pass) -> Vec<f64> {
-        self.of(pass).into_iter().map(|frame| frame.ms).collect()
+    fn times(&self, pass: Pass) -> PassTimes {
+        PassTimes::of(pass, &self.of(pass))
     }
 
-    fn times(&self, pass: Pass) -> PassTimes {
-        let (frames, ms) = (self.of(pass), self.ms(pass));
-        let mean = |part: &dyn Fn(&Timed) -> f64| {
-            frames.iter().map(|frame| part(frame)).sum::<f64>() / frames.len() as f64
-        };
-        let processor: Option<Vec<f64>> = frames.iter().map(|frame| frame.processor_ms).collect();
-        let drawn: Vec<f64> = frames.iter().filter_map(|frame| frame.panels_pass_ms).collect();
-        PassTimes {
-            name: Pass::ALL.into_iter().find(|(named, _)| *named == pass).expect("all are named").1,
-            frame: Summary::of(&ms).expect("a pass has frames"),
-            p99: percentile(&ms, 0.99).expect("a pass has frames"),
-            processor_mean: processor.map(|ms| ms.iter().sum::<f64>() / frames.len() as f64),
-            host_longest: frames.iter().map(|frame| frame.host_ms).fold(0.0, f64::max),
-            layouts: frames.iter().filter(|frame| !frame.cost.layout.is_zero()).count(),
-            layout_mean: mean(&|frame| frame.cost.layout.as_secs_f64() * 1e3),
-            triangles_mean: mean(&|frame| frame.cost.triangles.as_secs_f64() * 1e3),
-            panels_pass_median: median(&drawn),
-        }
+    fn ms(&self, pass: Pass) -> Vec<f64> {
+        self.of(pass).into_iter().map(|frame| frame.ms).collect()
     }
 
     /// The passes differ by more than their loads: a coarser tile replaces a missing one, and a footprint holds fewer
@@ -263,16 +172,17 @@ impl Measurement {
         let processor =
             processor.map(|(open, closed)| format!(", {:+.2} ms of processor time", open - closed));
         format!(
-            "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}; \
-             {} layouts: {:.2} ms a frame, triangles {:.2} ms, device {:.2} ms",
+            "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}\n\
+             panels by their own timers: mean {:+.2} ms a frame: {} layouts {:.2} ms, triangles {:.2} ms, the rest on the \
+             device",
             closed.line(),
             open.line(),
             median(&ms).expect("a pass has frames"),
             processor.unwrap_or_default(),
+            open.parts_over(&closed).unwrap_or(f64::NAN),
             open.layouts,
             open.layout_mean,
             open.triangles_mean,
-            open.panels_pass_median.unwrap_or(f64::NAN)
         )
     }
 
@@ -295,6 +205,7 @@ impl Measurement {
             cold_over_warm_p99: self.cold_over_warm(),
             panels_ms: Summary::of(&panels).expect("a pass has frames"),
             panels_ms_mean: mean(&panels),
+            panels_parts_ms_mean: self.times(Pass::Open).parts_over(&self.times(Pass::Closed)),
             panels_ms_median_interval: median_interval(&panels).expect("a pass has frames"),
             response: self.response.as_ref().and_then(Response::report),
         };
@@ -307,53 +218,9 @@ fn write(file: &Path, results: &Results<'_>) -> anyhow::Result<()> {
     Ok(write_whole(file, |file| file.write_all(text.as_bytes()))?)
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-impl PassTimes {
-    fn line(&self) -> String {
-        let processor = self.processor_mean.map(|ms| format!(", processor time {ms:.2} ms a frame"));
-        format!(
-            "{}: {} frames, median {:.2} ms, 99th percentile {:.2} ms{}",
-            self.name,
-            self.frame.count,
-            self.frame.median,
-            self.p99,
-            processor.unwrap_or_default()
-        )
-    }
-}
-
-/// Processor time of all threads of this process so far, in milliseconds. Other programs hardly change it, unlike the
-/// times of frames. `None` unless the system reports it (Linux does, in steps of 10 ms).
-fn processor_ms() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name in parentheses may contain spaces. User and system time are the 12th and 13th fields after it.
-    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks = |n: usize| fields.get(n)?.parse::<f64>().ok();
-    Some(10.0 * (ticks(11)? + ticks(12)?))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_pass_takes_every_step_once() {
-        for steps in [2 * BLOCK, STEPS] {
-            let mut counts = vec![[0; 4]; steps];
-            let frames = (0..).map_while(|n| Pass::of_frame(n, steps)).collect::<Vec<_>>();
-            for (pass, step) in &frames {
-                counts[*step][Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()] += 1;
-            }
-            assert!(frames.len() == 4 * steps && counts.as_flattened().iter().all(|count| *count == 1));
-            // In turn: each of the two is the first as often as the other.
-            let first_open =
-                frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
-            assert_eq!(first_open, steps / BLOCK / 2);
-        }
-    }
 
     #[test]
     fn the_panels_cost_is_the_difference_at_the_same_step() {
@@ -366,12 +233,14 @@ mod tests {
             // The path's own cost changes much more than the panels'.
             let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
             let (cost, host_ms) = (FrameCost::default(), if pass == Pass::Cold { ms } else { 0.5 });
-            let (processor_ms, panels_pass_ms) = (None, None);
-            measure.frames.push(Timed { pass, step, ms, processor_ms, cost, host_ms, panels_pass_ms });
+            let (processor_ms, device_ms) = (None, Some([2.0, if pass == Pass::Open { 0.5 } else { 0.25 }]));
+            measure.frames.push(Timed { pass, step, ms, processor_ms, cost, host_ms, device_ms });
         }
         assert!(measure.panels_ms().iter().all(|ms| (ms - 1.5).abs() < 1e-9));
         assert_eq!(measure.cold_over_warm(), 1.0);
-        assert!(measure.panels_report().contains("panels: median +1.50 ms"), "{}", measure.panels_report());
+        let report = measure.panels_report();
+        let by_timers = "panels by their own timers: mean +0.25 ms";
+        assert!(report.contains("panels: median +1.50 ms") && report.contains(by_timers), "{report}");
         let caches = measure.caches_report();
         assert!(
             caches.contains("cold over warm: 1.00") && caches.contains("cold 33.00 ms, warm 0.50 ms"),

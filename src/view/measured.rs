@@ -1,7 +1,7 @@
 //! The window's part of `view --measure`: times and pictures of its frames.
 
 use super::live::Live;
-use super::screen::PANELS_PASS;
+use super::screen::PASSES;
 use egui::RawInput;
 
 impl Live {
@@ -11,9 +11,10 @@ impl Live {
         let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };
         let renderer = &self.stage.renderer;
         let passes = renderer.records.last().map(|record| &record.passes);
-        let pass = passes.and_then(|passes| passes.iter().find(|pass| pass.label == PANELS_PASS));
-        let pass_ns = pass.and_then(|pass| pass.ns);
-        let Some(part) = measure.end(cost, renderer.gpu.waited(), pass_ns) else { return Ok(()) };
+        let ns = |label: &str| passes?.iter().find(|pass| pass.label == label)?.ns;
+        let [present, panels] = PASSES.map(ns);
+        let device_ns = present.zip(panels).map(|(present, panels)| [present, panels]);
+        let Some(part) = measure.end(cost, renderer.gpu.waited(), device_ns) else { return Ok(()) };
         if measure.has_ended() {
             measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
         } else if measure.response.is_some() {

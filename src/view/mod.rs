@@ -42,6 +42,7 @@ mod stage;
 mod steer;
 mod streamed;
 mod terrain;
+mod timed;
 mod variants;
 mod views;
 

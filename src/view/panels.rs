@@ -10,8 +10,8 @@ use super::shown::PanelInput;
 use super::stage::{HISTORY, Stage};
 use super::streamed::{self, rows};
 use egui::{
-    Align2, CollapsingHeader, Color32, Grid, Label, Pos2, Rect, RichText, ScrollArea, Sense, Slider, Stroke,
-    Ui, Vec2, vec2,
+    Align2, CollapsingHeader, Color32, Grid, Label, Mesh, Pos2, Rect, RichText, ScrollArea, Sense, Slider,
+    Stroke, Ui, Vec2, vec2,
 };
 use ortelius::frame::Technique;
 use ortelius::renderer::Record;
@@ -213,12 +213,15 @@ fn times(ui: &mut Ui, shown: &PanelInput<'_>) {
     let most = history.iter().copied().fold(1e-3, f64::max);
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 40.0), Sense::hover());
     let step = rect.width() / HISTORY as f32;
+    // One shape of two triangles for each bar. A rectangle with smoothed edges has ten.
+    let mut bars = Mesh::default();
     for (n, ms) in history.iter().enumerate() {
         let high = rect.height() * (ms / most) as f32;
         let left = rect.right() - step * (history.len() - n) as f32;
         let bar = Rect::from_min_size(egui::pos2(left, rect.bottom() - high), vec2(step.max(1.0), high));
-        ui.painter().rect_filled(bar, 0.0, Color32::from_rgb(90, 150, 210));
+        bars.add_colored_rect(bar, Color32::from_rgb(90, 150, 210));
     }
+    ui.painter().add(bars);
     Grid::new("passes").num_columns(3).show(ui, |ui| {
         for pass in &last.passes {
             let ms = pass.ns.unwrap_or_default() as f64 / 1e6;

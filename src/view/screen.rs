@@ -45,8 +45,8 @@ pub struct Screen {
     resized: bool,
 }
 
-/// The pass that draws the panels.
-pub const PANELS_PASS: &str = "panels";
+/// The passes that draw the picture and the panels into the window.
+pub const PASSES: [&str; 2] = ["present", "panels"];
 
 /// Side of the magnifier in pixels, and its magnification.
 pub const LENS: u32 = 176;
@@ -138,8 +138,9 @@ impl Screen {
     ) -> Result<()> {
         let image = self.swapchain.image(number);
         frame.begin_present(image);
-        frame.pass("present", |cmd| {
-            let color = ColorTarget { image, clear: Clear::Float([0.0; 4]) };
+        frame.pass(PASSES[0], |cmd| {
+            // The draws of this pass and of the panels replace every pixel.
+            let color = ColorTarget { image, clear: Clear::Discard };
             let resources = [
                 (present_frag::LEFT, Resource::Texture(left, ReadAs::Raw)),
                 (present_frag::RIGHT, Resource::Texture(right, ReadAs::Raw)),
@@ -148,11 +149,12 @@ impl Screen {
             let overlay = if words.is_some() { arrangement.overlay } else { 0 };
             let push = Present { overlay, ..arrangement.push(image.info().size) };
             let pipeline = &self.pipelines[usize::from(arrangement.is_plain(image.info().size))];
+            let parts = self.painter.uncovered(image.info().size);
             cmd.render(image.info().size, &[color], None, |render| {
-                render.draw(pipeline, &resources, bytemuck::bytes_of(&push), 3)
+                render.draw_parts(pipeline, &resources, bytemuck::bytes_of(&push), (3, &parts))
             })
         })?;
-        frame.pass(PANELS_PASS, |cmd| self.painter.draw(cmd, image))?;
+        frame.pass(PASSES[1], |cmd| self.painter.draw(cmd, image))?;
         if let Some(buffer) = &self.copy {
             let copy = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: image.info().size };
             frame.pass("copy of the window", |cmd| {

@@ -166,9 +166,13 @@ pub(super) struct Uses {
     name: String,
     /// Number of views that the host has open.
     views: AtomicUsize,
-    /// The timeline's value once the device has finished; `u64::MAX` just before a submission.
+    /// The timeline's value once the device has finished; [`SUBMITTING`] just before a submission.
     device: AtomicU64,
+    /// The value before that submission.
+    before: AtomicU64,
 }
+
+const SUBMITTING: u64 = u64::MAX;
 
 /// The memory of a mapped buffer as values that the host reads.
 pub struct Mapped<'a, T> {
@@ -320,9 +324,21 @@ impl Buffer {
 impl Uses {
     /// Called before each submission of a frame that uses the buffer.
     pub(super) fn require_no_view(&self) {
-        self.device.store(u64::MAX, SeqCst);
+        let before = self.device.swap(SUBMITTING, SeqCst);
+        // A frame lists a buffer once for each of its commands.
+        if before != SUBMITTING {
+            self.before.store(before, SeqCst);
+        }
         let views = self.views.load(SeqCst);
         assert!(views == 0, "{}: the host still views it when a frame that uses it is submitted", self.name);
+    }
+
+    /// Called for a frame that was not submitted; `submitted` is the timeline's value of the last one that was. If the
+    /// submission failed, the device does not use the buffer.
+    pub(super) fn withdraw(&self, submitted: u64) {
+        if self.device.load(SeqCst) > submitted {
+            self.device.store(self.before.load(SeqCst), SeqCst);
+        }
     }
 
     /// The submission that signals `value` uses the buffer.
@@ -366,5 +382,33 @@ impl Drop for MappedMut<'_> {
 impl Drop for Buffer {
     fn drop(&mut self) {
         self.device.bury(Dead::Buffer(self.handle, self.texels, self.memory.take()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vk::GpuOptions;
+
+    #[test]
+    fn the_host_can_view_a_buffer_after_a_failed_submission() {
+        let gpu = Gpu::new(&GpuOptions::default()).unwrap();
+        let mut from = gpu.buffer("from", 4, BufferUse::Upload).unwrap();
+        let to = gpu.buffer("to", 4, BufferUse::Readback).unwrap();
+        from.mapped_mut().copy_from_slice(&[1, 2, 3, 4]);
+        let mut frame = gpu.frame().unwrap();
+        let copy = |cmd: &mut crate::vk::Cmd<'_>| {
+            cmd.copy_buffer(&from, 0, &to, 0, 2);
+            cmd.copy_buffer(&from, 2, &to, 2, 2);
+            Ok(())
+        };
+        frame.pass("copy", copy).unwrap();
+        // What a submission does before the driver refuses it.
+        let uses = to.uses.as_ref().unwrap();
+        [(); 2].iter().for_each(|()| uses.require_no_view());
+        drop(frame);
+        assert_eq!(to.mapped::<u8>().len(), 4);
+        gpu.run_pass("copy", copy).unwrap();
+        assert_eq!(to.mapped::<u8>()[..], [1, 2, 3, 4]);
     }
 }

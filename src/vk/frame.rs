@@ -458,9 +458,10 @@ impl Frame<'_> {
 impl Drop for Frame<'_> {
     fn drop(&mut self) {
         if let Some(mut slot) = self.slot.take() {
+            let mut ring = self.gpu.lock_ring();
+            slot.mapped.iter().for_each(|buffer| buffer.withdraw(ring.submitted));
             // The frame wrote no timestamps, so none may be read.
             slot.forget_frame();
-            let mut ring = self.gpu.lock_ring();
             ring.slots.push_front(slot);
             self.gpu.device.objects().end_recording(ring.submitted);
         }

@@ -47,7 +47,8 @@ pub use physical::PhysicalDevice;
 pub use pipeline::{ComputePipeline, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{
-    Clear, ClippedSlice, ColorTarget, DepthTarget, IndexRange, IndexedGeometry, Render, TransformFeedback,
+    Clear, ClippedSlice, ColorTarget, DepthTarget, IndexRange, IndexedGeometry, Render, TargetPart,
+    TransformFeedback,
 };
 pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;

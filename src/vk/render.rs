@@ -12,7 +12,12 @@ pub enum Clear {
     Float([f32; 4]),
     /// The content that an earlier pass left.
     Keep,
+    /// Undefined: the draws, or those of a later pass, replace every pixel that is read.
+    Discard,
 }
+
+/// A part of the target: first column and row, and the size, in pixels.
+pub type TargetPart = ([u32; 2], [u32; 2]);
 
 #[derive(Clone, Copy)]
 pub struct ColorTarget<'a> {
@@ -87,10 +92,7 @@ impl<'a> Cmd<'a> {
             listing.depth(target.image, target.clear);
         }
         let colors: Vec<_> = colors.iter().map(|target| color_attachment(size, target)).collect();
-        let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width: size[0], height: size[1] },
-        };
+        let area = area(&([0; 2], size));
         let mut info =
             vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&colors);
         let depth = depth.map(|target| depth_attachment(size, &target));
@@ -118,16 +120,24 @@ impl<'a> Cmd<'a> {
     }
 }
 
+fn area((at, size): &TargetPart) -> vk::Rect2D {
+    vk::Rect2D {
+        offset: vk::Offset2D { x: at[0] as i32, y: at[1] as i32 },
+        extent: vk::Extent2D { width: size[0], height: size[1] },
+    }
+}
+
 fn color_attachment(size: [u32; 2], target: &ColorTarget<'_>) -> vk::RenderingAttachmentInfo<'static> {
     assert_eq!(target.image.info().size, size, "{}: size of a target", target.image.name());
     let color = match target.clear {
         Clear::Uint(uint32) => vk::ClearColorValue { uint32 },
         Clear::Float(float32) => vk::ClearColorValue { float32 },
-        Clear::Keep => vk::ClearColorValue::default(),
+        Clear::Keep | Clear::Discard => vk::ClearColorValue::default(),
     };
     let load = match target.clear {
         Clear::Keep => vk::AttachmentLoadOp::LOAD,
-        _ => vk::AttachmentLoadOp::CLEAR,
+        Clear::Discard => vk::AttachmentLoadOp::DONT_CARE,
+        Clear::Uint(_) | Clear::Float(_) => vk::AttachmentLoadOp::CLEAR,
     };
     vk::RenderingAttachmentInfo::default()
         .image_view(target.image.view)
@@ -162,6 +172,45 @@ impl Render<'_, '_> {
         // SAFETY: pipeline and descriptors are bound.
         unsafe { self.cmd.device.handle.cmd_draw(self.cmd.handle, count, 1, 0, 0) };
         Ok(())
+    }
+
+    /// As [`Render::draw`], once for each part of the target, without its other pixels. Later draws of the same rendering
+    /// keep the last part.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn draw_parts(
+        &mut self,
+        pipeline: &GraphicsPipeline,
+        resources: &[(u32, Resource<'_>)],
+        push: &[u8],
+        (count, parts): (u32, &[TargetPart]),
+    ) -> Result<()> {
+        if parts.is_empty() {
+            return Ok(());
+        }
+        self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
+        self.cmd.work.draws += parts.len() as u64;
+        for part in parts {
+            // SAFETY: pipeline and descriptors are bound.
+            unsafe {
+                self.cmd.device.handle.cmd_set_scissor(self.cmd.handle, 0, &[area(part)]);
+                self.cmd.device.handle.cmd_draw(self.cmd.handle, count, 1, 0, 0);
+            }
+        }
+        Ok(())
+    }
+
+    /// Clears parts of the first target to 0.
+    pub fn clear_parts(&mut self, parts: &[TargetPart]) {
+        let clear = vk::ClearAttachment::default().aspect_mask(vk::ImageAspectFlags::COLOR);
+        let rects =
+            parts.iter().map(|part| vk::ClearRect { rect: area(part), base_array_layer: 0, layer_count: 1 });
+        let rects: Vec<_> = rects.collect();
+        if !rects.is_empty() {
+            // SAFETY: recorded within the rendering, whose first attachment is a colour.
+            unsafe { self.cmd.device.handle.cmd_clear_attachments(self.cmd.handle, &[clear], &rects) };
+        }
     }
 
     /// As [`Render::draw`], once for each (push constants, number of vertices), with the resources bound once.
@@ -245,6 +294,9 @@ impl Render<'_, '_> {
         geometry: IndexedGeometry<'_>,
         slices: &[ClippedSlice],
     ) -> Result<()> {
+        if slices.is_empty() {
+            return Ok(());
+        }
         self.cmd.bind(&pipeline.0, vk::PipelineBindPoint::GRAPHICS, resources, push)?;
         self.cmd.work.draws += slices.len() as u64;
         let of = self.bind_geometry(geometry);
@@ -254,11 +306,7 @@ impl Render<'_, '_> {
             for ClippedSlice { at, size, first_index, count } in slices {
                 let end = of.bytes() * (u64::from(*first_index) + u64::from(*count));
                 assert!(end <= geometry.indices.bytes(), "{}: a draw ends at {end}", geometry.indices.name());
-                let scissor = vk::Rect2D {
-                    offset: vk::Offset2D { x: at[0] as i32, y: at[1] as i32 },
-                    extent: vk::Extent2D { width: size[0], height: size[1] },
-                };
-                device.cmd_set_scissor(cmd, 0, &[scissor]);
+                device.cmd_set_scissor(cmd, 0, &[area(&(*at, *size))]);
                 device.cmd_draw_indexed(cmd, *count, 1, *first_index, 0, 0);
             }
         }

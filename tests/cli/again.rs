@@ -14,7 +14,7 @@ fn path(folder: &TempDir, name: &str) -> String {
 /// The report's `run`.
 fn run_of(folder: &TempDir, name: &str) -> Value {
     let report: Value = serde_json::from_str(&read(folder, name)).unwrap();
-    assert_eq!((&report["format"], &report["version"]), (&"ortelius-render-report".into(), &4.into()));
+    assert_eq!((&report["format"], &report["version"]), (&"ortelius-render-report".into(), &5.into()));
     report["run"].clone()
 }
 
@@ -111,12 +111,12 @@ fn linear_light_is_reproduced_also_with_only_a_report() {
 #[test]
 fn a_report_of_another_version_is_rejected_in_one_line_that_names_both() {
     let folder = folder();
-    let own = "this program reads format \"ortelius-render-report\" versions 3 to 4";
+    let own = "this program reads format \"ortelius-render-report\" versions 3 to 5";
     for (text, words) in [
         ("{}", &["it states no format", own][..]),
         (
-            "{\"format\": \"ortelius-render-report\", \"version\": 5}",
-            &["format \"ortelius-render-report\" version 5", own],
+            "{\"format\": \"ortelius-render-report\", \"version\": 6}",
+            &["format \"ortelius-render-report\" version 6", own],
         ),
         (
             "{\"format\": \"ortelius-render-report\", \"version\": 2}",

@@ -81,6 +81,23 @@ fn a_report_has_each_frames_passes_and_all_inputs_of_the_run() {
 }
 
 #[test]
+fn a_frame_of_tiles_and_meshes_has_each_key_once() {
+    let folder = folder();
+    let mesh = "surface.bunny={geometry={kind='progressive-mesh', source='sphere', size_m=9e4, latitude_deg=30.2, \
+                longitude_deg=31.6}}";
+    rendered(&folder, &["earth", "-D", mesh, "--size", "32x18", "--frames", "3", "--report", "a.json"]);
+    let text = read(&folder, "a.json");
+    let frames = text.matches("\"list_of_frame\":").count();
+    assert_eq!(frames, 3);
+    for key in ["upload_bytes", "mesh_upload_bytes", "uploads", "faces", "host_ns", "host_list_ns"] {
+        let within = text.split("\"frames\":").nth(1).unwrap();
+        assert_eq!(within.matches(&format!("\"{key}\":")).count(), frames, "{key}");
+    }
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert!(report["frames"][0]["mesh_upload_bytes"].as_u64().unwrap() > 0);
+}
+
+#[test]
 fn a_report_names_the_variant_that_ran() {
     let folder = folder();
     let variant = ["-Dvariant.request_format=packed", "-Dvariant.address=own-level", "-Dvariant.memo=false"];

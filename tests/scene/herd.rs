@@ -261,12 +261,19 @@ fn a_ground_is_a_single_mesh_without_a_ground_of_its_own() {
     let ground = |lines: &str| mesh("ground", &format!("source = \"bunny\"\nsize_m = 1.0\n{lines}"));
     let tree = mesh("tree", "source = \"bunny\"\nsize_m = 1.0\nground = \"ground\"");
     let other = mesh("other", "source = \"bunny\"\nsize_m = 1.0");
+    load([ground("instances = 1"), tree.clone()].concat() + EYE).unwrap();
     for (lines, expected) in [
-        ("instances = 2\narea_m = [9.0, 9.0]", "ground has instances; a ground is one mesh"),
+        ("instances = 2\narea_m = [9.0, 9.0]", "ground has 2 instances; a ground is one mesh"),
         ("ground = \"other\"", "ground has a ground itself"),
     ] {
         let error =
             load([ground(lines), tree.clone(), other.clone()].concat() + EYE).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
     }
+}
+
+#[test]
+fn a_file_of_an_unknown_kind_is_no_name_of_a_model() {
+    let error = load(mesh("stone", "source = \"stone.stl\"\nsize_m = 1.0") + EYE).unwrap_err().to_string();
+    assert!(error.contains("\"stone.stl\"") && error.contains(".ply, .obj, .glb or .pmesh"), "{error}");
 }

@@ -70,6 +70,10 @@ struct Property<'a> {
 }
 
 impl Element<'_> {
+    fn has(&self, name: &[u8]) -> bool {
+        self.properties.iter().any(|property| property.name == name)
+    }
+
     /// Minimum size of one element in the file.
     fn least_bytes(&self, endian: Option<Endian>) -> usize {
         let bytes = |property: &Property| match endian {
@@ -110,6 +114,7 @@ fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), ModelFault> {
                 None => return fault("not a number of elements:"),
             },
             [b"property", ref words @ ..] => match (property(words), elements.last_mut()) {
+                (Some(property), Some(element)) if element.has(property.name) => return fault("duplicate"),
                 (Some(property), Some(element)) => element.properties.push(property),
                 _ => return fault("not a property of an element:"),
             },

@@ -52,8 +52,13 @@ impl Setting for ModelSource {
     fn read(value: &toml::Value, folder: &Path) -> Result<ModelSource, String> {
         let text = String::read(value, folder)?;
         let ending = Path::new(&text).extension().and_then(|ending| ending.to_str()).unwrap_or("");
-        let is_file = ["ply", "obj", "glb", "pmesh", "gz"].contains(&ending.to_ascii_lowercase().as_str());
-        Ok(if is_file { ModelSource::File(folder.join(text)) } else { ModelSource::Named(text) })
+        match ending.to_ascii_lowercase().as_str() {
+            "" => Ok(ModelSource::Named(text)),
+            "ply" | "obj" | "glb" | "pmesh" | "gz" => Ok(ModelSource::File(folder.join(text))),
+            _ => Err(format!(
+                "{text:?}: a file of a model ends in .ply, .obj, .glb or .pmesh, perhaps with .gz after it"
+            )),
+        }
     }
     fn to_toml(&self) -> Option<toml::Value> {
         match self {
@@ -195,6 +200,9 @@ fn check_layout(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(
 fn check_ground(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let Some(name) = &surface.ground else { return Ok(()) };
     let key = |key| part.scene.has(&["surface", name, "geometry", key]);
+    // The other surface's own check reports a value that is not a number.
+    let instances = part.scene.value(&["surface", name, "geometry", "instances"]);
+    let instances = instances.and_then(toml::Value::as_integer).unwrap_or(1);
     let wrong = |what: String| Err(part.fault("ground", what));
     match part.scene.surfaces.get(name).map(|surface| &surface.geometry) {
         None => {
@@ -204,7 +212,7 @@ fn check_ground(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(
         Some(Geometry::Plane(_)) => Ok(()),
         Some(Geometry::Other(kind)) if kind == KIND => match () {
             () if key("ground") => wrong(format!("{name} has a ground itself")),
-            () if key("instances") => wrong(format!("{name} has instances; a ground is one mesh")),
+            () if instances != 1 => wrong(format!("{name} has {instances} instances; a ground is one mesh")),
             () => Ok(()),
         },
         Some(_) => wrong(format!("{name} is not a progressive mesh or a plane; leave ground out")),

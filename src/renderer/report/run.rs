@@ -11,7 +11,7 @@ use thiserror::Error;
 /// A render report. Version 3 added `run`. In version 4 memory and passes have names instead of the paper's letters, and
 /// both frames of `plain` take one sample per pixel.
 pub const FORMAT: JsonFormat =
-    JsonFormat { name: "ortelius-render-report", version: 4, oldest: 3, first_name: None };
+    JsonFormat { name: "ortelius-render-report", version: 5, oldest: 3, first_name: None };
 
 /// A run of `ortelius render`. File paths are absolute, or relative to `folder`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

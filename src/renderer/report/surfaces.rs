@@ -50,7 +50,8 @@ pub struct SurfacesFrame {
     pub vertices: u64,
     pub splits: u64,
     pub collapses: u64,
-    pub upload_bytes: u64,
+    /// The texture's part of the frame has `upload_bytes`.
+    pub mesh_upload_bytes: u64,
     /// The governor's factor on all target errors; 1 without a governor.
     pub error_factor: f64,
 }
@@ -65,7 +66,7 @@ impl From<&MeshFrameRecord> for SurfacesFrame {
             vertices: change.vertices,
             splits: change.splits,
             collapses: change.collapses,
-            upload_bytes: change.upload_bytes,
+            mesh_upload_bytes: change.upload_bytes,
             error_factor: record.error_factor,
         }
     }

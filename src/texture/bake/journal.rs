@@ -5,9 +5,9 @@
 //! back and its hash compared, so neither a kill nor a power failure can leave a job half done.
 
 use super::error::BakeError;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Read};
-use std::os::unix::fs::FileExt;
+use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -69,7 +69,7 @@ pub(super) struct Journal {
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Locks out other bakes for as long as `file` is open.
-fn lock(file: &File, path: &Path) -> Result<(), TryLockError> {
+fn lock(file: &File) -> Result<(), TryLockError> {
     let start = Instant::now();
     let mut locked = file.try_lock();
     while matches!(locked, Err(TryLockError::WouldBlock)) && start.elapsed() < PATIENCE {
@@ -80,10 +80,27 @@ fn lock(file: &File, path: &Path) -> Result<(), TryLockError> {
         // A file system without locks: nothing can prevent two concurrent bakes.
         Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => Ok(()),
         Err(error) => Err(error),
-        // The other bake finished normally and deleted this journal.
-        Ok(()) if !path.exists() => Err(TryLockError::WouldBlock),
         Ok(()) => Ok(()),
     }
+}
+
+/// Opens or creates the file at `path` and locks it. A bake that ended meanwhile has deleted the file that it had locked;
+/// then the next file is taken.
+fn open_locked(path: &Path) -> Result<File, TryLockError> {
+    loop {
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+        let file = file.map_err(TryLockError::Error)?;
+        lock(&file)?;
+        if is_at(&file, path) {
+            return Ok(file);
+        }
+    }
+}
+
+/// True if `path` names this file.
+fn is_at(file: &File, path: &Path) -> bool {
+    let of = |about: io::Result<Metadata>| about.map(|about| (about.dev(), about.ino())).ok();
+    of(file.metadata()) == of(path.metadata())
 }
 
 impl Journal {
@@ -99,9 +116,7 @@ impl Journal {
         needed: u64,
     ) -> Result<(Self, Vec<(Job, u64)>), BakeError> {
         let failed = |source| BakeError::write(path.to_path_buf(), 0, needed, source);
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
-        let file = file.map_err(failed)?;
-        lock(&file, path).map_err(|error| match error {
+        let file = open_locked(path).map_err(|error| match error {
             TryLockError::WouldBlock => BakeError::Busy { path: path.to_path_buf() },
             TryLockError::Error(error) => failed(error),
         })?;
@@ -245,6 +260,23 @@ mod tests {
         assert!(matches!(refused, Err(BakeError::OtherBake { .. })));
         let (_journal, found) = Journal::open(&path, "that bake", true, 0).unwrap();
         assert!(found.is_empty());
+    }
+
+    #[test]
+    fn a_bake_that_ends_while_another_waits_leaves_the_journal_to_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let (first, _) = Journal::open(&path, "this bake", false, 0).unwrap();
+        std::thread::scope(|threads| {
+            let second = threads.spawn(|| Journal::open(&path, "this bake", false, 0));
+            // Whether or not the other thread has opened the old file by now, it must lock the new one.
+            std::thread::sleep(Duration::from_millis(200));
+            fs::remove_file(&path).unwrap();
+            drop(first);
+            let (_second, entries) = second.join().unwrap().unwrap();
+            assert!(path.exists() && entries.is_empty());
+            assert!(matches!(Journal::open(&path, "this bake", false, 0), Err(BakeError::Busy { .. })));
+        });
     }
 
     #[test]

@@ -53,6 +53,7 @@ fn errors_of_ply_name_the_line_or_the_byte() {
         ("3 0 1 2", "3 0 1 3", "a.ply: triangle 0 refers to vertex 3, but there are only 3"),
         ("3 0 1 2", "3 0 1 1.5", "a.ply:13: 1.5 is not a vertex index"),
         ("3 0 1 2", "250 0 1 2", "a.ply:13: a list of 250 values, but the file has room for at most 4"),
+        ("float y", "float x", "a.ply:5: duplicate \"property float x\""),
         ("float y", "float yy", "a.ply: the vertices lack x, y or z"),
         ("vertex_indices", "corners", "a.ply: faces have no list \"vertex_indices\""),
         (

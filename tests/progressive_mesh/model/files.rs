@@ -107,6 +107,13 @@ fn a_polygon_of_a_ply_is_a_fan() {
 }
 
 #[test]
+fn a_vertex_of_an_obj_has_a_colour_with_and_without_a_weight() {
+    let obj = "v 0 0 0 1 0 0.2\nv 1 0 0 1 1 0 0.2\nv 0 1 0 0.5\nf 1 2 3\n";
+    let colors = read("a.obj", obj).attributes.colors;
+    assert_eq!(colors, [[255, 0, 51, 255], [255, 0, 51, 255], [255; 4]]);
+}
+
+#[test]
 fn a_written_model_reads_back_bit_for_bit() {
     let mut colored = cube();
     colored.attributes.colors = (0..24).map(|i| [i * 10, 255 - i, 7, 255]).collect();

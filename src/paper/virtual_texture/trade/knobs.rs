@@ -315,7 +315,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<SweepPoint>, Textur
         let generates = match knob {
             Knob::Border => generated,
             // The ruler's texels must be exact, and bc1 is lossy.
-            Knob::Format => texture.source == TextureSource::Earth,
+            Knob::Format => matches!(texture.source, TextureSource::Earth | TextureSource::Terrain),
             _ => true,
         };
         if !generates {
@@ -366,14 +366,16 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
     }
     if knobs.contains(&Knob::Format) && texture.format != TileFormat::Bc1 {
         match texture.source {
-            TextureSource::Earth => {}
+            TextureSource::Earth | TextureSource::Terrain => {}
             TextureSource::File => {
                 refuse(
                     "bc1".into(),
                     "the file was baked in another format; bake it again with --format bc1".into(),
                 );
             }
-            _ => refuse("bc1".into(), "the ruler's texels are exact, and bc1 is lossy".into()),
+            TextureSource::Ruler => {
+                refuse("bc1".into(), "the ruler's texels are exact, and bc1 is lossy".into())
+            }
         }
     }
     Ok(refused)
@@ -420,6 +422,11 @@ mod tests {
         assert!(!names(&[Knob::Format, Knob::Border]).contains(&"border 0, bc1".to_string()));
         let ruler = Scene::embedded("ruler").unwrap();
         assert_eq!(settings(&ruler, &[Knob::Format]).unwrap().len(), 1);
+        let terrain = Scene::embedded("valley").unwrap();
+        let all = settings(&terrain, &[Knob::Format]).unwrap();
+        assert_eq!(all.iter().map(|setting| &*setting.name).collect::<Vec<_>>(), ["the scene's own", "bc1"]);
+        let of_format = |scene: &Scene| not_turned(scene, &[Knob::Format]).unwrap().len();
+        assert_eq!([&scene, &terrain, &ruler].map(of_format), [0, 0, 1]);
     }
 
     #[test]

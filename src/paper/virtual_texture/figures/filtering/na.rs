@@ -198,7 +198,10 @@ fn along_the_path(
     Ok(vec![
         row(VISIBLE, "tiles", mean(lists.iter().map(Vec::len).sum())),
         row(WORKING_SET, "MiB", largest as f64 * tile_mib),
-        row(TRAFFIC, "tiles", copied as f64 / (lists.len() - 1) as f64),
+        match lists.len() {
+            1 => Row::missing(variant, TRAFFIC, "the path has one frame, which fills the cache"),
+            frames => row(TRAFFIC, "tiles", copied as f64 / (frames - 1) as f64),
+        },
     ])
 }
 

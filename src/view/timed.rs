@@ -1,0 +1,170 @@
+//! The times of measured frames, and of the passes along the path.
+
+use ortelius::stats::{Summary, median, percentile};
+use serde::Serialize;
+use std::time::Duration;
+
+/// Steps with closed panels, then as many with open ones; every other time in the other order. So the steps of a pass are
+/// a multiple of twice this number.
+pub const BLOCK: usize = 12;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    Cold,
+    Warm,
+    Closed,
+    Open,
+}
+
+impl Pass {
+    pub const ALL: [(Pass, &str); 4] = [
+        (Pass::Cold, "cold caches"),
+        (Pass::Warm, "warm caches"),
+        (Pass::Closed, "panels closed"),
+        (Pass::Open, "panels open"),
+    ];
+
+    /// The pass and the step of a frame, with `steps` steps per pass; `None` after the last pass.
+    pub fn of_frame(n: usize, steps: usize) -> Option<(Pass, usize)> {
+        match n / steps {
+            0 => Some((Pass::Cold, n)),
+            1 => Some((Pass::Warm, n - steps)),
+            2 | 3 => {
+                let n = n - 2 * steps;
+                let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
+                let is_open = (within >= BLOCK) == (block % 2 == 1);
+                let step = block * BLOCK + within % BLOCK;
+                Some((if is_open { Pass::Open } else { Pass::Closed }, step))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Parts of a frame's time on the window's thread.
+#[derive(Clone, Copy, Default)]
+pub struct FrameCost {
+    /// Of the panels; zero in a frame that draws the last layout.
+    pub layout: Duration,
+    /// Of the panels: triangles, and their upload.
+    pub triangles: Duration,
+    /// Waits for an image of the window, and for its presentation.
+    pub display: Duration,
+}
+
+/// One measured frame.
+pub struct Timed {
+    pub pass: Pass,
+    pub step: usize,
+    pub ms: f64,
+    /// Of all threads.
+    pub processor_ms: Option<f64>,
+    pub cost: FrameCost,
+    /// Without waits for the device and for the display: work, and waits for anything else.
+    pub host_ms: f64,
+    /// The device's times of the passes that draw into the window: the picture's, and the panels'.
+    pub device_ms: Option<[f64; 2]>,
+}
+
+/// Times of a pass, in milliseconds a frame.
+#[derive(Serialize)]
+pub struct PassTimes {
+    pub name: &'static str,
+    pub frame: Summary,
+    pub p99: f64,
+    pub processor_mean: Option<f64>,
+    /// The longest frame without its waits for the device and for the display.
+    pub host_longest: f64,
+    /// Frames that laid out the panels.
+    pub layouts: usize,
+    pub layout_mean: f64,
+    pub triangles_mean: f64,
+    /// The device's times of the passes that draw the picture and the panels into the window.
+    pub present_pass_mean: Option<f64>,
+    pub panels_pass_mean: Option<f64>,
+    pub panels_pass_median: Option<f64>,
+}
+
+impl PassTimes {
+    /// `frames`: all of the pass.
+    pub fn of(pass: Pass, frames: &[&Timed]) -> PassTimes {
+        let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
+        let mean_of =
+            |part: &dyn Fn(&Timed) -> f64| mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>());
+        let processor: Option<Vec<f64>> = frames.iter().map(|frame| frame.processor_ms).collect();
+        let device =
+            |n: usize| frames.iter().filter_map(move |frame| Some(frame.device_ms?[n])).collect::<Vec<_>>();
+        let [present, panels] = [0, 1].map(device);
+        let mean_device = |ms: &[f64]| (!ms.is_empty()).then(|| mean(ms));
+        PassTimes {
+            name: Pass::ALL.into_iter().find(|(named, _)| *named == pass).expect("all are named").1,
+            frame: Summary::of(&ms).expect("a pass has frames"),
+            p99: percentile(&ms, 0.99).expect("a pass has frames"),
+            processor_mean: processor.map(|ms| mean(&ms)),
+            host_longest: frames.iter().map(|frame| frame.host_ms).fold(0.0, f64::max),
+            layouts: frames.iter().filter(|frame| !frame.cost.layout.is_zero()).count(),
+            layout_mean: mean_of(&|frame| frame.cost.layout.as_secs_f64() * 1e3),
+            triangles_mean: mean_of(&|frame| frame.cost.triangles.as_secs_f64() * 1e3),
+            present_pass_mean: mean_device(&present),
+            panels_pass_mean: mean_device(&panels),
+            panels_pass_median: median(&panels),
+        }
+    }
+
+    /// The mean time that the panels' own timers report more than in `closed`: layout, triangles, and the passes that draw
+    /// into the window. `None` without timestamps.
+    pub fn parts_over(&self, closed: &PassTimes) -> Option<f64> {
+        let parts = |of: &PassTimes| {
+            Some(of.layout_mean + of.triangles_mean + of.present_pass_mean? + of.panels_pass_mean?)
+        };
+        Some(parts(self)? - parts(closed)?)
+    }
+
+    pub fn line(&self) -> String {
+        let processor = self.processor_mean.map(|ms| format!(", processor time {ms:.2} ms a frame"));
+        format!(
+            "{}: {} frames, median {:.2} ms, 99th percentile {:.2} ms{}",
+            self.name,
+            self.frame.count,
+            self.frame.median,
+            self.p99,
+            processor.unwrap_or_default()
+        )
+    }
+}
+
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Processor time of all threads of this process so far, in milliseconds. Other programs hardly change it, unlike the
+/// times of frames. `None` unless the system reports it (Linux does, in steps of 10 ms).
+pub fn processor_ms() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name in parentheses may contain spaces. User and system time are the 12th and 13th fields after it.
+    let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |n: usize| fields.get(n)?.parse::<f64>().ok();
+    Some(10.0 * (ticks(11)? + ticks(12)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measure::STEPS;
+    use super::*;
+
+    #[test]
+    fn every_pass_takes_every_step_once() {
+        for steps in [2 * BLOCK, STEPS] {
+            let mut counts = vec![[0; 4]; steps];
+            let frames = (0..).map_while(|n| Pass::of_frame(n, steps)).collect::<Vec<_>>();
+            for (pass, step) in &frames {
+                counts[*step][Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()] += 1;
+            }
+            assert!(frames.len() == 4 * steps && counts.as_flattened().iter().all(|count| *count == 1));
+            // In turn: each of the two is the first as often as the other.
+            let first_open =
+                frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
+            assert_eq!(first_open, steps / BLOCK / 2);
+        }
+    }
+}
