@@ -73,7 +73,7 @@ pub struct Live {
     pub(super) last_pose: Option<Pose>,
     pub(super) terrain: Terrain,
     pub(super) measure: Option<Measurement>,
-    /// Of this frame.
+    /// The parts of this frame's time.
     pub(super) cost: FrameCost,
     /// Close the window once the path is recorded.
     pub(super) records_alone: bool,

@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 /// Default steps per pass. Of 120 times, the 99th percentile lies between the third- and the second-longest.
 pub const STEPS: usize = 120;
 
-/// Steps with closed panels, then as many with open ones; every other time in the other order. So the steps of a pass are
-/// a multiple of twice this number.
+/// Consecutive steps with closed panels; as many steps with open panels follow. Every second pair of blocks has the
+/// opposite order. The steps of a pass are a multiple of twice this number.
 const BLOCK: usize = 12;
 
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
@@ -63,9 +63,9 @@ impl Pass {
 /// Parts of a frame's time on the window's thread.
 #[derive(Clone, Copy, Default)]
 pub struct FrameCost {
-    /// Of the panels; zero in a frame that draws the last layout.
+    /// Layout of the panels; zero in a frame that draws the last layout again.
     pub layout: Duration,
-    /// Of the panels: triangles, and their upload.
+    /// Making the panels' triangles, and uploading them.
     pub triangles: Duration,
     /// Waits for an image of the window, and for its presentation.
     pub display: Duration,
@@ -76,10 +76,10 @@ struct Timed {
     pass: Pass,
     step: usize,
     ms: f64,
-    /// Of all threads.
+    /// Processor time of all threads.
     processor_ms: Option<f64>,
     cost: FrameCost,
-    /// Without waits for the device and for the display: work, and waits for anything else.
+    /// Frame time without waits for the device and for the display: work, and all other waits.
     host_ms: f64,
     /// The device's time of the pass that draws the panels.
     panels_pass_ms: Option<f64>,

@@ -20,9 +20,9 @@ use std::sync::Arc;
 /// The pipelines, and what outlives a frame.
 pub struct Painter {
     gpu: Gpu,
-    /// Draw into the layer, and the layer into the window.
+    /// The first draws triangles into the layer, the second draws the layer into the window.
     pipelines: [GraphicsPipeline; 2],
-    /// The second reads the layer: a texel for each pixel.
+    /// The first samples egui's textures. The second reads the layer, one texel for each pixel.
     samplers: [Sampler; 2],
     textures: HashMap<TextureId, Image>,
     painting: Option<Painting>,
