@@ -292,7 +292,7 @@ impl EyeArgs {
         })
     }
 
-    /// An error of the command line's camera in terms of its options instead of the scene's keys.
+    /// Rewords an error of the command line's camera: it names the options instead of the scene's keys.
     fn named(error: SceneError) -> anyhow::Error {
         let options = [
             ("latitude_deg", "--lat"),
