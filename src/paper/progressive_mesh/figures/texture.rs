@@ -72,7 +72,8 @@ const SHIFT: &str = "shift at 99.9 % of the surface, of the model";
 const STATED: &str = "stated error";
 const FACES: &str = "faces";
 
-/// What a window shows: the knot with a texture. The globe is no shipped model, and the valley's file has one metric.
+/// What a window shows: the knot with a texture. The globe is not a shipped model, and the
+/// valley's file has only one metric.
 fn views() -> Vec<View> {
     let changes = ["geometry.source=knot", "texture={kind='plain', source='checker'}"];
     vec![View::new("knot", "bunny/near", changes.map(|change| format!("surface.bunny.{change}")))]
