@@ -186,7 +186,7 @@ struct Shifts {
 const PARTS: u32 = 6;
 
 impl Shifts {
-    /// Of the level after some collapses; `None` if no face shows a texel of the model.
+    /// The shifts of the level after `steps` collapses; `None` if no face shows a texel of the model.
     fn of(texels: &UvLookup, collapses: &Collapses, steps: usize) -> Option<Shifts> {
         let mut shifts = Vec::new();
         for wedges in collapses.faces_after(texels.model, steps) {
