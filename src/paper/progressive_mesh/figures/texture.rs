@@ -177,7 +177,7 @@ impl UvLookup<'_> {
 #[derive(Debug)]
 struct Shifts {
     mean: f64,
-    /// At 99.9 % of the level's surface.
+    /// The shift that 99.9 % of the level's surface does not exceed.
     common: f64,
     largest: f64,
 }
