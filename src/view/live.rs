@@ -105,7 +105,7 @@ pub(super) struct LastChange {
     /// True if the change came from Space, which skips variants that cannot be opened.
     pub(super) skips: bool,
     /// Set while a thread opens the scene with recompiled shaders: the previous shaders, and the number of recompiled
-    /// ones that differ from the built ones.
+    /// shaders that differ from those of the build.
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 
