@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Interval at which the window checks its jobs.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// Work whose result is a `T`: the path of a written file, or the opened renderers. Dropping the job stops the work and
+/// Work whose result is a `T`: the path of what was written, or an opened scene. Dropping the job stops the work and
 /// waits for its thread.
 pub struct Job<T> {
     progress: Arc<JobProgress>,
