@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 /// Default steps per pass. Of 120 times, the 99th percentile lies between the third- and the second-longest.
 pub const STEPS: usize = 120;
 
-/// Consecutive steps with closed panels; as many steps with open panels follow. Every second pair of blocks has the
-/// opposite order. The steps of a pass are a multiple of twice this number.
+/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The two
+/// states take turns in being the first, so the steps of a pass are a multiple of twice this number.
 const BLOCK: usize = 12;
 
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
