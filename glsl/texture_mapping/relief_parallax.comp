@@ -68,7 +68,7 @@ Sum box(Sum sum, float a, float b, float y, bool visible) {
     return sum;
 }
 
-// The x at which a ray that enters at `s` would hit a surface of constant height: the height at `s`.
+// The x at which a ray that enters at `s` would hit a flat surface with the height at `s`.
 float below(float s, float y) {
     int before = int(floor(s));
     float height = mix(sample_row(before, y).height, sample_row(before + 1, y).height, s - floor(s));

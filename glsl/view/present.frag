@@ -29,7 +29,7 @@ layout(location = 0) out vec4 colour;  // sRGB codes, as the window's format sto
 // Colour of the divider, which is 1 pixel wide, and of the magnifier's edge.
 const vec3 DIVIDER = vec3(1.0, 0.72, 0.1);
 
-// A hue for each level, as in src/view/panels.rs.
+// A hue for each level, as in src/view/streamed.rs.
 vec3 level_colour(uint level) {
     float hue = 6.0 * fract(float(level) * 0.618034);
     vec3 pure = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);

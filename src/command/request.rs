@@ -98,7 +98,7 @@ impl SceneArgs {
     /// What to add to a command without outputs.
     ///
     /// # Errors
-    /// Errors of the scene: otherwise the user would see them only after adding an output.
+    /// Errors of the scene. Without this check, the user would see them only after adding an output.
     pub(super) fn nothing_to_write(&self) -> anyhow::Result<String> {
         let args = self.of_figure()?;
         let name = match is_report(&args.scene) {
@@ -292,7 +292,7 @@ impl EyeArgs {
         })
     }
 
-    /// An error of the command line's camera in terms of its options instead of the scene's keys.
+    /// Rewords an error of the command line's camera: it names the options instead of the scene's keys.
     fn named(error: SceneError) -> anyhow::Error {
         let options = [
             ("latitude_deg", "--lat"),

@@ -183,7 +183,7 @@ fn print_answer(args: &TradeArgs, line: &str) -> anyhow::Result<()> {
     say(line)
 }
 
-/// Refuses, before measuring, requests whose result could not be written.
+/// Refuses requests whose result could not be written. Called before anything is measured.
 fn check(args: &TradeArgs) -> anyhow::Result<()> {
     if !args.write {
         return Ok(());

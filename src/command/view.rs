@@ -100,8 +100,8 @@ fn opened(args: &ViewArgs, name: &str, request: &RunRequest) -> anyhow::Result<O
     Ok(OpenView::new(name.to_owned(), request.scene.clone(), request.camera()?, variants))
 }
 
-/// All views of a figure. Those that do not fit the options of the command line are left out with a warning, except the
-/// first.
+/// All views of a figure. A view that does not fit the options of the command line is left out with a warning; an error
+/// of the first view is returned.
 fn views_of_figure(args: &ViewArgs, views: Vec<(String, SceneArgs)>) -> anyhow::Result<Vec<OpenView>> {
     let mut found = Vec::new();
     for (name, scene) in views {

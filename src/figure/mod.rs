@@ -67,7 +67,7 @@ pub struct Figure {
     /// Scenes that are too large for quick runs.
     pub full_only: &'static [&'static str],
     pub sweep: Option<Sweep>,
-    /// What a window shows of it.
+    /// What the window shows for this figure.
     pub show: Show,
     /// Measures one cell, all variants interleaved. Rows may come in any order.
     pub measure: fn(&mut Bench, &Cell) -> anyhow::Result<Vec<Row>>,

@@ -178,7 +178,7 @@ impl FigureRun<'_> {
         let measured = measured.and_then(|rows| match bench.messages().first() {
             None => Ok(rows),
             Some(first) => Err(anyhow::anyhow!(
-                "Vulkan's validation layer had {} messages, first {}: {}",
+                "the Vulkan validation layer reported {} messages; first: {}: {}",
                 bench.messages().len(),
                 first.id,
                 first.text

@@ -1,5 +1,5 @@
-//! What a window shows of a figure: views of shipped scenes, and those of the figure's variants that are settings of a
-//! scene.
+//! What a window shows of a figure: views of shipped scenes, and the figure's variants. A variant is shown only if
+//! scene settings can express it.
 
 use super::Figure;
 
@@ -8,7 +8,7 @@ use super::Figure;
 pub struct Show {
     pub views: Views,
     /// Variants of the figure that are settings of its views, in the figure's order. If there are none, the window has
-    /// those of the view's scene.
+    /// the variants of the view's scene.
     pub variants: fn() -> Vec<Setting>,
 }
 
@@ -28,7 +28,7 @@ pub enum Views {
     },
 }
 
-/// A shipped scene as a figure sees it.
+/// A view of a shipped scene, with a figure's changes to its settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct View {
     pub name: String,

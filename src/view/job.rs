@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Interval at which the window checks its jobs.
 pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// Work that ends with a `T`: the path of what it has written, or what it has opened. Dropping it stops the work and
+/// Work whose result is a `T`: the path of what was written, or an opened scene. Dropping the job stops the work and
 /// waits for its thread.
 pub struct Job<T> {
     progress: Arc<JobProgress>,
@@ -54,7 +54,7 @@ impl JobProgress {
         }
     }
 
-    /// Calls `end_waits` when the work must stop. It must end the waits of the work.
+    /// Calls `end_waits` when the work must stop. `end_waits` must end the waits of the work.
     pub fn at_stop(&self, end_waits: impl FnOnce() + Send + 'static) {
         self.waits().push(Box::new(end_waits));
         // The work may already have been stopped.

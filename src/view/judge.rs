@@ -373,7 +373,7 @@ mod tests {
             let own = median_error(&gpu, scene, &[]);
             // Most pixels of the herd are edges.
             assert!(own < 0.03, "scene {n}, {}: {own}", scene.name);
-            // A reference without the sun is another picture.
+            // Without the sun, the reference is a different picture.
             let dark = median_error(&gpu, scene, &["sun.colour=[0.0, 0.0, 0.0]".to_owned()]);
             assert!(dark > 2.0 * own, "scene {n}, {}: {own}, without the sun {dark}", scene.name);
         }

@@ -74,7 +74,7 @@ pub struct Live {
     pub(super) last_pose: Option<Pose>,
     pub(super) terrain: Terrain,
     pub(super) measure: Option<Measurement>,
-    /// Of this frame.
+    /// The parts of this frame's time.
     pub(super) cost: FrameCost,
     /// Close the window once the path is recorded.
     pub(super) records_alone: bool,
@@ -106,7 +106,7 @@ pub(super) struct LastChange {
     /// True if the change came from Space, which skips variants that cannot be opened.
     pub(super) skips: bool,
     /// Set while a thread opens the scene with recompiled shaders: the previous shaders, and the number of recompiled
-    /// ones that differ from the built ones.
+    /// shaders that differ from those of the build.
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 

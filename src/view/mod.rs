@@ -62,7 +62,7 @@ pub struct ViewOptions {
     pub views: Vec<OpenView>,
     /// Pixels.
     pub size: [u32; 2],
-    /// The first that the window supports is taken.
+    /// In order of preference: the first mode that the window supports is used.
     pub present: Vec<PresentMode>,
     pub deterministic: bool,
     pub panels: bool,

@@ -159,7 +159,7 @@ impl Panels {
             // Otherwise egui keeps the width of the last message.
             ui.set_max_width(width);
             let label = Label::new(RichText::new(text).color(colour));
-            // A message is one line, which hides little of the picture. Errors must be readable.
+            // A message is cut to one line, so that it hides little of the picture. Errors are not cut.
             let label = if is_error { label } else { label.truncate() };
             egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(label));
         });

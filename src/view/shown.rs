@@ -28,7 +28,7 @@ pub struct PanelInput<'a> {
     pub outline: Vec<Option<Pos2>>,
     /// Names of the visible tiles, if the overlay of levels is shown.
     pub labels: &'a [Label],
-    /// Of the last recorded frame; empty while no panel shows them.
+    /// The resources of each pass of the last recorded frame; empty while no panel shows them.
     pub resources: &'a [PassResources],
 }
 

@@ -4,8 +4,8 @@ use ortelius::stats::{Summary, median, percentile};
 use serde::Serialize;
 use std::time::Duration;
 
-/// Steps with closed panels, then as many with open ones; every other time in the other order. So the steps of a pass are
-/// a multiple of twice this number.
+/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The two
+/// states take turns in being the first, so the steps of a pass are a multiple of twice this number.
 pub const BLOCK: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,9 +44,9 @@ impl Pass {
 /// Parts of a frame's time on the window's thread.
 #[derive(Clone, Copy, Default)]
 pub struct FrameCost {
-    /// Of the panels; zero in a frame that draws the last layout.
+    /// Layout of the panels; zero in a frame that draws the last layout again.
     pub layout: Duration,
-    /// Of the panels: triangles, and their upload.
+    /// Making the panels' triangles, and uploading them.
     pub triangles: Duration,
     /// Waits for an image of the window, and for its presentation.
     pub display: Duration,
@@ -57,10 +57,10 @@ pub struct Timed {
     pub pass: Pass,
     pub step: usize,
     pub ms: f64,
-    /// Of all threads.
+    /// Processor time of all threads.
     pub processor_ms: Option<f64>,
     pub cost: FrameCost,
-    /// Without waits for the device and for the display: work, and waits for anything else.
+    /// Frame time without waits for the device and for the display: work, and all other waits.
     pub host_ms: f64,
     /// The device's times of the passes that draw into the window: the picture's, and the panels'.
     pub device_ms: Option<[f64; 2]>,

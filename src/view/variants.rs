@@ -70,7 +70,7 @@ fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) ->
     others.filter_map(|(value, _)| variant(value)).filter(is_valid).collect()
 }
 
-/// The changes without which a value does not fit the scene's other settings; `None` if it does not fit at all.
+/// The changes that make a value fit the scene's other settings; `None` if no change does.
 fn companions(scene: &Scene, key: &str, value: &str) -> Option<Vec<&'static str>> {
     let of_scene = |key, default| scene.word(&["variant", key]).unwrap_or(default);
     let dedup = |name: &str| Dedup::ALL.iter().find(|dedup| dedup.name() == name);

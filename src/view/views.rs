@@ -21,7 +21,7 @@ impl Live {
         Ok((kept, format!("view {} of {count}: {}", view + 1, self.stage.views[view].name)))
     }
 
-    /// The view that is `by` places after the one requested last.
+    /// The view that is `by` positions after the one requested last.
     pub(super) fn view_after(&self, by: isize) -> usize {
         let [_, wanted] = self.stage.view();
         (wanted as isize + by).rem_euclid(self.stage.views.len() as isize) as usize

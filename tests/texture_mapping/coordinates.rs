@@ -138,7 +138,7 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
     // A device rounds `fma` the same way in every shader.
     let common = [Fma::Fused, Fma::Twice].into_iter().any(|fma| roundings.iter().all(|m| m.contains(&fma)));
     assert!(common, "{roundings:?}");
-    // The twins differ, so a form that computed another's values would be found.
+    // The twins differ, so a form that computed another form's values would be found.
     let (plane, band) = planes().next().unwrap();
     let runs = RowWalk::Restart(64);
     let own = [Form::RowConstantsBy(runs), Form::TextbookBy(runs), Form::Walk(runs)];

@@ -101,8 +101,9 @@ fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
     assert_eq!([of(9, 2, 16), of(10, 2, 16), of(16, 8, 16), of(16, 2, 32)], [false, true, true, false]);
 }
 
-/// The texels that the shader and the f64 reference count per covered pixel. `reference`: of the ellipse, or of 8 for
-/// each of nA samples.
+/// The mean number of texels per covered pixel: counted by the shader, and by the f64 reference. The reference counts 4
+/// texels for a bilinear sample, 8 for each of nA trilinear samples, 1 for each random texel, and for the ellipse all
+/// texels with a weight.
 fn counted(name: &str, camera: &str, filter: Filter, base: Config) -> [f64; 2] {
     let (gpu, scene, size) = (device(), bordered(name, 4), [160, 90]);
     let pose = pose(&scene, camera);

@@ -36,7 +36,7 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     assert_eq!([distinct.len(), names.len()], [1 + FILTERS.len() + methods; 2], "{names:?}");
 }
 
-/// G until no overlay is left. Each must change the picture, and the last leaves it as it was.
+/// G until no overlay is left. Each overlay must change the picture. After the last one, it is unchanged again.
 fn switch_every_overlay(window: &mut Program<'_>, bare: &Seen, expected: &[&str]) {
     let bare = above_the_message(bare);
     let mut names = Vec::new();

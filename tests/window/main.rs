@@ -26,10 +26,10 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// Value of `-D` for tests of other things than filters: one trilinear sample is faster than the shipped ellipse.
+/// Value of `-D` for tests that do not test filters: one trilinear sample is faster than the shipped ellipse.
 const FAST: &str = "surface.land.filter={max_anisotropy=1}";
 
-/// Tiles of a disk that answers after a minute are never shown; the window is closed before.
+/// A disk that answers after a minute: its tiles are never shown, because the window is closed earlier.
 const SLOW_DISK: [&str; 4] = [
     // With small tiles, the resident levels are too coarse for this view.
     "surface.land.texture.width_log2=14",
@@ -306,7 +306,7 @@ fn a_measurement_prints_its_passes_and_ends() {
     }
     for (pass, name) in times["passes"].as_array().unwrap().iter().zip(passes) {
         assert_eq!((&pass["name"], &pass["frame"]["count"]), (&name.into(), &24.into()));
-        // The frame without its waits, so at most the frame's time.
+        // This time excludes waits, so it is at most the frame's time.
         let host = pass["host_longest"].as_f64().unwrap();
         assert!(host > 0.0 && host <= pass["frame"]["max"].as_f64().unwrap(), "{pass}");
     }

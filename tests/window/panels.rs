@@ -45,7 +45,7 @@ fn trade(folder: &Path, scene: &str, settings: &[(&str, &str, f64)]) -> String {
     path.display().to_string()
 }
 
-/// Drags row after row of the panel until `word` is on stderr; returns the row. A drag presses no button.
+/// Drags row after row of the panel until `word` is on stderr; returns the row. A drag clicks no button.
 fn drag_rows(window: &mut Program<'_>, [from, to]: [i16; 2], word: &str) -> i16 {
     for row in (30..500).step_by(5) {
         window.drag_in_steps([from, row], [to, row], 1);

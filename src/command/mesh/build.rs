@@ -173,7 +173,7 @@ fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
     Some(options)
 }
 
-/// Limit of face moves over all levels: so many take 2 GB of memory.
+/// Limit of face moves over all levels. This number of moves takes 2 GB of memory.
 const MOST_MOVES: f64 = 1e8;
 
 /// Refuses an order that would not fit in memory.

@@ -1,6 +1,6 @@
 //! Published filters, to which the figures compare the ellipse filter at equal cost.
 
-/// A filter that is not the thesis's.
+/// A published filter by other authors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilterBaseline {
     /// One trilinear sample. The longer column of the Jacobian selects the level (Williams, "Pyramidal parametrics",

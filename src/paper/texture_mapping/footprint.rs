@@ -48,7 +48,7 @@ pub struct FootprintSettings {
     pub scan: Scan,
     /// Selects the finest level whose minor semi-axis is less than twice this many texels. 0 always selects level 0.
     pub minor_texels: f32,
-    /// A longer ellipse is widened to this axis ratio.
+    /// An ellipse with a greater axis ratio is widened to this ratio.
     pub most_ratio: f32,
     /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level and without k;
     /// a larger box raises the level.

@@ -40,7 +40,7 @@ pub struct Stage3 {
     /// The fused draw also appends to the list, so there is no compaction pass.
     appended: bool,
     lists: PerFrame<VisibleList>,
-    /// Triples for which a new list has room.
+    /// Capacity of a new list, in triples.
     capacity: u64,
 }
 

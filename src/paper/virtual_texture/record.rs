@@ -8,7 +8,7 @@ use std::time::Duration;
 /// The reported data of one frame.
 #[derive(Clone, Debug)]
 pub struct TextureFrameRecord {
-    /// 0 for the first.
+    /// The frame's number; 0 for the first frame.
     pub index: u64,
     pub streaming: StreamingCounts,
     /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] frames earlier; `None` at the start and after

@@ -41,8 +41,8 @@ pub struct FinishedChange {
 }
 
 impl Stage {
-    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
-    /// while the thread works begins when it has ended.
+    /// Starts the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
+    /// while the thread works is handled after the thread has ended.
     pub(super) fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
         let plans = self.plan(&self.wanted)?;
         let in_place = |plan: &SidePlan| match plan {
@@ -61,7 +61,7 @@ impl Stage {
         Ok(None)
     }
 
-    /// What loads at once.
+    /// Loads what a plan needs, without a thread.
     fn load(&self, plan: SidePlan) -> anyhow::Result<Ready> {
         match plan {
             SidePlan::Stays => Ok(Ready::Nothing),
@@ -163,8 +163,8 @@ impl Stage {
         Ok(kept)
     }
 
-    /// Shows what a thread has prepared, once; then begins with a request that arrived meanwhile. After an error, the
-    /// old picture stays, and what is wanted is what is shown.
+    /// Shows the prepared change once its thread has ended. Then starts the change that was requested meanwhile, if
+    /// any. After an error, the old picture stays, and the shown choice becomes the wanted one.
     pub fn take_opened(&mut self) -> Option<FinishedChange> {
         let has_ended = |opening: &mut PendingChange| opening.job.has_ended();
         let PendingChange { choice, is_reload, job } = self.opening.take_if(has_ended)?;
@@ -176,7 +176,7 @@ impl Stage {
         if kept.is_err() && self.wanted == choice {
             self.wanted = self.shown.clone();
         }
-        // What is shown cannot be opened again: trying once more would not end.
+        // The shown choice cannot be opened again. Another attempt would fail too, and so on without end.
         if kept.is_err() && choice == self.shown && self.wanted == self.shown {
             return opened(kept);
         }
@@ -189,7 +189,7 @@ impl Stage {
         }
     }
 
-    /// True if the window shows a choice, down to its settings.
+    /// True if the window already shows this choice with all of its settings.
     fn is_shown(&self, choice: &ShownVariants) -> bool {
         let stays =
             |sides: Vec<Side<SidePlan>>| sides.iter().all(|(_, plan)| matches!(plan, SidePlan::Stays));

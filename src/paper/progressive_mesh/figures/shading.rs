@@ -234,7 +234,7 @@ impl ShadingScene {
         })
     }
 
-    /// The level that a wanted error in pixels gives.
+    /// The level that a wanted error in pixels selects.
     fn level(&self, mesh: &ProgressiveMesh, pixels: f64) -> u32 {
         let bounds = Bounds::of(&mesh.vertices.positions);
         let place = Placement::new(&self.surface, &bounds, &self.stands[0]);

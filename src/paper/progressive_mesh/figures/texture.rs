@@ -72,7 +72,8 @@ const SHIFT: &str = "shift at 99.9 % of the surface, of the model";
 const STATED: &str = "stated error";
 const FACES: &str = "faces";
 
-/// What a window shows: the knot with a texture. The globe is no shipped model, and the valley's file has one metric.
+/// What a window shows: the knot with a texture. The globe is not a shipped model, and the
+/// valley's file has only one metric.
 fn views() -> Vec<View> {
     let changes = ["geometry.source=knot", "texture={kind='plain', source='checker'}"];
     vec![View::new("knot", "bunny/near", changes.map(|change| format!("surface.bunny.{change}")))]
@@ -176,7 +177,7 @@ impl UvLookup<'_> {
 #[derive(Debug)]
 struct Shifts {
     mean: f64,
-    /// At 99.9 % of the level's surface.
+    /// The shift that 99.9 % of the level's surface does not exceed.
     common: f64,
     largest: f64,
 }
@@ -185,7 +186,7 @@ struct Shifts {
 const PARTS: u32 = 6;
 
 impl Shifts {
-    /// Of the level after some collapses; `None` if no face shows a texel of the model.
+    /// The shifts of the level after `steps` collapses; `None` if no face shows a texel of the model.
     fn of(texels: &UvLookup, collapses: &Collapses, steps: usize) -> Option<Shifts> {
         let mut shifts = Vec::new();
         for wedges in collapses.faces_after(texels.model, steps) {

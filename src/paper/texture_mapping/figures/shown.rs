@@ -1,5 +1,5 @@
-//! What a window shows of the figures: shipped scenes with the subject of a figure, and its methods that a scene can
-//! name.
+//! What a window shows of the figures: shipped scenes with the subject of a figure, and those of its methods that a
+//! scene can select.
 
 use crate::figure::{Setting, View};
 use crate::paper::texture_mapping::config::ReliefMethod;
@@ -23,8 +23,8 @@ pub fn tilted_boards(degrees: &[f64]) -> Vec<View> {
     degrees.iter().map(|&tilt| tilted(format!("tilt {tilt}"), "plane-tilt", tilt)).collect()
 }
 
-/// The checker board and the zone plate at several tilts. Scenes have no 1/f noise; the zone plate has all of its
-/// frequencies, too.
+/// The checker board and the zone plate at several tilts. Scenes have no 1/f noise; the zone plate replaces
+/// it, because it contains the same frequencies.
 pub fn patterns(degrees: &[f64]) -> Vec<View> {
     let of = |(pattern, scene): (&str, &str), tilt| tilted(format!("{pattern}, tilt {tilt}"), scene, tilt);
     let scenes = [("checker", "plane-tilt"), ("zone plate", "zone-plate")];

@@ -74,8 +74,8 @@ impl Tracer<'_> {
     }
 }
 
-/// Traces a ray. A map's distances are taken as they are, whatever its bits. `step` receives each step's start, its
-/// end, and true if the map guarantees that the step hits nothing (it allows at least [`LEAST_STEP`]).
+/// Traces a ray. A map's distances are used as stored, whatever its bits per cell. `step` receives each step's start,
+/// its end, and true if the map guarantees that the step hits nothing (it allows at least [`LEAST_STEP`]).
 pub fn traced(
     relief: &Relief,
     tracer: &Tracer<'_>,

@@ -142,7 +142,7 @@ pub enum TextureError {
     #[error(transparent)]
     Earth(#[from] EarthError),
     #[error(
-        "{place}: the scene states 2^{} x 2^{} texels, {} has 2^{} x 2^{}; correct the scene, or leave the keys out",
+        "{place}: the scene states 2^{} x 2^{} texels, but {} has 2^{} x 2^{}; correct the scene, or leave the keys out",
         stated[0], stated[1], file.display(), found[0], found[1]
     )]
     Differs { place: String, file: PathBuf, stated: [u32; 2], found: [u32; 2] },

@@ -116,7 +116,8 @@ pub fn of_list(
     Ok(stage_2.into_iter().chain(exact.into_iter().flatten()).collect())
 }
 
-/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`. `ending`: of each quantity.
+/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`. `ending` is appended to the
+/// name of each quantity.
 pub fn of_stage_2(
     (name, dedup): (&str, Dedup),
     requests: &Requests<'_>,

@@ -126,7 +126,7 @@ fn walks(side: &mut SideBySide, path: &CameraPath, extent: &Extent) -> anyhow::R
     let (count, pose) = (side.sessions.len(), side.pose);
     Bench::in_turn(extent.rounds, count, |at| {
         let standing = Walk::run(&mut side.sessions[at].1, extent.at_rest, |_| pose)?;
-        // A new session that has only the first picture's tiles, and a source that must synthesise each tile again.
+        // A new session has only the first picture's tiles, and its source must synthesise each tile again.
         let mut afresh = side.afresh(at, &path.pose(0))?;
         side.source.forget();
         Ok([standing, Walk::run(&mut afresh, extent.moving, |frame| path.pose(frame))?])

@@ -84,7 +84,7 @@ const NAS: [(&str, u32); 5] = [("NA 1", 1), ("NA 2", 2), ("NA 4", 4), ("NA 8", 8
 const LARGEST: &str = "NA 16";
 /// The camera of each scene's path.
 const CAMERAS: [(&str, &str); 2] = [("earth/pan", "headline"), ("plane/pan", "tilted")];
-/// The borders: samples reach beyond the first, and not beyond the second.
+/// The borders in texels. Samples reach beyond the narrow one, but not beyond the wide one.
 const BORDERS: [u32; 2] = [4, 16];
 
 const WITHIN: &str = "NA 16, border 16";
