@@ -35,19 +35,19 @@ pub const FILTERS: Figure = Figure {
             texels of the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, \
             so the border does not change the picture. The ellipse has at least one, two or four texels along its \
             minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3, on the earth \
-            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two kernels: \
-            the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
+            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
+            kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
             `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. The \
             samples read the coarsest level that has 8 texels across the shorter side of the footprints around the \
             pixel; averaging and interpolating its texels adds 2 % to the kernel's variance. \"One exact ellipse\" \
             is the ellipse with two texels in f64 with the exact gradient: the error that an ellipse leaves on a \
-            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the textured \
-            surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the other; the \
-            NMSE with silhouettes counts these pixels, too. \
-            Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where \
-            passes of fixed cost outweigh the filter; those of `valley` have 640 x 360, because its slopes are smaller \
-            than the pixels of a smaller picture. The time of the pass that textures is therefore also measured with 320 x 180 \
-            (quick) or 1280 x 720 pixels and divided by their number. Beside both times stand the texels that the \
+            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the \
+            textured surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the \
+            other; the NMSE with silhouettes counts these pixels, too. \
+            Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
+            cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
+            (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: its \
+            slopes are smaller than the pixels of a smaller picture. Beside both times stand the texels that the \
             filter fetches per covered pixel, counted by an instrumented shader.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
