@@ -35,18 +35,19 @@ pub const FILTERS: Figure = Figure {
             texels of the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, \
             so the border does not change the picture. The ellipse has at least one, two or four texels along its \
             minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3, on the earth \
-            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh, with two kernels: \
-            the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
+            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
+            kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
             `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. The \
             samples read the coarsest level that has 8 texels across the shorter side of the footprints around the \
             pixel; averaging and interpolating its texels adds 2 % to the kernel's variance. \"One exact ellipse\" \
             is the ellipse with two texels in f64 with the exact gradient: the error that an ellipse leaves on a \
-            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the textured \
-            surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the other; the \
-            NMSE with silhouettes counts these pixels, too. \
+            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the \
+            textured surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the \
+            other; the NMSE with silhouettes counts these pixels, too. \
             Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
             cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
-            (quick) or 1280 x 720 pixels and divided by their number. Beside both times stand the texels that the \
+            (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: its \
+            slopes are smaller than the pixels of a smaller picture. Beside both times stand the texels that the \
             filter fetches per covered pixel, counted by an instrumented shader.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
@@ -104,11 +105,8 @@ pub const FILTERS: Figure = Figure {
         .at(Places::scenes(&["globe/africa"])),
         Claim::ours(
             "faster-in-the-valley",
-            "Faster filters than that of the scene `valley` have an NMSE of more than 1e-3.",
-            &[
-                Test::value(one(NMSE, SIXTEEN), Above(1e-3)),
-                Test::value(one(NMSE, TWO), Above(1e-3)),
-            ],
+            "Paper 1's filter, which is faster than that of the scene `valley`, has an NMSE of more than 1e-3.",
+            &[Test::value(one(NMSE, SIXTEEN), Above(1e-3))],
         )
         .at(Places::scenes(&["valley/massif"])),
         Claim::ours(
@@ -180,9 +178,6 @@ const ELLIPSE: &str = "surface.land.filter={kind='ellipse', max_anisotropy=16}";
 /// Moves the herd of `valley` behind the camera.
 const BEHIND: &str = "surface.herd.geometry.north_m=-45000.0";
 
-/// 2 x 46 x 46 samples per pixel.
-const STRATA: u32 = 46;
-
 /// Width of the outline band. At a sphere's limb, only footprints this close to the edge are cut off.
 const OUTLINE_PIXELS: u32 = 3;
 
@@ -191,7 +186,12 @@ const KERNELS: [(&str, PixelKernel); 2] = [(NMSE, PixelKernel::GAUSSIAN), (BOX, 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (scene, camera) = cell.scene.split_once('/').context("SCENE/CAMERA")?;
     let scene = Scene::embedded(scene)?;
-    let (pose, size) = (scene.camera(camera)?.pose(), bench.effort_of([96, 54], [320, 180]));
+    // In a smaller picture, the pixels of `valley` are larger than its slopes.
+    let (size, strata) = match scene.name.as_str() {
+        "valley" => ([640, 360], 16),
+        _ => (bench.effort_of([96, 54], [320, 180]), 46),
+    };
+    let pose = scene.camera(camera)?.pose();
     let gpu = bench.gpu(&[])?;
     let subject = Subject::new(scene, &pose, size)?;
     let mut shown = settled(&gpu, &subject.scene, &pose, size, VARIANTS)?;
@@ -203,7 +203,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         _ => Box::new(|x, y| dense.coordinate(x, y)),
     };
     let (source, samples) = (&*source_of(&shown[0].1), view.samples());
-    let seen = TexturedView { source, size, samples: &samples, surface: &surface, strata: STRATA };
+    let seen = TexturedView { source, size, samples: &samples, surface: &surface, strata };
     let truths = KERNELS.map(|(quantity, kernel)| (quantity, seen.truth(kernel)));
     let own = &truths[0].1;
     let mut parts = vec![(SILHOUETTES, own.whole.clone())];
