@@ -105,7 +105,7 @@ settings! {
         /// Heights are those of the ground's full mesh.
         ground: Option<String> = None;
         /// The wanted deviation from the full model in the picture; 0 draws the full model. The errors of the
-        /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
+        /// levels are estimates, not proven bounds: they are measured at all vertices and at 77 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
         /// New vertices do not pop. While the wanted error falls from twice a level's error to that error, each vertex
