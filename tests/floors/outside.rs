@@ -11,8 +11,8 @@ const OPENS: [(&str, &str); 8] = [
     ("src/paper/progressive_mesh/figures/build.rs", "the report of its own child"),
     ("src/texture/bake/work.rs", "a folder, to flush it"),
     ("src/view/act.rs", "/proc"),
-    ("src/view/measure.rs", "/proc"),
     ("src/view/reload.rs", "its own temporary file"),
+    ("src/view/timed.rs", "/proc"),
 ];
 
 /// True if `text`, without its unit tests, opens a file without a check of its kind.
