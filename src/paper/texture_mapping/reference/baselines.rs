@@ -79,6 +79,7 @@ fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
     row(0) * (1.0 - down) + row(1) * down
 }
 
+/// Weighted trilinear samples along the line of `reach` through the pixel's centre. The line raises the level.
 fn probes(
     pixel: &PixelCentre,
     texture: &Texture<'_>,
@@ -87,8 +88,11 @@ fn probes(
     level: f64,
 ) -> FilteredTexel {
     let coarsest = f64::from(texture.coarsest);
-    let undecided = if level.abs() < 2f64.powi(-16) { 4 * probes.len() as u32 } else { 0 };
-    let level = level.clamp(0.0, coarsest);
+    let raised = texture.raised(level, reach[0].hypot(reach[1]));
+    // Rounding decides on which side of 0 a level lies. A raised level is an integer without rounding.
+    let near_0 = raised == level && level.abs() < 2f64.powi(-16);
+    let undecided = if near_0 { 4 * probes.len() as u32 } else { 0 };
+    let level = raised.clamp(0.0, coarsest);
     let trilinear = |at: [f64; 2]| {
         let of = |level: f64| bilinear(texture, level as u32, at.map(|place| place / level.exp2()));
         let part = level - level.floor();
@@ -123,8 +127,7 @@ fn feline(pixel: &PixelCentre, texture: &Texture<'_>, most: u32) -> FilteredTexe
         Probe { part, weight: (-2.0 * (part * reach / major).powi(2)).exp() }
     };
     let all: Vec<Probe> = (0..count as u32).map(probe).collect();
-    let level = texture.raised(minor.log2(), reach);
-    undecided(probes(pixel, texture, &all, direction.map(|d| d * reach), level), wanted)
+    undecided(probes(pixel, texture, &all, direction.map(|d| d * reach), minor.log2()), wanted)
 }
 
 fn mavridis(pixel: &PixelCentre, texture: &Texture<'_>, taps: u32) -> FilteredTexel {
@@ -140,7 +143,7 @@ fn mavridis(pixel: &PixelCentre, texture: &Texture<'_>, taps: u32) -> FilteredTe
             weight: (-2.0 * middle(f64::from(tap), f64::from(taps)).powi(2)).exp(),
         })
         .collect();
-    let level = texture.raised(minor.max(tap_length / samples).log2(), major);
+    let level = minor.max(tap_length / samples).log2();
     let found = probes(pixel, texture, &all, direction.map(|d| d * major), level);
     FilteredTexel { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
 }
