@@ -48,8 +48,8 @@ pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -
     let by_sampler = [Filter::DEFAULT, Filter::ONE_SAMPLE].contains(&filter);
     let by_texels = filter.kind.is_of_paper_3() && filter.interpolation == Filter::DEFAULT.interpolation;
     if !is_owner && !by_sampler && !by_texels {
-        let what = "a plain texture has the sampler's trilinear filter and those of paper 3, from kind = \"ellipse\" \
-                    on, without interpolation; use one of these, or a virtual texture";
+        let what = "a plain texture has the sampler's trilinear filter and, without interpolation, the kinds \"ellipse\", \
+                    \"feline\", \"mavridis\", \"pbrt\" and \"stochastic-ellipse\"; use one of these, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())

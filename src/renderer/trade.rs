@@ -150,11 +150,15 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
         }
     }
     // Four taps of up to 16 samples cost about as much as the ellipse.
-    for (kind, most) in [(Filtering::Feline, 16), (Filtering::Mavridis, 4), (Filtering::Pbrt, 16)] {
+    for (kind, most, words) in [
+        (Filtering::Feline, 16, "feline, 16 samples"),
+        (Filtering::Mavridis, 4, "mavridis, 4 taps"),
+        (Filtering::Pbrt, 16, "pbrt"),
+    ] {
         if own != (Filter { kind, max_anisotropy: most, ..Filter::DEFAULT }) {
             let kind = kind.name();
             let change = format!("surface.{name}.filter={{kind='{kind}', max_anisotropy={most}}}");
-            others.push([format!("{kind}, NA {most}"), change]);
+            others.push([words.to_string(), change]);
         }
     }
     Ok(others)

@@ -399,8 +399,8 @@ fn plain(renderer: &TextureSession, camera: &str, filter: &Filter) -> Vec<[f32; 
     gpu.read_image(&target).unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 
-/// The rounding error of a pixel's value; `None` if the filter reads rows beyond the texture. There a plain texture repeats
-/// its first and last row, and a virtual one continues on the opposite meridian.
+/// The rounding error of a pixel's value; `None` if the filter reads rows beyond the texture. There a plain texture
+/// repeats its first and last row, and a virtual one continues on the opposite meridian.
 fn rounding(method: Method, pixel: &PixelCentre, pyramid: &Pyramid) -> Option<f64> {
     let beyond = Cell::new(false);
     let texel = |level: u32, _: i64, row: i64| {
@@ -446,9 +446,9 @@ fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
         let own = filter(kind, 4, 4);
         let (off, compared) = off_from_plain(own, method, own);
         println!("{kind:?}: {off:.2e} in {compared} pixels");
-        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15, so that the two
-        // centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most 4 / sqrt(K) = 4.5
-        // of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
+        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15, so that the
+        // two centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most
+        // 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
         assert!(off < 2f64.powi(-11) && compared > 2000, "{kind:?}: {off:.2e} of {compared}");
         // The near miss: the next filter of paper 3.
         let other = if kind == Filtering::Pbrt { Filtering::Feline } else { Filtering::Pbrt };
