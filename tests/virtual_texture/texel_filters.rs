@@ -188,7 +188,8 @@ fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32)
 }
 
 /// What a comparison found: pixels compared, pixels that no value of the reference explains, pixels for which rounding
-/// decides the number of samples, pixels of a missing tile, and judged pixels that read another texel for it.
+/// decides the number of samples, pixels of a missing tile, and judged pixels whose value it changes by more than the
+/// bounds.
 #[derive(Debug, Default)]
 struct Compared {
     judged: usize,
@@ -222,33 +223,54 @@ fn pixel_of(dump: &FootprintPicture, n: usize, size: [f64; 2]) -> PixelCentre {
     PixelCentre { place, centre, jacobian, determinant: ux * vy - uy * vx }
 }
 
-/// The error of a pixel's worst channel, as a part of its bound; `None` if rounding decides the number of probes. `texel`
-/// returns a colour by level, column and row.
-fn worst_share(
-    method: Method,
-    pixel: &PixelCentre,
-    pyramid: &Pyramid,
-    texel: &dyn Fn(u32, i64, i64) -> [f64; 4],
-    found: [f32; 4],
-) -> Option<f64> {
-    let of_channel = |channel: usize| {
+/// A colour by level, column and row, which may lie outside the level.
+type Texel<'a> = &'a dyn Fn(u32, i64, i64) -> [f64; 4];
+
+/// What `with` finds in each channel of a texture on tiles.
+fn of_channels<T>(pyramid: &Pyramid, texel: Texel<'_>, with: impl Fn(&Texture<'_>, usize) -> T) -> [T; 3] {
+    [0, 1, 2].map(|channel| {
+        let texel = |level, column, row| texel(level, column, row)[channel];
         let texture = Texture {
             coarsest: pyramid.coarsest_level(),
-            texel: &|level, column, row| texel(level, column, row)[channel],
+            texel: &texel,
             most_reach: most_reach(pyramid),
             place_error: PLACE_ERROR,
             // A bilinear sample changes by at most 1 per texel along each axis; the level's fraction and the sample's
             // offset of up to 29 texels are f32.
             sample_error: 2.0 * PLACE_ERROR + 2f64.powi(-14),
         };
-        let first = values(method, pixel, &texture, 1.0);
+        with(&texture, channel)
+    })
+}
+
+/// The error of a pixel's worst channel, as a part of its bound; `None` if rounding decides the number of probes.
+fn worst_share(
+    method: Method,
+    pixel: &PixelCentre,
+    pyramid: &Pyramid,
+    texel: Texel<'_>,
+    found: [f32; 4],
+) -> Option<f64> {
+    let shares = of_channels(pyramid, texel, |texture, channel| {
+        let first = values(method, pixel, texture, 1.0);
         let counts =
             matches!(method, Method::Baseline(FilterBaseline::Feline(_) | FilterBaseline::Mavridis(_)));
         let decided = !counts || first.iter().all(|value| value.undecided < 8);
-        decided.then(|| share(method, pixel, &texture, found[channel]))
-    };
-    let shares: Option<Vec<f64>> = (0..3).map(of_channel).collect();
-    shares.map(|shares| shares.into_iter().fold(0.0, f64::max))
+        decided.then(|| share(method, pixel, texture, found[channel]))
+    });
+    shares.into_iter().try_fold(0.0, |worst, share| Some(share?.max(worst)))
+}
+
+/// The least and the greatest value of each channel within the bounds, also with a footprint within its rounding error.
+fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'_>) -> [[f64; 2]; 3] {
+    let error = 2f64.powi(-16);
+    of_channels(pyramid, texel, |texture, _| {
+        let by = [1.0 - error, 1.0, 1.0 + error];
+        let all = by.into_iter().flat_map(|by| values(method, pixel, texture, by));
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
+            [least.min(value.value - value.slack), most.max(value.value + value.slack)]
+        })
+    })
 }
 
 /// Compares the settled picture with `method`, given the device's coordinates and derivatives.
@@ -259,7 +281,7 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
     let at =
         |level: u32, x: u32, y: u32| levels[level as usize][(y * pyramid.level_size(level)[0] + x) as usize];
     let (size, side) = (pyramid.level_size(0).map(f64::from), pyramid.tile_size());
-    let (mut worst, reads_other) = (0.0f64, Cell::new(false));
+    let (mut worst, whole) = (0.0f64, Cell::new(false));
     for (n, &[q, i, j]) in dump.triples.iter().enumerate().filter(|(_, triple)| triple[0] != u32::MAX) {
         if missing.is_some_and(|tile| (tile.level, tile.row, tile.column) == (q, i >> q, j >> q)) {
             result.hidden += 1;
@@ -272,24 +294,27 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
             // A missing tile's texel is the one that covers it in the next coarser level. The tile is that of the texel
             // inside the level: a footprint at the northern edge reads the opposite meridian's tile.
             texel: |level, x, y| {
-                let absent = missing.is_some_and(|tile| {
+                let absent = missing.filter(|_| !whole.get()).is_some_and(|tile| {
                     level == q && level == tile.level && [y / side, x / side] == [tile.row, tile.column]
                 });
-                let own = at(level, x, y);
-                let shown = if absent { at(level + 1, x >> 1, y >> 1) } else { own };
-                reads_other.set(reads_other.get() || shown != own);
-                shown
+                if absent { at(level + 1, x >> 1, y >> 1) } else { at(level, x, y) }
             },
         };
         let texel = |level: u32, column: i64, row: i64| texture.texel_at(level, column, row);
-        reads_other.set(false);
         let pixel = pixel_of(&dump, n, size);
         let Some(share) = worst_share(method, &pixel, &pyramid, &texel, found[n]) else {
             result.undecided += 1;
             continue;
         };
         result.judged += 1;
-        result.beside += usize::from(reads_other.get());
+        if missing.is_some() {
+            let of = |is_whole| {
+                whole.set(is_whole);
+                ranges(method, &pixel, &pyramid, &texel)
+            };
+            let mut pairs = of(true).into_iter().zip(of(false));
+            result.beside += usize::from(pairs.any(|(a, b)| a[1] < b[0] || b[1] < a[0]));
+        }
         result.wrong += usize::from(share > 1.0);
         worst = worst.max(share);
     }
@@ -362,9 +387,9 @@ fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
         let method = in_tiles(method, 6);
         let found = compared(&mut of(Some(missing)), method, Some(missing));
         assert!(found.wrong == 0 && found.hidden > 200 && found.judged > 1000, "{filter:?}: {found:?}");
-        // The near miss: the picture of a whole texture. Some pixels beside the tile give its texels almost no weight.
+        // The near miss: the picture of a whole texture. One random tap reads the tile in the fewest pixels, about 12.
         let found = compared(&mut of(None), method, Some(missing));
-        assert!(found.beside >= 10 && 2 * found.wrong > found.beside, "{filter:?}: {found:?}");
+        assert!(found.beside >= 10 && found.wrong >= found.beside, "{filter:?}: {found:?}");
     }
 }
 
@@ -446,8 +471,8 @@ fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
         let own = filter(kind, 4, 4);
         let (off, compared) = off_from_plain(own, method, own);
         println!("{kind:?}: {off:.2e} in {compared} pixels");
-        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15, so that the
-        // two centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most
+        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15: the two
+        // centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most
         // 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
         assert!(off < 2f64.powi(-11) && compared > 2000, "{kind:?}: {off:.2e} of {compared}");
         // The near miss: the next filter of paper 3.
