@@ -6,12 +6,14 @@
 #include "common/exact.glsl"
 #include "texture_mapping/footprint.glsl"
 #include "texture_mapping/weights.glsl"
+#include "common/hash.glsl"
 #include "texture_mapping/ellipse_level.glsl"
+#include "texture_mapping/baseline_level.glsl"
+#include "texture_mapping/surface_filter_level.glsl"
 
 // One plain texture, for surfaces without a virtual texture and as the baseline for virtual ones. The filter is the
-// sampler with implicit derivatives, or paper 3's ellipse with an axis ratio of at most MOST_RATIO.
-layout(constant_id = 0) const float MOST_RATIO = 0.0;  // 0: the sampler
-layout(constant_id = 1) const float MOST_REACH = 1024.0;
+// sampler with implicit derivatives, or one of paper 3's.
+const float MOST_REACH = 1024.0;
 
 layout(binding = 0) uniform sampler2D plain;
 layout(location = 0) flat in uvec2 triangle_origin;
@@ -32,24 +34,37 @@ vec3 texel(ivec2 at, uint level) {
     int column = int(uint(at.x + 16384 * size.x) % uint(size.x));
     return texelFetch(plain, ivec2(column, clamp(at.y, 0, size.y - 1)), int(level)).rgb;
 }
+
+vec2 centre;  // the pixel's texture coordinate
+
+Spot spot_at(uint level) {
+    vec2 at = centre * vec2(level_size(level));
+    return Spot(ivec2(floor(at)), at - floor(at));
+}
+
 float weight(vec2 at) { return gaussian(at); }
 #include "texture_mapping/ellipse.glsl"
+#include "texture_mapping/surface_filter.glsl"
 
-vec4 filtered(vec2 place) {
+vec4 filtered() {
     vec2 size = vec2(textureSize(plain, 0)), dx = size * dFdxFine(from_origin), dy = size * dFdyFine(from_origin);
     uint coarsest = uint(textureQueryLevels(plain)) - 1;
-    float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * place.y);
+    float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * centre.y);
     vec4 jacobian = limited(vec4(dx.x, dy.x, dx.y, dy.y), most, max(across, 1e-3));
-    Ellipse finest = ellipse_of(jacobian, jacobian.x * jacobian.w - jacobian.y * jacobian.z, MOST_RATIO);
-    uint level = ellipse_level(finest, MOST_REACH, coarsest);
-    vec2 centre = place * vec2(level_size(level));
-    Spot spot = Spot(ivec2(floor(centre)), centre - floor(centre));
-    return vec4(ellipse_mean(jacobian, finest, level, level == coarsest, spot).colour, 1.0);
+    float det = jacobian.x * jacobian.w - jacobian.y * jacobian.z;
+    if (FILTER == ELLIPSE) {
+        Ellipse finest = ellipse_of(jacobian, det, float(MAX_ANISOTROPY));
+        uint level = ellipse_level(finest, MOST_REACH, coarsest);
+        return vec4(ellipse_mean(jacobian, finest, level, level == coarsest, spot_at(level)).colour, 1.0);
+    }
+    float level = baseline_level(jacobian, det, MOST_REACH, coarsest), part = fract(level);
+    uvec3 seed = uvec3(gl_FragCoord.xy, view.noise);
+    return vec4(baseline_mean(jacobian, det, MOST_REACH, uint(level), part, coarsest, seed), 1.0);
 }
 
 void main() {
-    vec2 place = vec2(triangle_origin) * exp2(-32.0) + from_origin;
-    if (MOST_RATIO == 0.0) colour = texture(plain, place); else colour = filtered(place);
+    centre = vec2(triangle_origin) * exp2(-32.0) + from_origin;
+    if (is_of_paper_3()) colour = filtered(); else colour = texture(plain, centre);
 #if LIT
     colour.rgb *= light(normal, view.sun);
 #endif

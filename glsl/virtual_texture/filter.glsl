@@ -2,9 +2,10 @@
 // pyramid.glsl, footprint.glsl and tile_pool.glsl.
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 layout(constant_id = 16) const uint FADE_IN = 0;                // 1: new tiles are blended in over some frames
-layout(constant_id = 18) const uint SAMPLES = 1;  // taps per pixel of the stochastic filter
 // 1: the colour is the number of texels that the filter reads. A sample of two levels reads 8, one of a single level 4.
 layout(constant_id = 27) const uint COUNTS_TEXELS = 0;
+
+#include "common/hash.glsl"
 
 layout(binding = 2) uniform sampler2DArray tile_pool;  // mip 0: the tile's level, mip 1: the next coarser level
 
@@ -35,7 +36,9 @@ Lookup lookup(uvec3 qij, Coordinate at, Parallelogram f, uint level_bias) {
     bool usable = finite(sides.x);
     float count = usable && sides.x > 0.0 ? sample_count(sides) : 1.0;
     vec2 major = usable ? major_side(f) : vec2(0.0);
-    float e = FILTER == ELLIPSE ? float(asked_level(f)) : usable && sides.x > 0.0 ? 0.5 * log2_13(sides.x / (count * count)) : float(qij.x);
+    float e = is_of_paper_3()         ? asked_level(f)
+            : usable && sides.x > 0.0 ? 0.5 * log2_13(sides.x / (count * count))
+                                      : float(qij.x);
     float biased = e + float(level_bias);
     uint q = min(qij.x + level_bias, FIRST_RESIDENT_LEVEL);
     if (q == FIRST_RESIDENT_LEVEL)
@@ -76,7 +79,8 @@ vec4 bordered_sample(ResidentTile tile, vec2 texels, float coarser) {
     if ((BORDER & 1u) == 0u) return textureLod(tile_pool, vec3(own, tile.slot), coarser);
     // With an odd border, the coarser picture begins half of one of its texels before the tile's own picture.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
-    return mix(textureLod(tile_pool, vec3(own, tile.slot), 0.0), textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
+    vec4 finer = textureLod(tile_pool, vec3(own, tile.slot), 0.0);
+    return mix(finer, textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
 }
 
 // A sample beyond the border is taken from the tile that holds its texel.
@@ -110,6 +114,24 @@ vec4 tile_samples(Lookup lookup, ResidentTile tile, float coarser) {
     return COUNTS_TEXELS == 1 ? sum : sum / lookup.count;
 }
 
+// A texel's place in the tile pool. Mip 0 is the tile's own level, mip 1 the next coarser one.
+struct Place {
+    ivec3 at;
+    int mip;
+};
+
+// The place of a level's texel, which may lie outside the level. `tile_level` is the level of the pixel's tile: `level`
+// itself or the next finer one. A coarser substitute tile gives the texel that covers the wanted one.
+Place place_of(uint level, ivec2 texel, uint tile_level) {
+    texel = true_texel(level, texel);
+    uvec2 ij = uvec2(texel.yx) << level >> TILE_LOG2;
+    ResidentTile tile = find_resident(tile_level, ij);
+    uint mip = tile.level < level ? 1 : 0;
+    ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
+    ivec2 local = (texel >> int(tile.level + mip - level)) - corner + int((BORDER + mip) >> mip);
+    return Place(ivec3(local, tile.slot), int(mip));
+}
+
 // One tap reads one texel (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024). Its
 // position along the longer side, its level and its texel are random, with the weights of tile_samples as
 // probabilities. No tap mixes two texels, so no border is needed: a neighbour's texel is read from the neighbour.
@@ -120,15 +142,9 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
     ivec2 base = lookup.at.texel >> int(from);
     vec2 within = (vec2(lookup.at.texel - (base << int(from))) + lookup.at.fraction + along) * power_of_half(from);
     // 2^22 texels are four times the widest level. NaN may give any texel.
-    ivec2 texel = true_texel(from, base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0)));
-    uvec2 ij = uvec2(texel.yx) << from >> TILE_LOG2;
-    ResidentTile tile = find_resident(level, ij);
-    // Mip 0 is the tile's own level, mip 1 the next coarser one. A coarser substitute tile gives the texel that covers
-    // the wanted one.
-    uint mip = tile.level < from ? 1 : 0;
-    ivec2 corner = ivec2(ij.yx >> tile.level) << int(TILE_LOG2 - mip);
-    ivec2 local = (texel >> int(tile.level + mip - from)) - corner + int((BORDER + mip) >> mip);
-    return COUNTS_TEXELS == 1 ? vec4(1.0) : texelFetch(tile_pool, ivec3(local, tile.slot), int(mip));
+    ivec2 texel = base + ivec2(clamp(floor(within - 0.5 + chance.xy), -4194304.0, 4194304.0));
+    Place place = place_of(from, texel, level);
+    return COUNTS_TEXELS == 1 ? vec4(1.0) : texelFetch(tile_pool, place.at, place.mip);
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
@@ -139,37 +155,57 @@ vec4 chances(uvec4 start, uint n) {
     return vec4(bits >> 8) * power_of_half(24);
 }
 
-#include "common/hash.glsl"
-
 vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
     vec4 sum = vec4(0.0);
     for (uint n = 0; n < SAMPLES; n++) sum += tap(lookup, level, coarser, chances(start, n));
     return COUNTS_TEXELS == 1 ? sum : sum / float(SAMPLES);
 }
 
-// Paper 3's filter. Texels beyond the tile's border are taken from their own tile.
-ResidentTile ellipse_tile;
-ivec2 ellipse_corner;
+// The pixel for paper 3's filters: its coordinate, its tile, and the first texel of the tile's payload.
+Coordinate near_at;
+ResidentTile near_tile;
+ivec2 near_corner;
+
+// A texel of the tile's level or of the next coarser one, relative to the payload's first texel. Texels beyond the
+// tile's border are taken from their own tile.
+uint texels_read;  // by the published filters, if COUNTS_TEXELS
 vec3 texel(ivec2 at, uint level) {
-    uint slot = ellipse_tile.slot;
+    if (COUNTS_TEXELS == 1) ++texels_read;
+    uint mip = reads_two_levels() ? level - near_tile.level : 0u;
+    Place place = Place(ivec3(at + int((BORDER + mip) >> mip), near_tile.slot), int(mip));
+    ivec2 last = ivec2((((1 << int(TILE_LOG2)) + 2 * int(BORDER)) >> int(mip)) - 1);
     // A loop instead of a branch, because software drivers run both sides of a branch.
-    for (bool elsewhere = outside(at, int(BORDER)); elsewhere; elsewhere = false) {
-        Found found = find_texel(level, true_texel(level, ellipse_corner + at));
-        at = found.local;
-        slot = found.tile.slot;
-    }
-    return texelFetch(tile_pool, ivec3(at + int(BORDER), slot), 0).rgb;
+    for (bool elsewhere = clamp(place.at.xy, ivec2(0), last) != place.at.xy; elsewhere; elsewhere = false)
+        place = place_of(level, (near_corner >> int(mip)) + at, near_tile.level);
+    return texelFetch(tile_pool, place.at, reads_two_levels() ? place.mip : 0).rgb;
 }
+
+Spot spot_at(uint level) {
+    ivec2 base = near_at.texel >> int(level);
+    vec2 within = (vec2(near_at.texel - (base << int(level))) + near_at.fraction) * power_of_half(level);
+    return Spot(base - (near_corner >> int(level - near_tile.level)), within);
+}
+
 float weight(vec2 at) { return gaussian(at); }
 #include "texture_mapping/ellipse.glsl"
+#include "texture_mapping/surface_filter.glsl"
 
-vec4 tile_ellipse(Lookup lookup, ResidentTile tile) {
-    ellipse_tile = tile;
-    ellipse_corner = corner_of(tile, lookup.ij);
-    bool whole = tile.level == max(WIDTH_LOG2, HEIGHT_LOG2);
-    Spot spot = spot_in_tile(lookup.at, lookup.ij, tile.level);
-    EllipseMean mean = ellipse_mean(jacobian(lookup.footprint), ellipse(lookup.footprint), tile.level, whole, spot);
-    return COUNTS_TEXELS == 1 ? vec4(mean.fetched) : vec4(mean.colour, 1.0);
+// Paper 3's filters: single texels through the page table.
+vec4 tile_texels(Lookup lookup, ResidentTile tile, float coarser, uvec3 seed) {
+    near_at = lookup.at;
+    near_tile = tile;
+    near_corner = corner_of(tile, lookup.ij);
+    vec4 j = jacobian(lookup.footprint);
+    uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
+    if (FILTER == ELLIPSE) {
+        bool whole = tile.level == coarsest;
+        EllipseMean mean = ellipse_mean(j, ellipse(lookup.footprint), tile.level, whole, spot_at(tile.level));
+        return COUNTS_TEXELS == 1 ? vec4(mean.fetched) : vec4(mean.colour, 1.0);
+    }
+    float det = determinant_of(lookup.footprint);
+    texels_read = 0;
+    vec3 mean = baseline_mean(j, det, most_line(), tile.level, coarser, coarsest, seed);
+    return COUNTS_TEXELS == 1 ? vec4(texels_read) : vec4(mean, 1.0);
 }
 
 // The colour that one tile gives for a lookup.
@@ -178,13 +214,14 @@ vec4 shown_by(ResidentTile tile, Lookup lookup, uvec4 start) {
     float f = tile.level == lookup.q ? lookup.f : 0.0;
     float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     // Streamed and resident levels share one call, because software drivers run both sides of a branch.
-    if (FILTER == ELLIPSE) return tile_ellipse(lookup, tile);
+    if (is_of_paper_3()) return tile_texels(lookup, tile, coarser, start.xyz);
     return FILTER == STOCHASTIC ? taps(lookup, tile.level, coarser, start) : tile_samples(lookup, tile, coarser);
 }
 
 // The pixel's colour from the resident tiles, in linear light. `seed` is pixel and frame, for stochastic filters.
 vec4 filtered(Lookup lookup, uvec3 seed) {
-    uvec4 start = hash(uvec4(seed, 0));
+    // Random numbers of a tap: of the pixel and the frame, or made from them for each tap.
+    uvec4 start = FILTER == ELLIPSE_TAPS ? uvec4(seed, 0) : hash(uvec4(seed, 0));
     ResidentTile tile = find_resident(lookup.q, lookup.ij);
     vec4 colour = shown_by(tile, lookup, start);
     // A separate branch, because software drivers keep a loop's variables in memory, even if the loop never repeats.

@@ -1,9 +1,5 @@
 // Arithmetic of stage 1 (paper 1, section 2.1): texture coordinate, footprint, level. Needs pyramid.glsl.
-layout(constant_id = 5) const uint MAX_ANISOTROPY = 1;  // NA
 layout(constant_id = 24) const uint PIXEL_LOG2 = 0;    // n: a pixel represents 2^n x 2^n pixels of the picture
-
-layout(constant_id = 17) const uint FILTER = 0;        // one of these:
-const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2, ELLIPSE = 3;
 
 // A texel of level 0 and the position in it. An f32 alone has steps of 1/64 texel at 2^18 texels and 1/16 at 2^20.
 struct Coordinate {
@@ -39,17 +35,19 @@ struct Parallelogram {
 #include "texture_mapping/footprint.glsl"
 #include "texture_mapping/weights.glsl"
 #include "texture_mapping/ellipse_level.glsl"
+#include "texture_mapping/baseline_level.glsl"
+#include "texture_mapping/surface_filter_level.glsl"
 
 // The footprint as paper 3's Jacobian: rows (s_x, s_y) and (t_x, t_y).
 vec4 jacobian(Parallelogram f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
+float determinant_of(Parallelogram f) { return f.r1.x * f.r2.y - f.r2.x * f.r1.y; }
 
 // `limb` is the width of the pixel on the fragment's surface divided by the sphere's radius (p / R in
-// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. Only the ellipse's footprint is bounded by it; paper
-// 1's is not.
+// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. It bounds only the footprints of paper 3's filters.
 Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Parallelogram f = Parallelogram(pixel * dx, pixel * dy);
-    if (FILTER != ELLIPSE) return f;
+    if (!is_of_paper_3()) return f;
     float most = most_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
     float across = sin(3.14159265 * (float(at.texel.y) + at.fraction.y) / size.y);
     vec4 j = limited(jacobian(f), most, max(across, 1e-3));
@@ -57,7 +55,7 @@ Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
 }
 
 Ellipse ellipse(Parallelogram f) {
-    return ellipse_of(jacobian(f), f.r1.x * f.r2.y - f.r2.x * f.r1.y, float(MAX_ANISOTROPY));
+    return ellipse_of(jacobian(f), determinant_of(f), float(MAX_ANISOTROPY));
 }
 
 // The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
@@ -69,8 +67,16 @@ float most_reach() {
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
 }
 
-// The ellipse's level, which may be one of the resident levels (G1).
-uint asked_level(Parallelogram f) { return ellipse_level(ellipse(f), most_reach(), max(WIDTH_LOG2, HEIGHT_LOG2)); }
+// The same for the other filters of paper 3: half a tile, less the 3 texels around a sample (baseline_half_sides).
+float most_line() { return float(1u << TILE_LOG2 >> 1) - 3.0; }
+
+// The level of a filter of paper 3, which may be one of the resident levels (G1). The fraction is the weight of the
+// next coarser level.
+float asked_level(Parallelogram f) {
+    uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
+    if (FILTER == ELLIPSE) return float(ellipse_level(ellipse(f), most_reach(), coarsest));
+    return baseline_level(jacobian(f), determinant_of(f), most_line(), coarsest);
+}
 
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
@@ -91,7 +97,7 @@ float sample_count(vec2 sides) {
 // The level q = clamp(floor(e), 0, L-L'+1) with e = log2(dmax / nA). The floor of log2(x) / 2 comes from the exponent
 // of x, which is exact; a rounded log2 could be wrong at powers of two.
 uint level(Parallelogram f) {
-    if (FILTER == ELLIPSE) return min(asked_level(f), FIRST_RESIDENT_LEVEL);
+    if (is_of_paper_3()) return min(uint(asked_level(f)), FIRST_RESIDENT_LEVEL);
     vec2 sides = squared_sides(f);
     if (!finite(sides.x)) return FIRST_RESIDENT_LEVEL;
     if (sides.x == 0.0) return 0;
@@ -128,6 +134,12 @@ uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {
         first = spot.texel + ivec2(ceil(spot.within - 0.5 - half_sides));
         last = spot.texel + ivec2(floor(spot.within - 0.5 + half_sides));
         margin = int(BORDER);
+    } else if (is_of_paper_3()) {
+        vec2 half_sides = baseline_half_sides(jacobian(f), determinant_of(f), most_line(), q);
+        first = spot.texel + ivec2(floor(spot.within - half_sides));
+        last = spot.texel + ivec2(floor(spot.within + half_sides));
+        // The border of the next coarser level is half of the own level's, rounded down at the tile's end.
+        margin = int(reads_two_levels() ? BORDER & ~1u : BORDER);
     } else {
         vec2 half_sides = abs(major_side(f)) * ((0.5 - 0.5 / sample_count(squared_sides(f))) * power_of_half(q));
         first = spot.texel + ivec2(floor(spot.within - half_sides));

@@ -1,10 +1,11 @@
-//! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by paper 3's ellipse, or by
+//! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by a filter of paper 3, or by
 //! its relief.
 
 use crate::frame::{Allocations, DrawList, Onto, Shape, Target};
 use crate::math::light::LightColours;
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
+use crate::paper::virtual_texture::config::Filter;
 use crate::texture::plain::PlainTexture;
 use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
@@ -31,8 +32,8 @@ pub struct PlainSurfaces {
 pub enum PlainFilter {
     /// The sampler's trilinear filter.
     Trilinear,
-    /// The ellipse: its largest axis ratio, and the fewest texels along its minor semi-axis.
-    Ellipse([u32; 2]),
+    /// A filter of paper 3.
+    Texels(Filter),
     Relief(ReliefMethod),
 }
 
@@ -84,13 +85,9 @@ impl PlainSurfaces {
         for surface in &surfaces {
             if pipelines.iter().all(|(filter, _)| *filter != surface.filter) {
                 let filter = surface.filter;
-                let ellipse = |[ratio, minor]: [u32; 2]| {
-                    vec![("MOST_RATIO", (ratio as f32).to_bits()), ("MINOR_TEXELS", (minor as f32).to_bits())]
-                };
                 let own = match filter {
-                    // A ratio of 0 selects the sampler.
-                    PlainFilter::Trilinear => ellipse([0, 1]),
-                    PlainFilter::Ellipse(axes) => ellipse(axes),
+                    PlainFilter::Trilinear => Vec::new(),
+                    PlainFilter::Texels(filter) => filter.constants(),
                     PlainFilter::Relief(method) => ReliefSurface::constants(method).to_vec(),
                 };
                 let unlit = pipeline(filter, &mesh_vert::SHADER, 0, &own)?;

@@ -6,7 +6,6 @@ use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
 use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
-use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::picture::srgb;
 use crate::reference::pattern::Pattern;
@@ -46,15 +45,11 @@ pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -
         );
     }
     let filter = filter(scene, surface)?;
-    let for_plain = Filter {
-        kind: Filtering::Ellipse,
-        max_anisotropy: filter.max_anisotropy,
-        minor_texels: filter.minor_texels,
-        ..Filter::DEFAULT
-    };
-    if !is_owner && ![Filter::DEFAULT, Filter::ONE_SAMPLE, for_plain].contains(&filter) {
-        let what = "a plain texture has two filters: the sampler's trilinear filter, and kind = \"ellipse\" \
-                    with max_anisotropy and minor_texels; use one of these, or a virtual texture";
+    let by_sampler = [Filter::DEFAULT, Filter::ONE_SAMPLE].contains(&filter);
+    let by_texels = filter.kind.is_of_paper_3() && filter.interpolation == Filter::DEFAULT.interpolation;
+    if !is_owner && !by_sampler && !by_texels {
+        let what = "a plain texture has the sampler's trilinear filter and, without interpolation, the kinds \"ellipse\", \
+                    \"feline\", \"mavridis\", \"pbrt\" and \"stochastic-ellipse\"; use one of these, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())
@@ -67,10 +62,7 @@ pub(super) fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilt
         return Ok(PlainFilter::Relief(keys.method));
     }
     let filter = filter(scene, surface)?;
-    Ok(match filter.kind {
-        Filtering::Ellipse => PlainFilter::Ellipse([filter.max_anisotropy, filter.minor_texels]),
-        _ => PlainFilter::Trilinear,
-    })
+    Ok(if filter.kind.is_of_paper_3() { PlainFilter::Texels(filter) } else { PlainFilter::Trilinear })
 }
 
 /// A surface's relief, and the side of its plane.

@@ -149,6 +149,18 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
             ]);
         }
     }
+    // Four taps of up to 16 samples cost about as much as the ellipse.
+    for (kind, most, words) in [
+        (Filtering::Feline, 16, "feline, 16 samples"),
+        (Filtering::Mavridis, 4, "mavridis, 4 taps"),
+        (Filtering::Pbrt, 16, "pbrt"),
+    ] {
+        if own != (Filter { kind, max_anisotropy: most, ..Filter::DEFAULT }) {
+            let kind = kind.name();
+            let change = format!("surface.{name}.filter={{kind='{kind}', max_anisotropy={most}}}");
+            others.push([words.to_string(), change]);
+        }
+    }
     Ok(others)
 }
 

@@ -188,13 +188,14 @@ macro_rules! __settings {
     };
 }
 
-/// Declares an enum whose values have a name in scenes and a one-line description.
+/// Declares an enum whose values have a name in scenes and a one-line description. `refused { "name" = "reason", }` after
+/// it lists known names that are not values; the error for them gives the reason.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __choices {
     ($(#[$meta:meta])* pub enum $name:ident {
         $($(#[doc = $about:literal])+ $value:ident = $word:literal,)+
-    }) => {
+    } $(refused { $($other:literal = $reason:literal,)+ })?) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
         pub enum $name {
@@ -217,6 +218,7 @@ macro_rules! __choices {
 
         impl $crate::scene::Choice for $name {
             const ALL: &'static [Self] = Self::ALL;
+            const REFUSED: &'static [(&'static str, &'static str)] = &[$($(($other, $reason)),+)?];
             fn name(self) -> &'static str { self.name() }
             fn about(self) -> &'static str { self.about() }
         }

@@ -183,6 +183,8 @@ impl<T: Setting> Setting for Option<T> {
 /// An enum whose values are named in scenes. Implemented by [`choices!`](crate::scene::choices).
 pub trait Choice: Copy + 'static {
     const ALL: &'static [Self];
+    /// Known names that are not values, and why.
+    const REFUSED: &'static [(&'static str, &'static str)] = &[];
     fn name(self) -> &'static str;
     fn about(self) -> &'static str;
 }
@@ -196,7 +198,12 @@ impl<T: Choice> Setting for T {
         let found = T::ALL.iter().find(|choice| value.as_str() == Some(choice.name()));
         let names = || T::ALL.iter().map(|choice| choice.name());
         let moved = || moved::value(value.as_str()?, names());
-        let unknown = || moved().unwrap_or_else(|| format!("{value} is not one of {}", quoted(names())));
+        let refused = T::REFUSED.iter().find(|(name, _)| value.as_str() == Some(name));
+        let refused = || refused.map(|(_, why)| format!("{value} is not possible here: {why}"));
+        let unknown = || {
+            let unknown = || format!("{value} is not one of {}", quoted(names()));
+            refused().or_else(moved).unwrap_or_else(unknown)
+        };
         found.copied().ok_or_else(unknown)
     }
     fn to_toml(&self) -> Option<Value> {

@@ -6,10 +6,13 @@ use ortelius::renderer::sections;
 use ortelius::scene::{Scene, Surface};
 
 /// Names, and values of `surface.NAME.filter`.
-const FILTERS: [(&str, &str); 3] = [
+const FILTERS: [(&str, &str); 6] = [
     ("paper 3: ellipse", "{ kind = 'ellipse', max_anisotropy = 16 }"),
     ("paper 1: up to 16 trilinear samples", "{}"),
     ("one trilinear sample", "{ max_anisotropy = 1 }"),
+    ("Feline: up to 16 trilinear samples", "{ kind = 'feline', max_anisotropy = 16 }"),
+    ("Mavridis and Papaioannou: 4 taps", "{ kind = 'mavridis', max_anisotropy = 4 }"),
+    ("pbrt's EWA", "{ kind = 'pbrt', max_anisotropy = 16 }"),
 ];
 
 /// Filters of the scene's virtual texture that differ from its own, with the change that selects each. Unlike the values
@@ -40,12 +43,12 @@ mod tests {
     #[test]
     fn the_filters_differ_from_the_scenes_own() {
         let names = |scene: &Scene| other_filters(scene).map(|(name, _)| name).collect::<Vec<_>>();
-        let [ellipse, papers, one] = FILTERS.map(|(name, _)| name);
+        let [ellipse, papers, one, feline, mavridis, pbrt] = FILTERS.map(|(name, _)| name);
         let globe = Scene::embedded("globe").unwrap();
-        assert_eq!(names(&globe), [papers, one]);
-        assert_eq!(names(&Scene::embedded("pole").unwrap()), [ellipse, one]);
+        assert_eq!(names(&globe), [papers, one, feline, mavridis, pbrt]);
+        assert_eq!(names(&Scene::embedded("pole").unwrap()), [ellipse, one, feline, mavridis, pbrt]);
         let changed = globe.with(&["surface.land.filter={max_anisotropy=1}".to_owned()]).unwrap();
-        assert_eq!(names(&changed), [ellipse, papers]);
+        assert_eq!(names(&changed), [ellipse, papers, feline, mavridis, pbrt]);
         assert!(names(&Scene::embedded("herd").unwrap()).is_empty(), "no virtual texture");
     }
 }

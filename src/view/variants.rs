@@ -106,10 +106,11 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        // Beside the scene's own: two filters, and the other values of three settings.
+        // Beside the scene's own: five filters, and the other values of three settings.
         let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
-        assert_eq!(globe.len(), 1 + 2 + methods, "{globe:?}");
+        assert_eq!(globe.len(), 1 + 5 + methods, "{globe:?}");
         assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");
+        assert_eq!(globe[5], "pbrt's EWA", "{globe:?}");
         assert!(
             ["bitset", "compact: ordered", "list: feedback"]
                 .iter()

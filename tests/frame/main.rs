@@ -237,13 +237,13 @@ fn one_run_switches_to_every_variant_and_keeps_the_caches() {
         run.records.take();
         run.reconfigure(|technique, gpu, target| switch(technique, gpu, config, target)).unwrap();
         run.settle(&pose).unwrap();
-        let pictures = if config.filter.kind == Filtering::Stochastic { n as u64 + 2 } else { 1 };
+        let pictures = if config.filter.kind.is_random() { n as u64 + 2 } else { 1 };
         let test = "one_run_switches_to_every_variant_and_keeps_the_caches";
         let new = of_a_new_process(test, [n as u64, pictures]);
         assert!(run.picture_bytes().unwrap() == new, "{config:?}");
         assert_eq!(run.technique.passes().len(), run.records.last().unwrap().passes.len(), "{config:?}");
         // A list longer than the visible set may upload more tiles.
-        if config.dedup != Dedup::Fused && config.filter.kind != Filtering::Ellipse {
+        if config.dedup != Dedup::Fused && !config.filter.kind.is_of_paper_3() {
             let uploads: usize = run.records.iter().map(|record| record.streaming.uploads).sum();
             assert_eq!(uploads, 0, "{config:?}: resident tiles were uploaded again");
         }

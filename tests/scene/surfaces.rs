@@ -1,6 +1,7 @@
 //! `[surface.NAME]`: properties that surfaces share, and errors for files of the former format.
 
 use crate::{SMALL, changed, load, message};
+use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::config::owner;
 use ortelius::scene::camera::Ground;
 use ortelius::scene::{Geometry, Plain, PlainSource, Scene};
@@ -116,6 +117,23 @@ fn a_key_of_the_old_format_is_rejected_and_the_new_one_named() {
     ] {
         let error = changed(&[change]).unwrap_err().to_string();
         assert!(error.starts_with(&format!("-D {change}: ")) && error.contains(expected), "{error}");
+    }
+}
+
+/// Each filter of paper 3 is a value, and methods that cannot filter a surface say why.
+#[test]
+fn a_method_that_is_not_a_filter_of_a_surface_says_why() {
+    for kind in Filtering::ALL {
+        changed(&[&format!("surface.land.filter.kind={}", kind.name())]).unwrap();
+    }
+    for (kind, expected) in [
+        ("summed-area", "loads only visible tiles"),
+        ("hardware", "beyond a tile's border"),
+        ("object-space", "instead of filtering pixels"),
+        ("felin", "is not one of"),
+    ] {
+        let error = changed(&[&format!("surface.land.filter.kind={kind}")]).unwrap_err().to_string();
+        assert!(error.contains("surface.land.filter.kind") && error.contains(expected), "{error}");
     }
 }
 

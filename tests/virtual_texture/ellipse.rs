@@ -447,6 +447,10 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
         (Filtering::Trilinear, 1, sampled),
         (Filtering::Stochastic, 1, 0.0),
         (Filtering::Stochastic, 16, sampled),
+        (Filtering::Feline, 1, 0.0),
+        (Filtering::Mavridis, 1, 0.0),
+        (Filtering::Pbrt, 1, 0.0),
+        (Filtering::StochasticEllipse, 16, 0.0),
     ] {
         let mut renderer = open_with(&gpu, &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
             filter(settings, 16);

@@ -12,6 +12,7 @@ mod paths;
 mod prepass;
 mod read_back;
 mod streaming;
+mod texel_filters;
 mod texels;
 mod truth;
 mod variants;

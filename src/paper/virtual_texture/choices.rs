@@ -35,7 +35,7 @@ choices! {
 }
 
 choices! {
-    /// How a pixel's colour is filtered from its tile (section 4). The order is that of `filter.glsl`.
+    /// How a pixel's colour is filtered from its tile (section 4). The order is that of `surface_filter_level.glsl`.
     pub enum Filtering {
         /// The paper's: at most `max_anisotropy` samples, each bilinear in two levels and interpolated between them.
         Trilinear = "trilinear",
@@ -46,6 +46,98 @@ choices! {
         Stochastic = "stochastic",
         /// Paper 3's: the texels in the footprint's ellipse, weighted by a Gaussian of the ellipse's shape.
         Ellipse = "ellipse",
+        /// At most `max_anisotropy` trilinear samples along the ellipse's major axis, weighted by a Gaussian (McCormack
+        /// et al., "Feline", 1999).
+        Feline = "feline",
+        /// `max_anisotropy` taps along the ellipse's major axis, weighted by a Gaussian; each is the mean of up to 16
+        /// trilinear samples (Mavridis and Papaioannou, "High quality elliptical texture filtering on GPU", 2011).
+        Mavridis = "mavridis",
+        /// The EWA filter of pbrt-v4: the texels of an ellipse with a ratio of at most 8, in two levels.
+        Pbrt = "pbrt",
+        /// `samples` single texels at random positions in the ellipse, with the Gaussian as probability (Pharr et al.,
+        /// "Filtering after shading with stochastic texture filtering", 2024). Noisy.
+        StochasticEllipse = "stochastic-ellipse",
+    }
+    refused {
+        "summed-area" = "it needs the sums of all texels of level 0 in memory, but a virtual texture loads only visible \
+                         tiles; the figure tm.pareto measures it on a small texture; use \"ellipse\"",
+        "hardware" = "a device's anisotropic sampler reads beyond a tile's border, where the tile pool has no \
+                      neighbours; use \"trilinear\" with max_anisotropy, or \"feline\"",
+        "object-space" = "it draws fragments of rotated polygons instead of filtering pixels; the figure tm.23 \
+                          measures it; use \"ellipse\"",
+    }
+}
+
+impl Filtering {
+    /// True for paper 3's ellipse and the published filters beside it. They fetch single texels through the page table,
+    /// so they need no border, and their footprint is bounded at a sphere's limb.
+    pub fn is_of_paper_3(self) -> bool {
+        self as u32 >= Filtering::Ellipse as u32
+    }
+
+    /// True if each picture has noise of its own.
+    pub fn is_random(self) -> bool {
+        matches!(self, Filtering::Stochastic | Filtering::StochasticEllipse)
+    }
+}
+
+choices! {
+    /// The ellipse that the weights of the filter `"ellipse"` follow: formula (4) of paper 3. The texels are always
+    /// those of the exact ellipse. The order is that of AXES in `ellipse.glsl`.
+    pub enum FilterAxes {
+        /// As printed: the axes are as long as the rows of the Jacobian.
+        Rows = "rows",
+        /// As printed, with the columns of the Jacobian instead of its rows.
+        Columns = "columns",
+        /// Exact for every Jacobian.
+        Corrected = "corrected",
+        /// A circle with the radius of the major axis.
+        Round = "round",
+    }
+}
+
+choices! {
+    /// The weight of a texel that the ellipse's edge cuts, by the distance d in texels from its centre to the edge: step
+    /// C of paper 3. The order is that of EDGE in `weights.glsl`.
+    pub enum FilterEdge {
+        /// All or nothing, by the texel's centre.
+        None = "none",
+        /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`.
+        Exact = "exact",
+        /// `0.5 + 2.151 d - 2.358 d^2`, for that volume.
+        Quadratic = "quadratic",
+        /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`, for that volume.
+        Cubic = "cubic",
+        /// Three linear pieces, for that volume.
+        PiecewiseLinear = "piecewise-linear",
+        /// `0.5 + d`: the covered area.
+        AreaRamp = "area-ramp",
+    }
+}
+
+choices! {
+    /// The Gaussian of the filter `"ellipse"`, by the distance r from the footprint's centre, 1 at the ellipse's edge.
+    pub enum FilterKernel {
+        /// `exp(-2 r^2)`, and the edge is one pixel from the centre: the usual EWA filter.
+        Ewa = "ewa",
+        /// Paper 3's, with a support of two pixels: `exp(-3.125 r^2)`.
+        Formula4 = "formula-4",
+        /// Paper 3's, with a support of one pixel. It hardly antialiases.
+        Diameter1 = "diameter-1",
+        /// All texels of the ellipse have the same weight.
+        Uniform = "uniform",
+    }
+}
+
+impl FilterKernel {
+    /// Pixels from the centre to r = 1, and alpha of `exp(-alpha r^2)`.
+    pub fn radius_and_alpha(self) -> [f32; 2] {
+        match self {
+            FilterKernel::Ewa => [1.0, 2.0],
+            FilterKernel::Formula4 => [1.0, 3.125],
+            FilterKernel::Diameter1 => [0.5, 3.125],
+            FilterKernel::Uniform => [1.0, 0.0],
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! `--compare-plain`: the GPU time of the whole frame, relative to the same mesh with one plain texture. The command
 //! line gives the scene one trilinear sample per pixel, as the plain texture has.
 
+use super::config::Filter;
 use super::technique::{VirtualTexture, VirtualTextureError};
 use super::texturing::PlainBaseline;
 use crate::frame::{FrameSlot, Run, Target, View};
@@ -95,7 +96,7 @@ impl VirtualTexture {
         view: &View,
         target: &Target,
     ) -> Result<Option<PlainComparison>, VirtualTextureError> {
-        let plain = PlainBaseline::new(gpu, &*self.source, &target.color)?;
+        let plain = PlainBaseline::new(gpu, &*self.source, &target.color, &Filter::ONE_SAMPLE)?;
         let (mut settled, mut plain_ns, mut empty) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
         for run in 0..WARM_UP + RUNS {

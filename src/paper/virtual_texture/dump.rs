@@ -13,7 +13,7 @@ use crate::vk::{self, Depth, Format, Gpu, Image, ImageInfo};
 pub struct FootprintPicture {
     /// s, t; NaN for the background.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse filter, after the limit on the footprint's length.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; for the filters of paper 3, after the limit on the footprint's length.
     pub derivatives: Vec<[f32; 4]>,
     /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for the background.
     pub triples: Vec<[u32; 3]>,

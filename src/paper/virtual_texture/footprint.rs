@@ -43,12 +43,7 @@ fn pipeline(
     gpu.graphics_pipeline(&GraphicsInfo {
         specialization: &with(
             pyramid_constants(pyramid, format, &config.filter),
-            &[
-                ("FILTER", config.filter.kind as u32),
-                ("MAX_ANISOTROPY", config.filter.max_anisotropy),
-                ("MINOR_TEXELS", (config.filter.minor_texels as f32).to_bits()),
-                ("PIXEL_LOG2", pixel_log2),
-            ],
+            &[config.filter.level_constants(), vec![("PIXEL_LOG2", pixel_log2)]].concat(),
         ),
         depth: Some(depth),
         colors,

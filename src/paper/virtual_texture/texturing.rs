@@ -3,6 +3,7 @@
 //! A pixel's tile is exactly the one that stage 1 wrote into the request image. A pass over the same mesh, with the
 //! same depth, computes only the position within the tile and the weights of the two levels.
 
+use super::config::Filter;
 use super::{Config, Interpolation, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::{DrawList, Shape};
 use crate::math::light::LightColours;
@@ -19,14 +20,10 @@ use crate::vk::{
 /// Specialization constants of `filter.glsl`.
 pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static str, u32)> {
     let filter = [
-        ("MAX_ANISOTROPY", config.filter.max_anisotropy),
-        ("MINOR_TEXELS", (config.filter.minor_texels as f32).to_bits()),
         ("LITERAL_INTERPOLATION", u32::from(config.filter.interpolation == Interpolation::Literal)),
-        ("FILTER", config.filter.kind as u32),
-        ("SAMPLES", config.filter.samples),
         ("FADE_IN", u32::from(config.fade_in_frames > 0)),
     ];
-    resident.constants().into_iter().chain(filter).collect()
+    resident.constants().into_iter().chain(filter).chain(config.filter.constants()).collect()
 }
 
 /// The pipelines of a shading pass: for unlit shapes, and for shapes that the sun lights.
@@ -84,7 +81,8 @@ impl Texturing {
     }
 
     /// An instrumented build. A pixel's colour is the number of texels that its filter reads: 8 for a sample of two
-    /// levels, 4 for one of a single level, 1 for a random texel, and all texels with a weight for the ellipse.
+    /// levels, 4 for one of a single level, 1 for a random texel, all texels with a weight for the ellipse, and all fetches
+    /// for the published filters.
     ///
     /// # Errors
     /// Out of memory.
@@ -143,8 +141,8 @@ impl Texturing {
     }
 }
 
-/// The baseline of `--compare-plain`: the same mesh with one plain trilinear RGBA8 texture, at most 4096 texels a
-/// side, filtered in linear light like the tiles.
+/// The baseline of `--compare-plain`: the same mesh with one plain RGBA8 texture, at most 4096 texels a side, filtered
+/// in linear light like the tiles.
 pub struct PlainBaseline {
     pipeline: GraphicsPipeline,
     texture: Image,
@@ -153,7 +151,8 @@ pub struct PlainBaseline {
 }
 
 impl PlainBaseline {
-    /// Reads the finest level with at most 4096 texels a side, and all coarser ones.
+    /// Reads the finest level with at most 4096 texels a side, and all coarser ones. Paper 3's filters are those of
+    /// `filter`; for paper 1's, the sampler takes one trilinear sample.
     ///
     /// # Errors
     /// Out of memory; a tile cannot be read; the source is BC1 and has no RGBA8 texels.
@@ -161,6 +160,7 @@ impl PlainBaseline {
         gpu: &Gpu,
         source: &dyn TileSource,
         target: &Image,
+        filter: &Filter,
     ) -> std::result::Result<PlainBaseline, super::tile_pool::TilePoolError> {
         let pyramid = source.pyramid();
         let first = (0..=pyramid.coarsest_level())
@@ -174,7 +174,9 @@ impl PlainBaseline {
             ImageInfo::texture(pyramid.level_size(first), Format::Rgba8Srgb, levels.len() as u32),
         )?;
         gpu.fill_levels(&texture, &levels)?;
+        let constants = if filter.kind.is_of_paper_3() { filter.constants() } else { Vec::new() };
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
+            specialization: &constants,
             depth: Some(Depth::Write),
             colors: &[target.info().format],
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &plain_frag::SHADERS[0])

@@ -32,7 +32,8 @@ pub const FILTERS: Figure = Figure {
     id: "scene.filters",
     title: "Filters of a virtual texture: error, tiles and time",
     about: "Paper 1 filters with up to 16 trilinear samples along the footprint (here 1, 4 or 16), paper 3 with the \
-            texels of the footprint's ellipse. Both read texels beyond a tile's border from the neighbouring tile, \
+            texels of the footprint's ellipse; the published filters beside it are Feline, that of Mavridis and \
+            Papaioannou, and pbrt's EWA. All read texels beyond a tile's border from the neighbouring tile, \
             so the border does not change the picture. The ellipse has at least one, two or four texels along its \
             minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3, on the earth \
             2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
@@ -162,7 +163,7 @@ const TEXELS: &str = "texels fetched per pixel";
 const TEXELS_OF_TEXTURING: &str = "texels fetched per pixel, larger picture";
 
 /// Each variant's name, and its changes to the scene.
-const VARIANTS: [(&str, &[&str]); 8] = [
+const VARIANTS: [(&str, &[&str]); 11] = [
     (TRILINEAR, &["surface.land.filter={max_anisotropy=1}"]),
     (FOUR, &["surface.land.filter={max_anisotropy=4}"]),
     (SIXTEEN, &["surface.land.filter={max_anisotropy=16}"]),
@@ -170,6 +171,9 @@ const VARIANTS: [(&str, &[&str]); 8] = [
     (TWO, &[ELLIPSE]),
     ("ellipse, 4 texels", &[ELLIPSE, "surface.land.filter.minor_texels=4"]),
     ("ellipse, 2 texels, no border", &[ELLIPSE, "surface.land.texture.border=0"]),
+    ("Feline, 16 probes", &["surface.land.filter={kind='feline', max_anisotropy=16}"]),
+    ("Mavridis, 4 taps", &["surface.land.filter={kind='mavridis', max_anisotropy=4}"]),
+    ("pbrt's EWA", &["surface.land.filter={kind='pbrt'}"]),
     (OWN, &[]),
 ];
 

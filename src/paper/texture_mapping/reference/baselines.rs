@@ -3,18 +3,39 @@
 use super::FilteredTexel;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::PixelCentre;
-use crate::paper::texture_mapping::texels::GreyMipmap;
 use std::f64::consts::TAU;
 
-/// Error bound of a trilinear sample. Samplers may quantise weights in steps of 1/256, the coarsest that Vulkan
-/// allows. A sample has five weights: two for each of two bilinear samples, and one for their mix.
-const SAMPLER: f64 = 5.0 / 256.0;
+/// Error bound of a sampler's trilinear sample. Samplers may quantise weights in steps of 1/256, the coarsest that
+/// Vulkan allows. A sample has five weights: two for each of two bilinear samples, and one for their mix.
+pub const SAMPLER: f64 = 5.0 / 256.0;
+
+/// A texture, and how a surface reads it.
+pub struct Texture<'a> {
+    /// The level of one texel.
+    pub coarsest: u32,
+    /// A texel, 0 to 1, by level, column and row. These may lie outside the level.
+    pub texel: &'a dyn Fn(u32, i64, i64) -> f64,
+    /// If samples lie further than this from the pixel's centre along an axis, in texels of the level, the level is
+    /// raised. Of an ellipse: the sum of its semi-axes.
+    pub most_reach: f64,
+    /// Error of the pixel's centre along each axis, in texels of level 0.
+    pub place_error: f64,
+    /// Error of a trilinear sample.
+    pub sample_error: f64,
+}
+
+impl Texture<'_> {
+    /// The level, raised for a footprint that reaches this many texels of level 0.
+    fn raised(&self, level: f64, reach: f64) -> f64 {
+        level.max((reach / self.most_reach).log2().ceil())
+    }
+}
 
 /// The value of a pixel; `None` if only the device can compute it.
 pub fn filtered(
     baseline: FilterBaseline,
     pixel: &PixelCentre,
-    texels: &GreyMipmap,
+    texture: &Texture<'_>,
     level: u32,
     frame: u32,
 ) -> Option<FilteredTexel> {
@@ -25,7 +46,7 @@ pub fn filtered(
     Some(match baseline {
         FilterBaseline::Hardware(_) => return None,
         FilterBaseline::Trilinear => {
-            probes(pixel, texels, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
+            probes(pixel, texture, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
         }
         FilterBaseline::Anisotropic(most) => {
             let ratio = length(longer) / length(shorter);
@@ -33,13 +54,13 @@ pub fn filtered(
             let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
             let all: Vec<Probe> = (0..count as u32).map(probe).collect();
             let half = longer.map(|d| d / 2.0);
-            undecided(probes(pixel, texels, &all, half, (length(longer) / count).log2()), ratio)
+            undecided(probes(pixel, texture, &all, half, (length(longer) / count).log2()), ratio)
         }
-        FilterBaseline::Feline(most) => feline(pixel, texels, most),
-        FilterBaseline::Mavridis(taps) => mavridis(pixel, texels, taps),
-        FilterBaseline::Pbrt => pbrt(pixel, texels, longer, shorter),
-        FilterBaseline::Stochastic(samples) => stochastic(pixel, texels, samples, level, frame),
-        FilterBaseline::SummedArea => summed_area(pixel, texels),
+        FilterBaseline::Feline(most) => feline(pixel, texture, most),
+        FilterBaseline::Mavridis(taps) => mavridis(pixel, texture, taps),
+        FilterBaseline::Pbrt => pbrt(pixel, texture, longer, shorter),
+        FilterBaseline::Stochastic(samples) => stochastic(pixel, texture, samples, level, frame),
+        FilterBaseline::SummedArea => summed_area(pixel, texture),
     })
 }
 
@@ -50,27 +71,30 @@ struct Probe {
 }
 
 /// The level's value at a position in its own texels.
-fn bilinear(texels: &GreyMipmap, level: u32, [u, v]: [f64; 2]) -> f64 {
+fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
     let (x, y) = (u - 0.5, v - 0.5);
     let (right, down) = (x - x.floor(), y - y.floor());
-    let at =
-        |i: i64, j: i64| f64::from(texels.byte(level, x.floor() as i64 + i, y.floor() as i64 + j)) / 255.0;
+    let at = |i: i64, j: i64| (texture.texel)(level, x.floor() as i64 + i, y.floor() as i64 + j);
     let row = |j: i64| at(0, j) * (1.0 - right) + at(1, j) * right;
     row(0) * (1.0 - down) + row(1) * down
 }
 
+/// Weighted trilinear samples along the line of `reach` through the pixel's centre. The line raises the level.
 fn probes(
     pixel: &PixelCentre,
-    texels: &GreyMipmap,
+    texture: &Texture<'_>,
     probes: &[Probe],
     reach: [f64; 2],
     level: f64,
 ) -> FilteredTexel {
-    let coarsest = f64::from(texels.coarsest());
-    let undecided = if level.abs() < 2f64.powi(-16) { 4 * probes.len() as u32 } else { 0 };
-    let level = level.clamp(0.0, coarsest);
+    let coarsest = f64::from(texture.coarsest);
+    let raised = texture.raised(level, reach[0].hypot(reach[1]));
+    // Rounding decides on which side of 0 a level lies. A raised level is an integer without rounding.
+    let near_0 = raised == level && level.abs() < 2f64.powi(-16);
+    let undecided = if near_0 { 4 * probes.len() as u32 } else { 0 };
+    let level = raised.clamp(0.0, coarsest);
     let trilinear = |at: [f64; 2]| {
-        let of = |level: f64| bilinear(texels, level as u32, at.map(|place| place / level.exp2()));
+        let of = |level: f64| bilinear(texture, level as u32, at.map(|place| place / level.exp2()));
         let part = level - level.floor();
         of(level.floor()) * (1.0 - part) + of((level.floor() + 1.0).min(coarsest)) * part
     };
@@ -79,7 +103,7 @@ fn probes(
     let weights: f64 = probes.iter().map(|probe| probe.weight).sum();
     let texels_a_probe = if level > 0.0 && level < coarsest { 8 } else { 4 };
     let fetched = texels_a_probe * probes.len() as u32;
-    FilteredTexel { value: sum / weights, slack: SAMPLER, fetched, undecided, empty: false }
+    FilteredTexel { value: sum / weights, slack: texture.sample_error, fetched, undecided, empty: false }
 }
 
 /// Semi-axes of the ellipse r <= 1 and the direction of the major one, by diagonalising `J J^T`.
@@ -91,7 +115,7 @@ fn axes(pixel: &PixelCentre) -> (f64, f64, [f64; 2]) {
     (major, pixel.determinant.abs() / major, [angle.cos(), angle.sin()])
 }
 
-fn feline(pixel: &PixelCentre, texels: &GreyMipmap, most: u32) -> FilteredTexel {
+fn feline(pixel: &PixelCentre, texture: &Texture<'_>, most: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
     let count = wanted.floor().clamp(1.0, f64::from(most));
@@ -103,10 +127,10 @@ fn feline(pixel: &PixelCentre, texels: &GreyMipmap, most: u32) -> FilteredTexel 
         Probe { part, weight: (-2.0 * (part * reach / major).powi(2)).exp() }
     };
     let all: Vec<Probe> = (0..count as u32).map(probe).collect();
-    undecided(probes(pixel, texels, &all, direction.map(|d| d * reach), minor.log2()), wanted)
+    undecided(probes(pixel, texture, &all, direction.map(|d| d * reach), minor.log2()), wanted)
 }
 
-fn mavridis(pixel: &PixelCentre, texels: &GreyMipmap, taps: u32) -> FilteredTexel {
+fn mavridis(pixel: &PixelCentre, texture: &Texture<'_>, taps: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let tap_length = 2.0 * major / f64::from(taps);
     let wanted = tap_length / minor;
@@ -120,7 +144,7 @@ fn mavridis(pixel: &PixelCentre, texels: &GreyMipmap, taps: u32) -> FilteredTexe
         })
         .collect();
     let level = minor.max(tap_length / samples).log2();
-    let found = probes(pixel, texels, &all, direction.map(|d| d * major), level);
+    let found = probes(pixel, texture, &all, direction.map(|d| d * major), level);
     FilteredTexel { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
 }
 
@@ -130,14 +154,15 @@ fn undecided(found: FilteredTexel, wanted: f64) -> FilteredTexel {
     FilteredTexel { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
 }
 
-fn pbrt(pixel: &PixelCentre, texels: &GreyMipmap, longer: [f64; 2], shorter: [f64; 2]) -> FilteredTexel {
+fn pbrt(pixel: &PixelCentre, texture: &Texture<'_>, longer: [f64; 2], shorter: [f64; 2]) -> FilteredTexel {
     const MOST_RATIO: f64 = 8.0;
     let (major, minor) = (longer[0].hypot(longer[1]), shorter[0].hypot(shorter[1]));
     let widening = if minor * MOST_RATIO < major && minor > 0.0 { major / (minor * MOST_RATIO) } else { 1.0 };
     let shorter = shorter.map(|d| d * widening);
-    let lod = (minor * widening).max(1e-30).log2().clamp(0.0, f64::from(texels.coarsest()));
-    let finer = pbrt_level(pixel, texels, longer, shorter, lod as u32);
-    let coarser = pbrt_level(pixel, texels, longer, shorter, lod as u32 + 1);
+    let lod = (minor * widening).max(1e-30).log2();
+    let lod = texture.raised(lod, major + minor * widening).clamp(0.0, f64::from(texture.coarsest));
+    let finer = pbrt_level(pixel, texture, longer, shorter, lod as u32);
+    let coarser = pbrt_level(pixel, texture, longer, shorter, lod as u32 + 1);
     let part = lod - lod.floor();
     FilteredTexel {
         value: finer.value * (1.0 - part) + coarser.value * part,
@@ -151,13 +176,13 @@ fn pbrt(pixel: &PixelCentre, texels: &GreyMipmap, longer: [f64; 2], shorter: [f6
 
 fn pbrt_level(
     pixel: &PixelCentre,
-    texels: &GreyMipmap,
+    texture: &Texture<'_>,
     longer: [f64; 2],
     shorter: [f64; 2],
     level: u32,
 ) -> FilteredTexel {
-    if level >= texels.coarsest() {
-        let value = f64::from(texels.byte(texels.coarsest(), 0, 0)) / 255.0;
+    if level >= texture.coarsest {
+        let value = (texture.texel)(texture.coarsest, 0, 0);
         return FilteredTexel { value, slack: 2f64.powi(-22), fetched: 1, ..FilteredTexel::default() };
     }
     let scale = f64::from(1u32 << level);
@@ -171,6 +196,8 @@ fn pbrt_level(
     // The quadratic form r2 cancels terms of up to a c / f, which multiplies its rounding error by that factor. Two
     // neighbouring entries of the weight table differ by 2/127 in the exponent.
     let rounding = 2f64.powi(-21) * (a * c / f);
+    // Both semi-axes are at least one texel, so that r2 has a slope of at most 2 per texel.
+    let rounding = rounding + 3.0 * texture.place_error / scale;
     for row in (v - height).floor() as i64..=(v + height).floor() as i64 {
         for column in (u - width).floor() as i64..=(u + width).floor() as i64 {
             let (du, dv) = (column as f64 + 0.5 - u, row as f64 + 0.5 - v);
@@ -186,7 +213,7 @@ fn pbrt_level(
             undecided += u32::from((r2 - 1.0).abs() < rounding);
             fetched += u32::from(r2 < 1.0);
             slack += (weight(r2 - rounding) - weight(r2 + rounding)).abs();
-            sum += of * f64::from(texels.byte(level, column, row)) / 255.0;
+            sum += of * (texture.texel)(level, column, row);
             weights += of;
         }
     }
@@ -214,18 +241,20 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
 }
 
 /// The level that the minor axis selects: two different ones if rounding decides.
-pub fn stochastic_levels(pixel: &PixelCentre, texels: &GreyMipmap) -> [u32; 2] {
+pub fn stochastic_levels(pixel: &PixelCentre, texture: &Texture<'_>) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();
+    let [u, v] = pixel.jacobian.map(|[across, down]| across.hypot(down));
     [-1.0, 1.0].map(|side| {
-        let level = (level + side * 2f64.powi(-16)).floor();
-        level.clamp(0.0, f64::from(texels.coarsest())) as u32
+        let error = 2f64.powf(side * 2f64.powi(-16));
+        let level = texture.raised((level + error.log2()).floor(), u.max(v) * error);
+        level.clamp(0.0, f64::from(texture.coarsest)) as u32
     })
 }
 
 fn stochastic(
     pixel: &PixelCentre,
-    texels: &GreyMipmap,
+    texture: &Texture<'_>,
     samples: u32,
     level: u32,
     frame: u32,
@@ -242,17 +271,18 @@ fn stochastic(
         let (sin, cos) = (TAU * unit[1]).sin_cos();
         let moved = [(ux, uy), (vx, vy)].map(|(across, down)| radius * (across * cos + down * sin));
         let at = [0, 1].map(|n| (pixel.centre[n] + moved[n]) / scale - 0.5 + unit[n + 2]);
-        let ulps = |place: f64| 2f64.powi(-21) * (place.abs() + extent / scale + 1.0);
+        let error = texture.place_error / scale;
+        let ulps = |place: f64| 2f64.powi(-21) * (place.abs() + extent / scale + 1.0) + error;
         undecided += u32::from(at.iter().any(|&place| (place - place.round()).abs() < ulps(place)));
-        sum += f64::from(texels.byte(level, at[0].floor() as i64, at[1].floor() as i64)) / 255.0;
+        sum += (texture.texel)(level, at[0].floor() as i64, at[1].floor() as i64);
     }
     let count = f64::from(samples);
     let slack = f64::from(undecided) / count + (count + 4.0) * 2f64.powi(-24);
     FilteredTexel { value: sum / count, slack, fetched: samples, undecided: 0, empty: false }
 }
 
-fn summed_area(pixel: &PixelCentre, texels: &GreyMipmap) -> FilteredTexel {
-    let side = i64::from(texels.side);
+fn summed_area(pixel: &PixelCentre, texture: &Texture<'_>) -> FilteredTexel {
+    let side = 1i64 << texture.coarsest;
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
     let reach = [(ux.abs() + uy.abs()) / 2.0, (vx.abs() + vy.abs()) / 2.0];
     let edge = |n: usize, sign: f64| pixel.centre[n] + sign * reach[n] + 0.5;
@@ -261,10 +291,10 @@ fn summed_area(pixel: &PixelCentre, texels: &GreyMipmap) -> FilteredTexel {
         (from as i64, (edge(n, 1.0).floor() - from).clamp(1.0, side as f64) as i64)
     };
     let [(left, width), (top, height)] = [range(0), range(1)];
-    let mut sum = 0u64;
+    let mut sum = 0.0;
     for row in top..top + height {
         for column in left..left + width {
-            sum += u64::from(texels.byte(0, column, row));
+            sum += (texture.texel)(0, column, row);
         }
     }
     // Rounding may move an edge near a texel's middle to either side.
@@ -277,6 +307,6 @@ fn summed_area(pixel: &PixelCentre, texels: &GreyMipmap) -> FilteredTexel {
         f64::from(near(n, -1.0) + near(n, 1.0)) / texels
     });
     let slack = slack.sum::<f64>() + 2f64.powi(-20);
-    let value = sum as f64 / (255 * width * height) as f64;
+    let value = sum / (width * height) as f64;
     FilteredTexel { value, slack, fetched: 4, ..FilteredTexel::default() }
 }

@@ -6,6 +6,7 @@ pub mod ellipse;
 use super::baselines::FilterBaseline;
 use super::method::{Method, PixelCentre};
 use super::texels::GreyMipmap;
+use baselines::Texture;
 
 /// A pixel's filtered value with an error bound for the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,7 +27,9 @@ pub struct FilteredTexel {
 pub fn levels(method: &Method, pixel: &PixelCentre, texels: &GreyMipmap) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),
-        Method::Baseline(FilterBaseline::Stochastic(_)) => baselines::stochastic_levels(pixel, texels),
+        Method::Baseline(FilterBaseline::Stochastic(_)) => {
+            with_sampler(texels, |texture| baselines::stochastic_levels(pixel, texture))
+        }
         Method::Baseline(_) | Method::ObjectSpace(_) => [0; 2],
     }
 }
@@ -45,8 +48,22 @@ pub fn filtered(
             let value = |column, row| f64::from(texels.byte(level, column, row)) / 255.0;
             Some(ellipse::filtered(ellipse, pixel, [level, texels.coarsest()], value))
         }
-        Method::Baseline(baseline) => baselines::filtered(*baseline, pixel, texels, level, frame),
+        Method::Baseline(baseline) => {
+            with_sampler(texels, |texture| baselines::filtered(*baseline, pixel, texture, level, frame))
+        }
         // An object-space pixel depends on the whole picture: `object_space::reference` computes it.
         Method::ObjectSpace(_) => None,
     }
+}
+
+/// The laboratory's texture: repeated over the plane, and read by a sampler.
+fn with_sampler<T>(texels: &GreyMipmap, with: impl FnOnce(&Texture<'_>) -> T) -> T {
+    let texel = |level, column, row| f64::from(texels.byte(level, column, row)) / 255.0;
+    with(&Texture {
+        coarsest: texels.coarsest(),
+        texel: &texel,
+        most_reach: f64::INFINITY,
+        place_error: 0.0,
+        sample_error: baselines::SAMPLER,
+    })
 }

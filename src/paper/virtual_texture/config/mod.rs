@@ -1,7 +1,10 @@
 //! The settings of paper 1: which variant of each step runs, the caches and their budgets. [`PAPER`] has the paper's
 //! values.
 
-use super::choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
+use super::choices::{
+    Compaction, Dedup, FilterAxes, FilterEdge, FilterKernel, Filtering, Interpolation, Listing,
+    RequestFormat, TileAddress,
+};
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
@@ -49,17 +52,30 @@ fn check(scene: &Scene) -> std::result::Result<(), SceneError> {
 }
 
 settings! {
-    /// How a pixel's colour is filtered from a texture.
+    /// How a pixel's colour is filtered from a texture. The filters of paper 3 (`"ellipse"` and the published filters
+    /// after it) run on plain and on virtual textures. On a virtual texture they fetch each texel through the page
+    /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
+    /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
+    /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
+    /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing draws other
+    /// fragments.
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16).
-        /// For `"ellipse"`: the greatest ratio of its axes. The sampler of a plain texture takes one sample.
+        /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16),
+        /// also for `"feline"`. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of its axes.
+        /// The sampler of a plain texture takes one sample.
         max_anisotropy: u32 = 16, in 1..=16;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
         /// as many texels and reduces the error (scene.filters).
         minor_texels: u32 = 2, in 1..=4, unit "texels";
-        /// Texels per pixel of the stochastic filter.
+        /// For `"ellipse"`: the axes that its weights follow.
+        axes: FilterAxes = FilterAxes::Corrected;
+        /// For `"ellipse"`: the Gaussian.
+        kernel: FilterKernel = FilterKernel::Ewa;
+        /// For `"ellipse"`: the weight of a texel that its edge cuts.
+        edge: FilterEdge = FilterEdge::AreaRamp;
+        /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
         /// How a tile's two levels are blended.
         interpolation: Interpolation = Interpolation::Corrected;
@@ -217,9 +233,8 @@ impl Filter {
     /// the paper's tiles do. Filters that fetch single texels need no border.
     pub fn least_border(&self) -> u32 {
         match (self.kind, self.max_anisotropy) {
-            (Filtering::Stochastic | Filtering::Ellipse, _) => 0,
-            (Filtering::Trilinear | Filtering::Bilinear, 1) => 0,
-            (Filtering::Trilinear | Filtering::Bilinear, _) => 2,
+            (Filtering::Trilinear | Filtering::Bilinear, 2..) => 2,
+            _ => 0,
         }
     }
 
@@ -251,7 +266,30 @@ impl Filter {
     /// True if the filter may read texels beyond a tile's border, from other tiles. The outermost of n samples also
     /// reads the next coarser level, up to n texels (of the finer level) from the pixel's centre.
     pub fn reaches(&self, border: u32) -> bool {
-        self.kind == Filtering::Ellipse || self.samples_reach(border)
+        self.kind.is_of_paper_3() || self.samples_reach(border)
+    }
+
+    /// Specialization constants of `surface_filter_level.glsl` and `ellipse_level.glsl`.
+    pub fn level_constants(&self) -> Vec<(&'static str, u32)> {
+        vec![
+            ("FILTER", self.kind as u32),
+            ("MAX_ANISOTROPY", self.max_anisotropy),
+            ("MINOR_TEXELS", (self.minor_texels as f32).to_bits()),
+            ("RADIUS", self.kernel.radius_and_alpha()[0].to_bits()),
+            ("EDGE", self.edge as u32),
+        ]
+    }
+
+    /// The same, and those of `surface_filter.glsl`.
+    pub fn constants(&self) -> Vec<(&'static str, u32)> {
+        // Random texels of the ellipse have the probabilities of the usual EWA filter.
+        let kernel = if self.kind == Filtering::Ellipse { self.kernel } else { FilterKernel::Ewa };
+        let of_texels = [
+            ("SAMPLES", self.samples),
+            ("AXES", self.axes as u32),
+            ("ALPHA", kernel.radius_and_alpha()[1].to_bits()),
+        ];
+        [&self.level_constants()[..], &of_texels].concat()
     }
 
     fn samples_reach(&self, border: u32) -> bool {

@@ -11,7 +11,7 @@ use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
-use crate::paper::virtual_texture::config::{open_texture, source_mesh};
+use crate::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::Stage3;
 use crate::paper::virtual_texture::texturing::PlainBaseline;
@@ -273,7 +273,7 @@ fn plain_frame<'a>(
     pose: &Pose,
 ) -> anyhow::Result<Contender<'a>> {
     let target = gpu.image("plain picture", *session.target().color.info())?;
-    let plain = PlainBaseline::new(gpu, &*session.technique.source, &target)?;
+    let plain = PlainBaseline::new(gpu, &*session.technique.source, &target, &Filter::ONE_SAMPLE)?;
     let shape = Shape::new(gpu, mesh)?;
     let view = View::new(pose, session.size());
     Ok(passes(gpu, PLAIN, move |frame| {

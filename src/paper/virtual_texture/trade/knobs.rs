@@ -81,7 +81,14 @@ impl Knob {
                 let taps = [(1, 1), (4, 1), (16, at.max_anisotropy), (64, at.max_anisotropy)];
                 let turned =
                     filters.into_iter().chain(taps.map(|(taps, na)| (Filtering::Stochastic, taps, na)));
-                all.extend(turned.map(|(filter, samples, max_anisotropy)| Values {
+                let published = [
+                    (Filtering::Feline, at.samples, 4),
+                    (Filtering::Feline, at.samples, 16),
+                    (Filtering::Mavridis, at.samples, 4),
+                    (Filtering::Pbrt, at.samples, at.max_anisotropy),
+                    (Filtering::StochasticEllipse, 16, at.max_anisotropy),
+                ];
+                all.extend(turned.chain(published).map(|(filter, samples, max_anisotropy)| Values {
                     filter,
                     samples,
                     max_anisotropy,
@@ -183,13 +190,20 @@ impl Values {
             Filtering::Stochastic => {
                 (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
             }
-            // Other settings of the ellipse are tried alone.
-            Filtering::Ellipse => {
-                let Values { filter, max_anisotropy, minor_texels, .. } = *own;
-                let (axes, other) =
-                    ([max_anisotropy, minor_texels], [self.max_anisotropy, self.minor_texels]);
-                (filter, axes) == (self.filter, other)
-                    || Values { filter, max_anisotropy, minor_texels, ..self } == *own
+            // Paper 3's filters are tried alone; some ignore max_anisotropy.
+            filter => {
+                let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
+                let distinct = match filter {
+                    Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
+                    Filtering::Mavridis => self.max_anisotropy == 4,
+                    Filtering::Pbrt | Filtering::StochasticEllipse => {
+                        self.max_anisotropy == own.max_anisotropy
+                    }
+                    _ => true,
+                };
+                let Values { filter, max_anisotropy, minor_texels, samples, .. } = *own;
+                let alone = Values { filter, max_anisotropy, minor_texels, samples, ..self } == *own;
+                (filter, numbers(own)) == (self.filter, numbers(&self)) || alone && distinct
             }
         };
         // Two kinds of values are tried alone: subsampled lists, which delay the complete picture but do not change
@@ -199,8 +213,8 @@ impl Values {
             || Values { list, feedback_log2, ..self } == *own;
         let bordered =
             [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
-        // Other filters than the stochastic one ignore the number of samples.
-        let sampled = self.filter == Filtering::Stochastic || self.samples == own.samples;
+        // Other filters than the stochastic ones ignore the number of samples.
+        let sampled = self.filter.is_random() || self.samples == own.samples;
         // A list made on the host has no stages 2 and 3.
         let stages = self.list == Listing::Device || self.stages == own.stages;
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
@@ -225,8 +239,7 @@ impl Values {
                 changes.extend_from_slice(keys);
             }
         };
-        let stochastic = self.filter == Filtering::Stochastic;
-        let taps = if stochastic { format!(" {}", self.samples) } else { String::new() };
+        let taps = if self.filter.is_random() { format!(" {}", self.samples) } else { String::new() };
         let filter = self.filter.name();
         let mut keys =
             Vec::from_iter((self.filter != own.filter).then(|| format!("{surface}.filter.kind={filter}")));
@@ -503,7 +516,9 @@ mod tests {
         let scene = one_sample_scene("earth").unwrap();
         let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
         let all = names(&scene, &Knob::OF_FILTER);
-        assert_eq!((all.len(), ellipses(&all)), (20, 6), "{all:?}");
+        assert_eq!((all.len(), ellipses(&all)), (25, 6), "{all:?}");
+        let published = ["feline, NA 4", "feline, NA 16", "mavridis, NA 4", "pbrt", "stochastic-ellipse 16"];
+        assert!(published.iter().all(|name| all.contains(&(*name).to_owned())), "{all:?}");
         assert!(
             all.contains(&"ellipse, minor 1, NA 16".into()) && all.contains(&"ellipse, NA 4".into()),
             "{all:?}"

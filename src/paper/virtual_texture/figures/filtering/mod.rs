@@ -44,7 +44,7 @@ impl Variant {
             (Filtering::Trilinear, _) => "trilinear".into(),
             (Filtering::Stochastic, 1) => format!("1 tap{along}"),
             (Filtering::Stochastic, taps) => format!("{taps} taps{along}"),
-            (Filtering::Ellipse, _) => format!("ellipse{along}"),
+            (kind, _) => format!("{}{along}", kind.name()),
         }
     }
 }
