@@ -139,7 +139,7 @@ fn main() -> ExitCode {
 }
 
 fn run(line: &CommandLine) -> anyhow::Result<()> {
-    // `reproduce` measures what this program builds.
+    // `reproduce` must build its meshes itself, because it measures what this program builds.
     if !matches!(line.command, Command::Reproduce(_)) {
         keep_meshes();
     }

@@ -50,7 +50,7 @@ const PICTURES: [&[&str]; 3] = [
 
 /// Measures and renders exactly like the commands that it prints.
 pub fn run(args: &DemoArgs) -> anyhow::Result<()> {
-    // Created without being asked; the help says so.
+    // The folder is created if absent, as the help says.
     std::fs::create_dir_all("out").context("out: the demo's folder cannot be created")?;
     let device: Vec<&str> = args.device.iter().flat_map(|device| ["--device", device]).collect();
     // Results of an earlier demo of the same program are kept.

@@ -104,7 +104,8 @@ pub fn run(args: &DoctorArgs) -> anyhow::Result<()> {
 
 /// Collects the diagnosis, and the error with which the program ends if something is wrong.
 fn diagnose(args: &DoctorArgs) -> (Diagnosis, anyhow::Result<()>) {
-    // Run the child first: it makes the same queries of loader and drivers as this process.
+    // Run the child first. It makes the same queries of loader and drivers as this process, so a driver that crashes or
+    // hangs does so there.
     let test = run_child(args.device.as_deref());
     let mut diagnosis = Diagnosis {
         drivers: driver_folders().into_iter().map(list_folder).collect(),
@@ -151,7 +152,7 @@ fn describe(device: &PhysicalDevice) -> Device {
     }
 }
 
-/// Names of the manifests in a folder; a file named by the environment is listed itself.
+/// Names of the manifests in a folder. If the environment names a manifest file instead, its path.
 fn list_folder(searched: String) -> DriverFolder {
     let path = searched.split(" (from").next().unwrap_or(&searched);
     let mut found: Vec<String> = match std::fs::read_dir(path) {

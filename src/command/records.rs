@@ -33,7 +33,7 @@ impl Lines {
         Ok(Lines { path: path.to_owned(), file: Arc::new(Mutex::new(Ok(file))) })
     }
 
-    /// `records`, with each one also written to the file.
+    /// Returns `records`, extended so that each record is also written to the file.
     pub fn tap(&self, records: Records<Record>) -> Records<Record> {
         let file = self.file.clone();
         records.with_tap(move |record| {

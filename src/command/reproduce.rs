@@ -255,7 +255,7 @@ impl RunProgress for Bar {
             _ => format!("{figure} {cell}: {seconds:.1} s"),
         };
         let failed = matches!(result.outcome, CellOutcome::Failed(_));
-        // Asked before `above`, which holds the bar's lock while it prints.
+        // Must be read before the call of `above`, which holds the bar's lock while it prints.
         let hidden = self.is_hidden();
         self.above(|| match (failed, hidden) {
             (true, _) => tracing::warn!("{line}"),

@@ -46,8 +46,8 @@ pub trait Technique {
     /// Labels of its passes, in order.
     fn passes(&self) -> Vec<&'static str>;
 
-    /// Reads the results of the last frame in `slot`, which the device has finished. `times` holds all its
-    /// passes.
+    /// Reads the results of the last frame in `slot`, which the device has finished. `times` has the
+    /// time of each pass of that frame.
     ///
     /// # Errors
     /// Device lost, out of memory.

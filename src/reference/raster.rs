@@ -1,6 +1,7 @@
 //! Homogeneous rasterisation (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997). A
-//! pixel's barycentric coordinates come from the inverse of the 3x3 matrix of the vertices' clip x, y, w. Nothing is
-//! clipped or divided before, so vertices behind the eye or in the eye's plane need no special case.
+//! pixel's barycentric coordinates come from the inverse of the 3x3 matrix of the vertices' clip x, y, w. Triangles
+//! are not clipped, and vertices are not divided by w. So vertices behind the eye or in the eye's plane need no special
+//! case.
 
 use super::orientation::{orientation, orientation_without_ties};
 use crate::model::mesh::SourceMesh;

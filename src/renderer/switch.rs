@@ -106,8 +106,8 @@ impl Renderer {
         Ok(Some(Switch { kept, next: next.clone(), options: *options, settings, gpu, target }))
     }
 
-    /// Shows the other scene. Since the plan was made, the renderer may have been resized, and may have switched in
-    /// place.
+    /// Shows the other scene. It is no error if, since the plan was made, the renderer was resized or made a switch
+    /// with [`Kept::Everything`].
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then shows what it showed before.

@@ -346,7 +346,7 @@ fn an_input_that_is_not_a_regular_file_is_refused_by_every_command() {
     }
     for target in ["/dev/null", &pipe] {
         for name in ["in.toml", "in.json", "in.png", "in.tiles", "in.ply", "in.pmesh"] {
-            // The link of the first target.
+            // Removes the link to the first target.
             let _absent = std::fs::remove_file(folder.path().join(name));
             std::os::unix::fs::symlink(target, folder.path().join(name)).unwrap();
         }

@@ -43,7 +43,7 @@ pub struct Shared {
     mesh: Option<(String, LoadedMesh)>,
 }
 
-/// The case's scene with one sample per pixel and its changes, each with the section of its key.
+/// The case's scene with one sample per pixel and the case's changes. Each change gets the section of its key.
 fn scene(case: &Case) -> Scene {
     let section = |change: &str| match change.split('=').next().unwrap() {
         "order" | "apply" | "geomorph" => format!("surface.{}.geometry", case.scene),

@@ -52,8 +52,8 @@ pub struct BuildArgs {
     #[arg(long, value_name = "N|P%", value_parser = groups, conflicts_with = "moves_budget")]
     groups: Option<Groups>,
 
-    /// Most faces that move to another slot per split, on average over all splits. This determines when faces are
-    /// reordered. Default without --groups: the number in the order's name; for `paper`, 64 equal groups
+    /// Maximum number of faces that move to another slot per split, on average over all splits. This determines when
+    /// faces are reordered. Default without --groups: the number in the order's name; for `paper`, 64 equal groups
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 

@@ -35,7 +35,7 @@ struct Info {
     pmesh_version: u32,
     births_in_place: bool,
     bytes: u64,
-    /// True if the end of the file is missing; the data below `whole` then describe the existing part.
+    /// True if the end of the file is missing. Then the fields after `whole` describe the existing part.
     cut: bool,
     /// As the header states it.
     whole: Parts,

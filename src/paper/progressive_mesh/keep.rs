@@ -27,7 +27,7 @@ pub struct Builds {
     pub step: Box<dyn Fn(&'static str) -> BuildProgress + Send + Sync>,
 }
 
-/// Set by programs. Libraries and tests keep nothing and show no progress.
+/// Set by the command line. If it is not set, as in tests, nothing is kept and no progress is shown.
 static BUILDS: OnceLock<Builds> = OnceLock::new();
 
 /// Sets how the process builds and keeps meshes. Only the first call has an effect.
