@@ -93,10 +93,13 @@ mod tests {
         let log: Vec<[f64; 2]> =
             (0..1000).map(|n| [deviation(n).powi(3), deviation(n) * outlier(n)]).collect();
         let pace = DeviationKeys::of(&log).unwrap();
-        for deviation in [1e-8, 1e-5, 1e-3, 1.0] {
+        // The table reaches from 1e-6 to 0.02. Beyond, the slope of its last two points is up to 8 % off: the key by
+        // exp(0.08 x 3 ln 100) = 3 times.
+        for (deviation, most) in [(1e-8, 4.0), (1e-5, 2.0), (1e-3, 2.0), (1.0, 4.0)] {
             let key = pace.key(deviation);
             // The quantile lies up to half a window, 20 steps of 1 %, from the middle of its window.
-            assert!((0.5..2.0).contains(&(key / deviation.powi(3))), "{deviation}: {key}");
+            let ratio = key / deviation.powi(3);
+            assert!((1.0 / most..most).contains(&ratio), "{deviation}: {key}");
             assert!((pace.deviation(key) / deviation - 1.0).abs() < 1e-9, "{deviation}: {key}");
         }
         assert_eq!((pace.key(0.0), pace.deviation(0.0)), (0.0, 0.0));
