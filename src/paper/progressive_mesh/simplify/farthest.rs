@@ -18,8 +18,8 @@ use glam::DVec3;
 pub(super) const PARTS: u32 = 6;
 
 /// As [`PARTS`], for a stated error that is measured to the model's faces: 77 points. Such distances vary more over a
-/// face. With 20 points, 22 of 202 stated errors were below the measured distance, at worst 0.86 of it; with 77 points
-/// 1 of 202, 0.995 of it.
+/// face. On six models and a scan, from 95 to 1 % of the faces, 1 of 142 stated errors was below the measured distance,
+/// 0.995 of it.
 pub(super) const FINE_PARTS: u32 = 12;
 
 impl Sequence<'_> {
