@@ -59,6 +59,7 @@ mod tests {
             positions: [[-9.0, -2.0], [0.0, -2.0 - gap_m]].into_iter().flat_map(corners).collect(),
             coordinates: vec![DVec2::ZERO; 8],
             triangles: vec![[0, 1, 2], [2, 1, 3], [4, 5, 6], [6, 5, 7]],
+            ..SourceMesh::default()
         }
     }
 
