@@ -48,19 +48,13 @@ pub const CONTINUITY: Figure = Figure {
             "distance",
             "At equal numbers of faces, the mean distance of `best` is at most 1.02 times that of `fast`, and the \
              Hausdorff distance at most 0.85 times (mean over the models).",
-            &[
-                Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
-                Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.85)),
-            ],
+            AS_NEAR,
         )
         .at(Places::mean(&MODELS)),
         Claim::ours(
             "distance-on-scans",
             "The same bounds hold on the scans.",
-            &[
-                Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
-                Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.85)),
-            ],
+            AS_NEAR,
         )
         .at(Places::scenes(&scans::ALL)),
     ],
@@ -78,6 +72,12 @@ const MOST: &str = "largest change of the faces";
 const NONE: &str = "steps that change nothing";
 const MEAN: &str = "mean distance";
 const HAUSDORFF: &str = "Hausdorff distance";
+
+/// The bounds of the distances, on the models and on the scans.
+const AS_NEAR: &[Test] = &[
+    Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
+    Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.85)),
+];
 
 /// Ratio of successive wanted errors.
 const STEP: f64 = 1.01;

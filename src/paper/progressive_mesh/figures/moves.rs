@@ -1,10 +1,10 @@
 //! pm.moves: transforms saved by moving faces, the trade-off between CPU load and GPU load.
 
-use super::super::cache::{Cache, sampled_levels};
+use super::super::cache::{Cache, level_costs, sampled_levels};
 use super::super::order::{Groups, OrderOptions};
 use super::super::simplify::Collapses;
 use super::models;
-use super::orders::{CLOSED, PAPER, costs, moved_per_split, ordered, simplified};
+use super::orders::{CLOSED, PAPER, moved_per_split, ordered, simplified};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, best, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 
@@ -117,7 +117,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let options = options(&name, budget, &collapses, model.faces.len());
         let mesh = ordered(&model, &collapses, Some(&options));
         let levels = sampled_levels(&mesh, 0, 512);
-        let cost = costs(&mesh, &[Cache::Fifo(16)], &levels)[0].mean();
+        let cost = level_costs(&mesh, &[Cache::Fifo(16)], &levels)[0].mean();
         rows.push(Row::number(&*name, COST, "", cost));
         rows.push(Row::number(&*name, MOVED, "faces", moved_per_split(&mesh)));
     }

@@ -1,11 +1,10 @@
 //! pm.order: transforms per vertex at every level of detail, for all orders and baselines.
 
 use super::super::baselines::{BASELINES, baseline_costs};
-use super::super::cache::{CACHES, Cache, LevelCosts, sampled_levels};
+use super::super::cache::{CACHES, Cache, LevelCosts, level_costs, sampled_levels};
 use super::super::mesh::ProgressiveMesh;
 use super::orders::{
-    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, costs, ordered,
-    simplified,
+    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, ordered, simplified,
 };
 use super::{face_orders, models, scans};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
@@ -98,7 +97,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     // tswap.
     let all = sampled_levels(&plain, 100_000, 2049);
     let from = all.partition_point(|&level| plain.levels[level as usize].faces < CLAIMED_FROM);
-    let every = |mesh: &ProgressiveMesh| costs(mesh, &[Cache::Fifo(16)], &all[from..]).remove(0).per_vertex;
+    let every =
+        |mesh: &ProgressiveMesh| level_costs(mesh, &[Cache::Fifo(16)], &all[from..]).remove(0).per_vertex;
     let classical = every(&plain);
     let (mut rows, mut worst) = (Vec::new(), Vec::new());
     let mut add = |name: &str, costs: &[LevelCosts]| {
@@ -110,7 +110,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     };
     for (name, options) in &ORDERS {
         let mesh = ordered(&model, &collapses, options.as_ref());
-        add(name, &costs(&mesh, &CACHES, &levels));
+        add(name, &level_costs(&mesh, &CACHES, &levels));
         worst.extend(extremes(name, &every(&mesh), &classical));
     }
     for baseline in BASELINES {

@@ -1,6 +1,5 @@
 //! Shared by the figures on orders: the models, the orders by name, and their costs.
 
-use super::super::cache::{Cache, LevelCosts, level_costs};
 use super::super::mesh::ProgressiveMesh;
 use super::super::order::{OrderOptions, classical, order};
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
@@ -67,9 +66,4 @@ pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptio
 /// Faces that change their slots, per split.
 pub fn moved_per_split(mesh: &ProgressiveMesh) -> f64 {
     mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1))
-}
-
-/// The costs for each cache at `levels`.
-pub fn costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
-    level_costs(mesh, caches, levels)
 }
