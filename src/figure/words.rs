@@ -1,7 +1,7 @@
 //! Numbers as text for readers.
 
-/// Four significant digits, or the whole part if it is longer and below 10^7. Whole numbers below 10^15 are written in
-/// full, in groups of three; larger ones as powers of ten.
+/// Four significant digits, or the whole part if it is longer. Whole numbers below 10^15 are written in full, in groups
+/// of three digits. Other numbers below 10^-4 or from 10^7 on are written as 1.234e-5.
 pub fn human(number: f64) -> String {
     let size = number.abs();
     if !number.is_finite() {

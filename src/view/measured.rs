@@ -5,7 +5,7 @@ use super::screen::PASSES;
 use egui::RawInput;
 
 impl Live {
-    /// Records the times of the frame, and prints a part of the report that is complete.
+    /// Records the times of the frame. Prints each part of the report as soon as it is complete.
     pub(super) fn end_measured_frame(&mut self, drawn: bool) -> anyhow::Result<()> {
         let cost = std::mem::take(&mut self.cost);
         let Some(measure) = self.measure.as_mut().filter(|_| drawn) else { return Ok(()) };

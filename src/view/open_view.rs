@@ -9,7 +9,7 @@ use ortelius::scene::camera::Camera;
 #[derive(Clone, Debug)]
 pub struct OpenView {
     pub name: String,
-    /// Without any variant.
+    /// The scene before a variant changes it.
     pub scene: Scene,
     pub camera: Camera,
     /// The path that is played; `None`: the scene's first.

@@ -5,11 +5,12 @@
 
 use egui::{Event, Key, Modifiers};
 
-/// Keys, each pressed in the state that the earlier ones left: help, panels, overlay, two variants, next variant,
-/// flight.
+/// Keys, each pressed in the state that the earlier ones left: help (twice), panels (twice), next overlay, comparison
+/// of two variants (twice), next variant, flight.
 const KEYS: [Key; 9] = [Key::F1, Key::F1, Key::F2, Key::F2, Key::G, Key::X, Key::X, Key::Space, Key::W];
 
-/// A key is pressed after this many equal pictures in a row, when the results of the frames in flight have been drawn.
+/// A key is pressed after this many equal pictures in a row. By then, the results of the frames in flight have been
+/// drawn.
 const STILL: u32 = 6;
 
 /// A key that changes nothing within this number of frames counts as having no effect.
@@ -51,7 +52,7 @@ impl Response {
         }
     }
 
-    /// True while the picture should not change by itself.
+    /// True unless a press waits for its changed picture. While true, nothing but a key may change the picture.
     pub fn rests(&self) -> bool {
         self.since.is_none()
     }

@@ -14,7 +14,7 @@ const BAR: f64 = 13.0;
 /// One variant's value.
 pub struct Bar {
     pub name: String,
-    /// CSS class with a leading space, by `Figure::highlight`.
+    /// CSS class from `Figure::highlight`, with a leading space.
     pub highlight: &'static str,
     pub value: Result<Point, String>,
 }

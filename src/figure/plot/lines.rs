@@ -12,7 +12,7 @@ const FIELD: f64 = 230.0;
 /// One variant's values, in order of x.
 pub struct Line {
     pub name: String,
-    /// CSS class with a leading space, by `Figure::highlight`.
+    /// CSS class from `Figure::highlight`, with a leading space.
     pub highlight: &'static str,
     pub points: Vec<(f64, Point)>,
 }
@@ -163,10 +163,11 @@ mod tests {
             (points.iter().map(|(name, _)| is_label(name)).collect::<Vec<_>>(), is_label("front of all"))
         };
         assert_eq!(labels(&[("a", [1.0, 1.0]), ("b", [10.0, 0.5])]), (vec![true, true], false));
-        // All points are in one place, which has room for four names at most: the last one is on the front.
+        // Six points are in one place, which has room for four names at most.
         let crowd: Vec<String> = (0..6).map(|n| format!("method {n}")).collect();
         let (shown, _) = labels(&crowd.iter().map(|name| (&**name, [10.0, 0.1])).collect::<Vec<_>>());
         assert!(shown.contains(&true) && shown.contains(&false), "{shown:?}");
+        // Only the last point is exactly on the front, so its label takes precedence.
         let off = |n: usize| [10.0, if n == 5 { 0.1 } else { 0.1001 }];
         let (shown, _) =
             labels(&crowd.iter().enumerate().map(|(n, name)| (&**name, off(n))).collect::<Vec<_>>());

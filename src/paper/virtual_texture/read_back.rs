@@ -106,7 +106,8 @@ impl HostList {
         })
     }
 
-    /// `reaches`: the request image stores a reach with each triple.
+    /// `reaches`: with each triple, the request image stores which neighbouring tiles the pixel's filter also reads
+    /// (reach.rs).
     pub fn reaching(self, reaches: bool) -> HostList {
         HostList { reaches, ..self }
     }
@@ -119,8 +120,8 @@ impl HostList {
         }
     }
 
-    /// For each triple of the streamed levels, in the grid of its tile addresses: the number of pixels whose own tile
-    /// it names.
+    /// The number of pixels that request each triple of the streamed levels, with this list's tile addresses. A pixel
+    /// counts for its own tile only, not for the neighbouring tiles that its filter reads.
     pub fn coverage(&self, requests: &[u32]) -> BTreeMap<[u32; 3], u64> {
         let mut pixels = BTreeMap::new();
         for run in requests.chunks_exact(self.words_per_texel).collect::<Vec<_>>().chunk_by(|a, b| a == b) {

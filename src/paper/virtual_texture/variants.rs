@@ -174,7 +174,8 @@ impl Config {
                     "it reads the tile mask as an image, which this variant.dedup does not write; use \"append\"",
                 );
             }
-            // compact.geom emits up to 16 points per texel. So 16 texels stay within Vulkan's guaranteed 256 points.
+            // compact.geom emits a point per level for each of up to 16 texels. With 16 levels that is 256 points,
+            // the number that Vulkan guarantees.
             if pyramid.first_resident_level() > 16 {
                 return unfit(
                     "compact",

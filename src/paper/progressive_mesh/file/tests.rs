@@ -76,7 +76,8 @@ impl Builder {
         let split = self.random.below(old as usize) as u32;
         let new = self.vertex();
         let at = |corners: &[u32; 3]| corners.contains(&split);
-        // Only faces of the level before: a new face already has its corners.
+        // Changes only faces of the previous level. The faces that this level adds are stored with their corners at
+        // the end of the level.
         let before = self.mesh.levels.last().map_or(0, |level| level.faces);
         let mut slots: Vec<u32> = (0..before).filter(|&slot| at(&self.live[slot as usize])).collect();
         let (from, to) = (self.random.below(slots.len() + 1), self.random.below(slots.len() + 1));
@@ -383,7 +384,8 @@ fn the_bunny_takes_few_bytes_a_split() {
     let model = named("bunny").unwrap();
     let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
     let tail = order(&model, &collapses, &OrderOptions::TAIL_23, &mut |_, _| {});
-    // Measured (pm.size): 5 bytes in classical order, 15 with permutations. The margin allows for other collapses.
+    // Measured (pm.size): 5 bytes in classical order, 15 with permutations. The limits are higher, so that
+    // small changes of `simplify` pass.
     let in_place = order(&model, &collapses, &OrderOptions::IN_PLACE_23, &mut |_, _| {});
     for (mesh, most) in [(classical(&model, &collapses), 8.0), (tail, 20.0), (in_place, 21.0)] {
         let (bytes, contents) = mesh.to_bytes();

@@ -171,8 +171,8 @@ impl Lab {
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
-    /// The mean of the pictures of `frames` frames, which differ in their random numbers. The texels are those of one
-    /// frame.
+    /// The mean of the pictures of `frames` frames, which differ in their random numbers. `fetched` is that of the
+    /// first frame.
     ///
     /// # Errors
     /// Device lost, out of memory.

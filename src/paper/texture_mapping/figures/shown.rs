@@ -1,5 +1,5 @@
-//! What a window shows of the figures: shipped scenes with the subject of a figure, and those of its methods that a
-//! scene can select.
+//! The figures' views for the window: for each figure, shipped scenes with the same subject, and those of its methods
+//! that a scene can select.
 
 use crate::figure::{Setting, View};
 use crate::paper::texture_mapping::config::ReliefMethod;
@@ -49,7 +49,8 @@ fn filter(name: &str, keys: &str) -> Setting {
     Setting::new(name, [format!("surface.NAME.filter={{{keys}}}")])
 }
 
-/// The ellipse with at least one texel across, and a ratio of at most 16: the most that a scene allows.
+/// The ellipse filter with a minor axis of at least one texel. `most_ratio` limits the ratio of the axes. A scene
+/// allows at most 16.
 fn ellipse(name: &str, most_ratio: u32) -> Setting {
     filter(name, &format!("kind='ellipse', max_anisotropy={most_ratio}, minor_texels=1"))
 }

@@ -3,7 +3,7 @@
 use super::{TexturedPolygons, TexturedTriangle};
 use crate::paper::texture_mapping::texels::GreyMipmap;
 
-/// A pixel of a grey texture.
+/// The grey value of a pixel: the weighted mean of its fragments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mean {
     /// 0 without fragments.
@@ -37,7 +37,7 @@ const WEIGHT_STEP: f64 = 1.0 / 1024.0;
 /// A plane counts as hidden if its `1 / w` is smaller than the nearest by more than this share.
 const BEHIND: f64 = 1.0 / 256.0;
 
-/// Fragments up to this far outside an edge belong to the triangle, in steps of the lattice.
+/// Distance, in steps of the lattice, up to which a fragment outside an edge still belongs to the triangle.
 const EDGE_MARGIN: f64 = 1.0 / 64.0;
 
 /// Bound of the relative error of a plane's `1 / w`.

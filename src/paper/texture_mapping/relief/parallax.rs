@@ -9,7 +9,7 @@
 //!
 //! The view is parallel, along +x. The ray that shows a point (x, height) enters the top plane at `s = x - (depth -
 //! height) cot(elevation)`. The point is hidden if a point before it has a larger s. A pixel is a square of the top
-//! plane, `pixel` texels a side; each row of texels is summed along two lines.
+//! plane, `pixel` texels a side. Its texels are summed along lines parallel to x, two for each row of texels.
 
 use super::reference::first_hit;
 use super::{Ray, Relief};

@@ -232,7 +232,8 @@ mod tests {
         const A: [u32; 3] = [0, 1, 1];
         const B: [u32; 3] = [0, 1, 2];
         const RESIDENT: [u32; 3] = [9, 0, 0];
-        // Two blocks of 2 x 2 side by side. Pixels of the resident tail emit no point and do not change the memo.
+        // Two blocks of 2 x 2 side by side. Pixels of the resident tail emit no point and do not change the memo. With
+        // the memo, the left block emits 1 point and the right block 3.
         let requests = [A, A, A, B, RESIDENT, A, B, A];
         let points = |block, memo| emitted_points(&requests, 4, &pyramid(), block, memo);
         assert_eq!((points([2, 2], false), points([2, 2], true)), (7, 4), "1 and 3");
