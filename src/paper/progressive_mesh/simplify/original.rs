@@ -4,6 +4,10 @@ use super::surface::WorkingMesh;
 use super::triangle::DistanceTriangle;
 use crate::math::ragged::Ragged;
 
+/// The faces that are tried around one position. Every face gives an upper bound of a point's distance from the model, and
+/// a fan of 40,000 faces would be tried whole for each point.
+const MOST: usize = 64;
+
 /// The model's faces around each position. They stay when the simplifier removes faces; 24 bytes for each face.
 pub struct ModelFaces {
     /// For each position the two other positions of each face there.
@@ -20,14 +24,14 @@ impl ModelFaces {
         ModelFaces { around }
     }
 
-    /// The model's triangles around a position.
+    /// The model's triangles around a position, at most [`MOST`] of them.
     pub fn around<'a>(
         &'a self,
         surface: &'a WorkingMesh,
         position: u32,
     ) -> impl Iterator<Item = DistanceTriangle> + 'a {
         let triangle = move |&[a, b]: &[u32; 2]| [position, a, b].map(|corner| surface.point(corner));
-        self.around.row(position as usize).iter().map(triangle).map(DistanceTriangle::new)
+        self.around.row(position as usize).iter().take(MOST).map(triangle).map(DistanceTriangle::new)
     }
 }
 
