@@ -45,7 +45,7 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     let said = String::from_utf8(again.stdout).unwrap();
     let found = said.lines().skip_while(|line| !line.contains("front")).collect::<Vec<_>>();
     assert!(
-        found[0].contains("Pareto front") && found[0].contains(": the times of 95 % of the 15 settings"),
+        found[0].contains("Pareto front") && found[0].contains(": the times of 95 % of the 20 settings"),
         "{said}"
     );
     assert!(!said.contains("another error"), "{said}");
