@@ -48,8 +48,8 @@ pub const FILTERS: Figure = Figure {
             Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
             cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
             (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: its \
-            slopes are smaller than the pixels of a smaller picture. Beside both times stand the texels that the \
-            filter fetches per covered pixel, counted by an instrumented shader.",
+            slopes are smaller than the pixels of a smaller picture. An instrumented shader counts the texels that the \
+            filter fetches per covered pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());

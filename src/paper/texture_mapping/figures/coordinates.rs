@@ -29,9 +29,10 @@ pub const COORDINATES: Figure = Figure {
             runs of 64`, `row constants, 32 lanes`). Textbook coordinates run in the same threads, with the part that \
             a row shares computed once (`textbook, runs of 64`, `textbook, 32 lanes`). Other compute shaders walk the \
             rows by formulas (7) and (8) of the thesis, with and without restarts. The set-up of the rows in f64 on \
-            the host is reported separately. Each form writes 4 bytes per pixel. Beside the times stand the invocations \
-            that have pixels, and the bytes of the rows' constants that they read. Derivatives are timed without a texture fetch: as differences to the \
-            coordinates of two neighbours, and as quotients whose numerators come from the row's constants.",
+            the host is reported separately. Each form writes 4 bytes per pixel. The figure also counts the invocations \
+            that have pixels, and the bytes of the rows' constants that they read. Derivatives are timed without a \
+            texture fetch: as differences to the coordinates of two neighbours, and as quotients whose numerators come \
+            from the row's constants.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = DerivativeMethod::ALL.map(derivatives_name);

@@ -22,17 +22,17 @@ use std::cell::RefCell;
 pub const LIMIT: Figure = Figure {
     id: "vt.limit",
     title: "The distance to the physical limit",
-    about: "Any method must read every pixel of the request image at least once. The figure relates the time of stages \
-            2 and 3 together to one copy of the packed request image (one word per pixel) to another place in the \
-            device's memory, and to an empty pass. The levels are those of the paper's NA = 16. Each variant of stage \
-            2 runs with the variant of stage 3 that is fastest with it on this device. The paper's pair (section 2: \
+    about: "Any method must read every pixel of the request image at least once. The figure divides the time of stages 2 \
+            and 3 by the time of one copy of the packed request image (one word per pixel) within the device's memory, \
+            and by the time of an empty pass. The levels are those of the paper's NA = 16. Each variant of stage 2 \
+            runs with the variant of stage 3 that is fastest with it on this device. The paper's pair (section 2: \
             geometry shader over blocks of 8 x 8 pixels with memo, logic OR, transform feedback) uses level-0 tile \
             addresses, all others own-level ones. The fused variants have no request image: their time is the \
             difference between their texturing draw and the same draw without marking. \"host-hash\" and \
             \"host-bitmap\" are read-back: the copy and the host's pass over it. No time includes reading the list \
-            back. All variants take turns; ratios and differences are taken in each round. Beside the times stand the \
-            texels of the request image, the words of the tile mask, the tests, atomics and bytes of the list, counted \
-            from the request image.",
+            back. All variants take turns; ratios and differences are taken in each round. The figure also counts, \
+            from the request image, the texels and words that are read, the tests, the atomics, and the bytes of the \
+            list.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],

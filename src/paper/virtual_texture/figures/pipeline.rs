@@ -17,9 +17,9 @@ pub const PIPELINE: Figure = Figure {
             pixel takes one trilinear sample, and the fused draw without marking, which shows what fusing adds. The \
             paper (sections 1 and 2) argues that the list of visible tiles should be found entirely on the GPU, and \
             gives no numbers. All frames take turns. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels; the table \
-            has the passes. Beside the times stand counts that no device changes: texels that the filter fetches per \
-            covered pixel, counted by an instrumented shader, and the texels, words, tests, atomics and bytes of \
-            stages 2 and 3, counted from the request image.",
+            has the passes. The figure also has counts that are the same on every device. An instrumented shader counts \
+            the texels that the filter fetches per covered pixel. The texels, words, tests, atomics and bytes of \
+            stages 2 and 3 are counted from the request image.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],

@@ -19,10 +19,10 @@ pub const SEAMS: Figure = Figure {
     about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler repeats \
             a tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a tile's \
             edge, and elsewhere, against the same filter with a border of 16 texels. The tests compare pictures with a \
-            border of 4 and 8 with an f64 reference. A tile's coarser level has half the border. (If the border is one \
-            texel, the coarser level has one texel before the tile and none after it.) The ruler's texels are white \
-            noise, the worst case of any texture. Pictures have 480 x 270 (quick) or 1280 x 720 pixels; all pixels \
-            count.",
+            border of 4 and 8 with an f64 reference. A tile is stored in two levels; in the coarser one its border is half \
+            as wide. (If the border is one texel, the coarser level has one texel before the tile and none after it.) \
+            The ruler's texels are white noise, the worst case of any texture. Pictures have 480 x 270 (quick) or 1280 \
+            x 720 pixels; all pixels count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     show: Show::scenes(&[]).variants(|| {
