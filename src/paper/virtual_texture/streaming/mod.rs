@@ -237,8 +237,8 @@ impl Streaming {
         self.pending = self.wanted.len();
     }
 
-    /// Takes other settings from the next frame on. The host cache keeps its most recently used tiles. With another
-    /// `gpu_tiles` the tile pool is a new one and empty: its tiles are uploaded again from the host cache.
+    /// Changes the settings from the next frame on. The host cache keeps its most recently used tiles. If `gpu_tiles`
+    /// changes, an empty tile pool replaces the old one, and tiles are uploaded again from the host cache.
     ///
     /// # Errors
     /// As [`Streaming::new`]; nothing has changed then.
@@ -268,7 +268,7 @@ impl Streaming {
         Ok(())
     }
 
-    /// Tiles that wait for their upload are requested again; loads under way are dropped.
+    /// Resizes the host cache. Tiles that wait for their upload are requested again; loads under way are dropped.
     fn resize_host_cache(&mut self, capacity: u32) {
         for load in self.under_way.drain(..) {
             load.cancelled.store(true, Ordering::Relaxed);
