@@ -196,7 +196,7 @@ impl TilePool {
 }
 
 impl Uploads {
-    /// Clears the last frame's work, which the GPU must have finished.
+    /// Removes what an earlier frame staged. The GPU must have finished that frame.
     pub fn clear(&mut self) {
         self.tiles.clear();
         self.ranges.clear();

@@ -3,7 +3,7 @@
 //! In f32, the point where a ray enters the top plane has an error of at most a slack. The hit of a ray
 //! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
 //! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
-//! Where the slack decides, the texel may count or not, and the range contains all outcomes.
+//! Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
 //! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer
 //! strides.

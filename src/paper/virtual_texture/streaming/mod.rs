@@ -244,7 +244,7 @@ impl Streaming {
     /// As [`Streaming::new`]; nothing has changed then.
     ///
     /// # Panics
-    /// If `deterministic` differs, or, with counted budgets, the number of loads per frame.
+    /// If `deterministic` changes; or, with counted budgets, if the possible number of loads per frame changes.
     pub fn reconfigure(&mut self, config: StreamingConfig) -> Result<(), StreamingError> {
         config.check(&self.pyramid)?;
         assert!(self.config.same_loader(&config), "the loader is for {:?}, not {config:?}", self.config);
