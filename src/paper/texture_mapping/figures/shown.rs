@@ -1,5 +1,5 @@
-//! The figures' views for the window: for each figure, shipped scenes with the same subject, and those of its methods
-//! that a scene can select.
+//! The figures' views for the window: for each figure, shipped scenes with the same subject, and the methods of the
+//! figure that a scene can select.
 
 use crate::figure::{Setting, View};
 use crate::paper::texture_mapping::config::ReliefMethod;

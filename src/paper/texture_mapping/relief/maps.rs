@@ -26,7 +26,7 @@ pub enum Holds {
 }
 
 impl Holds {
-    /// By how many cells, along an axis, the least distance between points of two cells is below that of their centres.
+    /// The distance between two cells' centres along an axis, less the least distance between their points, in cells.
     fn extent(self) -> f32 {
         f32::from(u8::from(self == Holds::Everywhere))
     }

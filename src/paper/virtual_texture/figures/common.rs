@@ -94,7 +94,7 @@ impl SceneView {
 }
 
 impl ViewSession {
-    /// Draws one frame and waits for it. The request image and the lists are then those of the pose, but the tiles may
+    /// Draws one frame and waits for it. The request image and the lists then belong to the pose, but the tiles may
     /// not be resident yet.
     ///
     /// # Errors

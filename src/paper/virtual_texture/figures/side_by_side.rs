@@ -104,7 +104,7 @@ pub struct SideBySide {
     pub missing: Vec<(String, String)>,
 }
 
-/// Opens the run's device with those of `needs` that it offers; [`lacks`] then reports what cannot run.
+/// Opens the run's device with those features of `needs` that it offers; [`lacks`] then reports what cannot run.
 ///
 /// # Errors
 /// No device.

@@ -20,7 +20,7 @@
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Visible tiles have the latest time of use, so they are evicted last.
 //! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is raised. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
+//!   bias is raised. Such a tile also gets a new time of use, older than that of the wanted tiles. It is evicted after
 //!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
