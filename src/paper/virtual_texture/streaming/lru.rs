@@ -28,7 +28,7 @@ impl Lru {
         Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
     }
 
-    /// Sets the time of use of `slot` and moves it to its position in the list: newer than all slots with the same or
+    /// Sets the time of use of `slot` and puts it at its position in the list: newer than all slots with the same or
     /// an earlier time.
     pub fn touch(&mut self, slot: u32, last_use: u64) {
         self.remove(slot);
