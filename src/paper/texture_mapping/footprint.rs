@@ -23,8 +23,8 @@ pub enum Axes {
 pub enum Determinant {
     /// `s^2 (det J)^2 + s k tr(J J^T) + k^2`.
     AllPositive,
-    /// `V11 V22 - V12^2`. It cancels: for a quarter of all directions it is not positive at an axis ratio
-    /// of 10^4.
+    /// `V11 V22 - V12^2`. Its terms cancel: at an axis ratio of 10^4, the result is not positive for a
+    /// quarter of all directions.
     Subtracting,
 }
 
@@ -42,8 +42,9 @@ pub enum Scan {
 pub struct FootprintSettings {
     pub axes: Axes,
     pub determinant: Determinant,
-    /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. With at least 1/2 every
-    /// footprint contains a texel: a disc of that squared radius contains one at every position.
+    /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. If k is at
+    /// least 1/2, every footprint contains a texel's centre, because a disc of squared radius 1/2 contains one at every
+    /// position.
     pub k: f32,
     pub scan: Scan,
     /// Selects the finest level whose minor semi-axis is less than twice this many texels. 0 always selects level 0.

@@ -117,7 +117,7 @@ impl EllipseFilter {
 /// How a pixel's position and derivatives are computed for an ellipse (steps E and F of [`super`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
-    /// The homography's nine coefficients give the position, and its exact derivatives at the pixel's centre.
+    /// The homography's nine coefficients give the position and the exact derivatives at the pixel's centre.
     Analytic,
     /// The nine coefficients give the positions of the pixel and of its right and lower neighbours. Derivatives are
     /// differences.

@@ -3,8 +3,8 @@
 //! O. Dudnyk, "Methods and tools of increasing the realism and productivity of texture mapping in computer graphics
 //! systems", thesis, Vinnytsia, 2018 (abstract, in Ukrainian). A pixel's footprint in the texture is an ellipse; a
 //! Gaussian that follows the ellipse weights its texels. The thesis makes the weights more exact at the ellipse's edge,
-//! and cheaper by tables. It computes texture coordinates along rows by additions, textures in object space, and
-//! filters relief.
+//! and cheaper by tables. It computes texture coordinates along rows by additions, applies textures in object
+//! space, and filters reliefs.
 //!
 //! | letter | step | file |
 //! |---|---|---|

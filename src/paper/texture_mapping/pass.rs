@@ -355,8 +355,8 @@ impl FilterPass {
         })
     }
 
-    /// Runs one frame with this pass alone and waits for it. Returns the pass's time, in nanoseconds if the device has
-    /// timestamps.
+    /// Runs one frame with this pass alone and waits for it. If the device has timestamps, returns the pass's
+    /// time in nanoseconds.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -39,7 +39,7 @@ impl EllipseKernel {
     pub const DIAMETER_1: EllipseKernel = EllipseKernel { radius_px: 0.5, alpha: 3.125 };
     /// Sigma 0.5 pixels, cut at r = 1: the usual EWA filter (Heckbert 1989; pbrt).
     pub const EWA: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 2.0 };
-    /// No weights.
+    /// Equal weights.
     pub const UNIFORM: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 0.0 };
 
     /// Variance of the normalised kernel along each axis for a radius of 1: the weighted mean of r^2 / 2 over the

@@ -2,9 +2,9 @@
 //! paper uses a geometry shader and transform feedback, and reads the list back. The other variants of [`Compaction`]
 //! use compute shaders.
 //!
-//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. A frame
-//! with more triples has its mask compacted again into a longer list, so no tile is lost. The host copies as many
-//! entries as a frame is likely to have, and copies the list again if there are more.
+//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. If a
+//! frame has more triples, its mask is compacted again into a longer list, so no tile is lost. The host copies as many
+//! entries as a frame is likely to have. If there are more, it copies the list again.
 
 use super::choices::Compaction;
 use super::tile_mask::{Mask, TileMask};
@@ -96,7 +96,7 @@ impl CompactPass {
     }
 
     /// The triples of a frame that has ended. If the visible-tile list was too short, a longer one is filled from the
-    /// same `mask`, and the flag is true.
+    /// same `mask`, and the returned flag is true.
     ///
     /// # Errors
     /// Out of memory, device lost.

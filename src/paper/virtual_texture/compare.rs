@@ -1,5 +1,5 @@
 //! `--compare-plain`: the GPU time of the whole frame, relative to the same mesh with one plain texture. The command
-//! line gives the scene one trilinear sample per pixel, as the plain texture has.
+//! line sets the scene's filter to one trilinear sample per pixel, the filter of the plain texture.
 
 use super::config::Filter;
 use super::technique::{VirtualTexture, VirtualTextureError};
@@ -16,8 +16,9 @@ const RUNS: usize = 30;
 /// Software drivers compile shaders on first use.
 const WARM_UP: usize = 3;
 
-/// The times of both frames, interleaved so that drift affects both alike. The plain frame takes one trilinear sample
-/// per pixel. The settled frame has the scene's filter, which `--compare-plain` sets to one trilinear sample, too.
+/// The times of the settled frame and of the plain frame, interleaved so that drift affects both alike. The plain frame
+/// takes one trilinear sample per pixel. The settled frame has the scene's filter, which `--compare-plain` sets to the
+/// same.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainComparison {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture, per run.

@@ -68,7 +68,7 @@ impl DedupPass {
             pyramid_constants(pyramid, stage1.format, &config.filter),
             &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))],
         );
-        // The pass that marks neighbouring tiles stores to the image.
+        // Only the pass that marks neighbouring tiles stores to the image, so only that pass needs a storage image.
         let images = || PerFrame::new(|| TileMask::image(gpu, pyramid, stage1.reaches));
         let step = match compute(config.dedup) {
             None if config.dedup == Dedup::Points => {
@@ -118,8 +118,8 @@ impl DedupPass {
         }
     }
 
-    /// Workgroups, and texels that their shaders fetch from a request image of `size` pixels. Invocations beyond its
-    /// edges fetch too.
+    /// The number of workgroups, and the number of texels that the shaders fetch from a request image of `size` pixels.
+    /// Invocations beyond the image's edges also fetch.
     pub fn groups_and_texels(&self, size: [u32; 2]) -> [u64; 2] {
         let area = |[columns, rows]: [u32; 2]| u64::from(columns) * u64::from(rows);
         match &self.step {

@@ -44,7 +44,7 @@ pub fn read_requests(gpu: &Gpu, stage1: &FootprintPass, pyramid: &Pyramid) -> vk
     Ok(read_reaches(gpu, stage1, pyramid)?.into_iter().map(|(triple, _)| triple).collect())
 }
 
-/// As [`read_requests`], each with its reach.
+/// As [`read_requests`]; each triple comes with its reach.
 ///
 /// # Errors
 /// Device lost, out of memory.
@@ -68,7 +68,7 @@ pub fn read_reaches(
 }
 
 impl Run<VirtualTexture> {
-    /// The decoded request image of the last frame. A fused variant has none and draws it for this call.
+    /// The decoded request image of the last frame. A fused variant has no request image; this call draws one.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -87,7 +87,7 @@ impl Run<VirtualTexture> {
     }
 
     /// The number of texels that `filter` fetches from the tile pool in each pixel of the last frame, counted by the
-    /// shader ([`Texturing::counting`]); 0 for the background. `filter` has the settings' `max_anisotropy`.
+    /// shader ([`Texturing::counting`]); 0 for the background. `filter` must have the settings' `max_anisotropy`.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -113,7 +113,7 @@ impl VirtualTexture {
         self.seen(self.last_view(target.size())).onto(Onto::Drawn)
     }
 
-    /// A stage 1 that has drawn the last frame; `None` if the variant has its own.
+    /// Creates a stage 1 and draws the last frame with it; `None` if the variant already has a stage 1.
     fn own_stage1(&self, gpu: &Gpu, target: &Target) -> Result<Option<FootprintPass>, VirtualTextureError> {
         if self.stage1().is_some() {
             return Ok(None);

@@ -42,8 +42,8 @@ impl FadeIn {
         self.frames = frames;
     }
 
-    /// Advances by one frame: turns streaming's changes into those of the page table. If the result has several changes
-    /// of a tile, the last one counts.
+    /// Advances by one frame: turns streaming's changes into changes of the page table. If the result has several
+    /// changes of a tile, the last one counts.
     pub fn cells(&mut self, changes: &[(TileId, Option<u32>)]) -> Vec<(TileId, u32)> {
         let mut cells = Vec::with_capacity(changes.len() + self.arriving.len());
         for &(tile, slot) in changes {

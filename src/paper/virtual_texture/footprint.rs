@@ -59,7 +59,7 @@ impl FootprintPass {
     }
 
     /// A request image of `size` pixels. Each represents `2^pixel_log2 x 2^pixel_log2` pixels of the picture and
-    /// requests their level.
+    /// requests the level that these pixels need.
     ///
     /// # Errors
     /// As [`FootprintPass::new`].

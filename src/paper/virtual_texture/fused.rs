@@ -39,7 +39,7 @@ struct DepthOnlyPipelines {
     vertices: GraphicsPipeline,
 }
 
-/// What the draw records of its tiles. The order is that of LISTS in fused.frag.
+/// What the draw records about its tiles, in the order of the constant LISTS in fused.frag.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum TileMarking {
     Nothing,

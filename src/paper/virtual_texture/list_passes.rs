@@ -62,7 +62,7 @@ impl Stage3 {
         &self.lists[slot]
     }
 
-    /// Records the passes after the `mask` of the frame in `slot`.
+    /// Records the passes that read `mask`, the tile mask of the frame in `slot`.
     ///
     /// # Errors
     /// Out of memory.
@@ -82,7 +82,7 @@ impl Stage3 {
         if self.appended { vec!["read-back"] } else { vec!["compact", "read-back"] }
     }
 
-    /// The list of the frame in `slot`, which has ended, from its `mask`.
+    /// The list of the frame in `slot`, which has ended. If the list was too short, it is made again from `mask`.
     ///
     /// # Errors
     /// Out of memory, device lost.
@@ -90,7 +90,7 @@ impl Stage3 {
         self.compact.collect(gpu, mask, &mut self.lists[slot])
     }
 
-    /// (name, bytes) of all frames in flight, with the `masks` of stage 2.
+    /// (name, bytes), summed over all frames in flight. `masks`: bytes of stage 2's tile masks.
     pub fn memory(&self, masks: u64) -> Vec<(&'static str, u64)> {
         let sum = |which: usize| self.lists.iter().map(|list| list.bytes()[which]).sum();
         vec![("tile mask", masks), ("visible-tile list", sum(0)), ("visible-tile list on the host", sum(1))]

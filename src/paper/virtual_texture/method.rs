@@ -56,7 +56,7 @@ impl ListAndDraw {
         }
     }
 
-    /// Records the passes of the frame of `seen`.
+    /// Records the passes of the frame that draws `seen`.
     ///
     /// # Errors
     /// Out of memory.

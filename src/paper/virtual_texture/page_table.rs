@@ -30,7 +30,7 @@ fn level_of(word: u32) -> u32 {
 }
 
 impl PageTable {
-    /// Creates a table that shows the always resident tiles with their slots. The coarsest level is one tile.
+    /// Creates a table that shows the tiles of `resident` from their slots. Their coarsest level must be one tile.
     pub fn new(pyramid: &Pyramid, resident: &[(TileId, u32)]) -> PageTable {
         let [column_bits, row_bits] =
             [pyramid.width_log2(), pyramid.height_log2()].map(|log2| log2 - pyramid.tile_log2());
@@ -54,8 +54,8 @@ impl PageTable {
         [self.column_bits.saturating_sub(level), self.row_bits.saturating_sub(level)]
     }
 
-    /// Index of a cell: a one bit, then the bits of row and column. The position of the one bit identifies the level.
-    /// Single-tile levels share a cell, whose value the shader ignores.
+    /// Index of a cell: a leading 1, then the bits of row and column. The position of the leading 1 identifies the
+    /// level. Single-tile levels share a cell, whose value the shader ignores.
     fn place(&self, level: u32, row: u32, column: u32) -> usize {
         let [column_bits, row_bits] = self.grid_log2(level);
         ((1 << row_bits | row as usize) << column_bits) | column as usize
@@ -101,8 +101,8 @@ impl PageTable {
         }
     }
 
-    /// For each level of more than one tile, finest first: how many cells show a tile of their own level, and of a
-    /// level that is 1, 2, or at least 3 levels coarser.
+    /// For each level of more than one tile, finest first: the numbers of cells that show a tile of their own level,
+    /// one level coarser, two levels coarser, and at least three levels coarser.
     pub fn cells_by_level(&self) -> Vec<[usize; 4]> {
         let of_level = |level: u32| {
             let cells = 1 << self.grid_log2(level).iter().sum::<u32>();
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn cells_are_counted_by_how_much_coarser_their_tile_is() {
         let pyramid = Pyramid::new(8, 7, 4, 2, Some(6)).unwrap();
-        // 16 x 8 tiles in level 0. Resident are levels 3 (2 x 1) and 4, which is one tile.
+        // 16 x 8 tiles in level 0. Levels 3 (2 x 1 tiles) and 4 (one tile) are resident.
         let resident = [(3, 0), (3, 1), (4, 0)].map(|(level, column)| TileId { level, row: 0, column });
         let mut table = PageTable::new(&pyramid, &resident.map(|tile| (tile, 100 + tile.column)));
         assert_eq!(table.cells_by_level(), [[0, 0, 0, 128], [0, 0, 32, 0], [0, 8, 0, 0], [2, 0, 0, 0]]);

@@ -1,8 +1,8 @@
 //! Prefetch (optional, not in the paper): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
 //!
 //! The list comes from a draw, so it works for any mesh. The picture has a quarter of the width and height, a sixteenth
-//! of the pixels. A tile between two of these pixels is found when it comes nearer. The camera is extrapolated by
-//! repeating the rigid motion of its last frame. This is exact for a turn, an orbit around the globe and a straight
+//! of the pixels. A tile that falls between these pixels is found only when it comes nearer. The camera is extrapolated
+//! by repeating the rigid motion of its last frame. This is exact for a turn, an orbit around the globe and a straight
 //! line.
 
 use super::list_passes::Stage3;

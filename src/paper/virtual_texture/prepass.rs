@@ -5,7 +5,7 @@
 //! - It lies outside the frustum, by more than the rounding errors of f32; or
 //! - It is back-facing, and stays so after the device has rounded its vertices and snapped them to a grid of 1/16
 //!   pixel, the coarsest that Vulkan allows. Moving the vertices by up to x flips a triangle only if its height is at
-//!   most 2 x. Only clusters wholly inside the frustum are tested, because the pieces of a clipped triangle are
+//!   most twice x. Only clusters wholly inside the frustum are tested, because the pieces of a clipped triangle are
 //!   unknown.
 //!
 //! The shading draw covers the whole mesh. So does its baseline, the draw with a plain texture.

@@ -11,7 +11,7 @@ use crate::math::pyramid::Pyramid;
 /// The reach is in the highest four bits of the word.
 const SHIFT: u32 = 28;
 
-/// Splits a stored first word into the rest and the reach. All ones is the background, which has no reach.
+/// Splits the first word of a stored request into its value and the reach. All ones is the background, without reach.
 pub fn split(word: u32) -> (u32, u32) {
     if word == u32::MAX { (word, 0) } else { (word & ((1 << SHIFT) - 1), word >> SHIFT) }
 }

@@ -192,7 +192,7 @@ impl HostList {
                 }
             }
         }
-        // Clears only the bits that were set, which is cheaper than clearing all.
+        // Clears only the words with set bits, which is cheaper than clearing all words.
         for triple in &list {
             let (word, _) = self.place(*triple);
             bits[word] = 0;

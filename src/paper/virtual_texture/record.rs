@@ -28,7 +28,7 @@ pub struct TextureFrameRecord {
     pub overflowed: bool,
 }
 
-/// A frame's lists: its visible tiles, and those that it expects soon.
+/// A frame's lists: the visible tiles, and the tiles that are expected to be visible soon.
 #[derive(Clone)]
 pub(super) struct FrameTiles {
     pub visible: Vec<TileId>,

@@ -196,7 +196,7 @@ impl TilePool {
 }
 
 impl Uploads {
-    /// Clears the last frame's work, which the GPU must have finished.
+    /// Removes what an earlier frame staged. The GPU must have finished that frame.
     pub fn clear(&mut self) {
         self.tiles.clear();
         self.ranges.clear();
@@ -303,7 +303,7 @@ impl ResidentTail {
 }
 
 /// Index of the texel at a column and row that may lie outside the level. Columns wrap. Rows continue over the pole on
-/// the opposite meridian, so twice the height is a full turn.
+/// the opposite meridian, so they repeat after twice the height.
 fn texel_index([width, height]: [u32; 2], column: i64, row: i64) -> usize {
     let (width, height) = (i64::from(width), i64::from(height));
     let turn = row.rem_euclid(2 * height);

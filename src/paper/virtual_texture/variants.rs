@@ -110,9 +110,9 @@ impl Config {
         needs
     }
 
-    /// Replaces each variant of stages 2 and 3 that is not stated and needs a feature that the device lacks. The
-    /// replacement is the one that vt.dedup or vt.compact found fastest without that feature. Returns a line with the
-    /// missing features and the variants, if any was replaced.
+    /// Replaces each variant of stages 2 and 3 that needs a feature that the device lacks, unless the scene states the
+    /// variant. The replacement is the fastest variant without that feature in the figures vt.dedup and vt.compact.
+    /// Returns a line with the missing features and the replacements, or `None` if nothing was replaced.
     pub fn fall_back(
         &mut self,
         is_stated: impl Fn(&str) -> bool,

@@ -70,7 +70,7 @@ pub(super) struct Dispatches {
     pub groups: [u32; 3],
 }
 
-/// A pipeline, and the size of its push constants: that of `MarkingFrame` if the mask has a byte for each tile, else 0.
+/// A pipeline, and the bytes of its push constants: a `MarkingFrame` if the mask has a byte for each tile, else none.
 pub(super) struct Dispatch(pub ComputePipeline, pub usize);
 
 impl Fill {

@@ -11,13 +11,13 @@
 //! (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
 //!
 //! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
-//! along the row. Here each derivative has its own. Difference from the paper: the fragments of a row have no order, so
-//! the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the forms that a GPU can run. A
-//! fragment shader takes constants of the row (computed in f64, rounded to f32) and computes each value with one fused
-//! multiply-add, or the rasteriser interpolates the values. In compute shaders, threads walk rows ([`RowWalk`]). Threads
-//! compute the values of their first pixel by multiplication. We add restarts, integers, and analytic derivatives,
-//! whose denominator is `w^2`. We also add threads that read their row's constants once and compute each of their
-//! pixels from them.
+//! along the row. Here each derivative has its own numerator and denominator. Difference from the paper: the fragments
+//! of a row have no order, so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the
+//! forms that a GPU can run. A fragment shader takes constants of the row (computed in f64, rounded to f32) and
+//! computes each value with one fused multiply-add, or the rasteriser interpolates the values. In compute shaders,
+//! threads walk rows ([`RowWalk`]). Threads compute the values of their first pixel by multiplication. We add walks
+//! that restart from the row's constants, walks in integers, and analytic derivatives, whose denominator is `w^2`. We
+//! also add threads that read their row's constants once and compute each of their pixels from them.
 //!
 //! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
 //! them.
@@ -29,7 +29,7 @@ pub mod twin;
 use super::plane::{Tilt, TiltedPlane};
 use crate::math::splitmix::SplitMix64;
 
-/// Rows of pixels of a picture.
+/// Consecutive rows of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
     /// Pixels per row, and number of rows.
@@ -52,8 +52,8 @@ pub enum Form {
     /// As `RowConstants` in a compute shader: a thread reads its row's constants once, and computes each of its
     /// pixels from them.
     RowConstantsBy(RowWalk),
-    /// As `Textbook` in a compute shader: a thread evaluates the part that all its pixels share once for the row, and
-    /// adds each pixel's own part with one `fma`.
+    /// As `Textbook` in a compute shader: a thread first evaluates the terms that all pixels of its row share, and
+    /// then adds each pixel's own term with one `fma`.
     TextbookBy(RowWalk),
     /// The threads of a compute shader walk along rows by additions in f32.
     Walk(RowWalk),
@@ -77,7 +77,7 @@ pub enum RowWalk {
 /// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DerivativeMethod {
-    /// Differences to the coordinates of the next pixels, each computed from the nine coefficients.
+    /// Differences to the right and the lower pixel's coordinates, each computed from the nine coefficients.
     Differences,
     /// Numerators and denominators of formula (9) from the row's constants.
     Incremental,
@@ -141,8 +141,8 @@ impl Form {
         }
     }
 
-    /// Counts for a picture of `size` pixels that no device changes: the invocations that have pixels, and the bytes of
-    /// the rows' constants that they read for coordinates.
+    /// Counts for a picture of `size` pixels, equal on every device: the invocations that have pixels, and the bytes of
+    /// the rows' constants that these invocations read for coordinates.
     pub fn invocations_and_bytes(self, size: [u32; 2]) -> [u64; 2] {
         // Numerators and denominator at the row's first pixel in f32; integers also read the steps.
         const START: u64 = 3 * 4;
@@ -243,8 +243,8 @@ impl TiltedPlane {
         plane.fitted(size, |low, high| (texels / low.abs().max(high.abs()), 0.0))
     }
 
-    /// A random plane and a row near its horizon, where w is between 1/400 and 1/100 of that at the
-    /// picture's centre and the larger coordinate reaches `texels`.
+    /// A random plane and a row near its horizon, where w is 1/400 to 1/100 of its value at the
+    /// picture's centre, and the larger coordinate reaches `texels`.
     pub fn near_horizon(seed: u64, size: [u32; 2], texels: f64) -> (TiltedPlane, u32) {
         let unit = |n| (SplitMix64::nth(seed, n) >> 11) as f64 / (1u64 << 53) as f64;
         let tilt =
@@ -263,8 +263,8 @@ impl TiltedPlane {
         (TiltedPlane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
     }
 
-    /// Scales u and v by the same factor and moves them. `place` gives (factor, origin) from their least
-    /// and greatest values in the picture; the smaller factor is used.
+    /// Scales u and v by the same factor and moves them. For each of u and v, `place` computes
+    /// (factor, origin) from the least and the greatest value in the picture; the smaller of the two factors is used.
     fn fitted(self, size: [u32; 2], place: impl Fn(f64, f64) -> (f64, f64)) -> TiltedPlane {
         let [width, height] = size.map(f64::from);
         let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];

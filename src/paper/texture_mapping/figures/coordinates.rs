@@ -107,7 +107,7 @@ pub const COORDINATES: Figure = Figure {
 const TIME: &str = "coordinates and a texel";
 const DERIVATIVES: &str = "derivatives";
 const SET_UP: &str = "set-up on the host";
-/// Counts beside [`TIME`], of the whole picture.
+/// Counts of the whole picture, reported beside [`TIME`].
 const INVOCATIONS: &str = "invocations that have pixels";
 const BYTES: &str = "bytes of the rows' constants read";
 

@@ -104,7 +104,7 @@ const OVERDRAWN: Tilt = Tilt {
     half_view_degrees: 0.5,
 };
 
-/// What a window shows: the extremes that are a camera over the board of the scene `plane-tilt`.
+/// The figure's views for the window: those extremes that a camera over the board of `plane-tilt` can show.
 fn views() -> Vec<View> {
     let grazing = "east_m=0.0, north_m=-31.0, altitude_m=0.5";
     let cameras = [

@@ -171,8 +171,8 @@ impl Lab {
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
-    /// The mean of the pictures of `frames` frames, which differ in their random numbers. `fetched` is that of the
-    /// first frame.
+    /// The mean of the pictures of `frames` frames, which differ in their random numbers. `fetched` counts the
+    /// texels of the first frame.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -92,7 +92,7 @@ fn error(found: impl Iterator<Item = f64>, right: &[f64]) -> f64 {
     squares.sum::<f64>() / right.iter().map(|right| right * right).sum::<f64>()
 }
 
-/// A generated relief with random colours, or that of a shipped scene with the luminance of its picture.
+/// A generated relief with random colours, or the relief of a shipped scene with the luminance of its picture.
 fn coloured(name: &str) -> anyhow::Result<(Relief, Vec<f32>)> {
     if let Some(kind) = ReliefKind::ALL.into_iter().find(|kind| kind.name() == name) {
         let relief = kind.relief(SIDE);

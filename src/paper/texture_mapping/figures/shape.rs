@@ -111,7 +111,7 @@ const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
 const TIME: &str = "time per pixel";
-/// Counts that no device changes: of the shader, and times the entries of a map for each weight.
+/// Counts that are equal on every device: texels, counted by the shader, and texels times map entries per weight.
 const TEXELS: &str = "texels fetched per pixel";
 const ENTRIES: &str = "entries of the weight map read per pixel";
 

@@ -1,5 +1,5 @@
-//! The figures' views for the window: for each figure, shipped scenes with the same subject, and those of its methods
-//! that a scene can select.
+//! The figures' views for the window: for each figure, shipped scenes with the same subject, and the methods of the
+//! figure that a scene can select.
 
 use crate::figure::{Setting, View};
 use crate::paper::texture_mapping::config::ReliefMethod;
@@ -9,7 +9,7 @@ use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
 /// No changes.
 pub const NONE: [&str; 0] = [];
 
-/// A flat scene with its camera `tilted` 24 m from the board's centre. At the shipped sizes a texel is 1/16 m.
+/// A flat scene whose camera `tilted` looks at the board's centre from 24 m. At the shipped sizes a texel is 1/16 m.
 fn tilted(name: String, scene: &str, degrees: f64) -> View {
     const DISTANCE_M: f64 = 24.0;
     let (sin, cos) = degrees.to_radians().sin_cos();
@@ -38,7 +38,7 @@ pub fn filtered_surfaces() -> Vec<View> {
     patterns(&[0.0, 60.0, 80.0]).into_iter().chain(curved).collect()
 }
 
-/// Paths, on which filters flicker.
+/// Views with camera paths, along which filters flicker, and views at rest.
 pub fn moving() -> Vec<View> {
     let paths = ["plane-tilt/pan", "tunnel/flight"].map(|scene| View::new(scene, scene, NONE));
     paths.into_iter().chain(patterns(&[60.0, 80.0])).collect()

@@ -110,8 +110,8 @@ impl Stages {
         })
     }
 
-    /// Runs one frame with all stages and waits for it. Returns the time of each stage, in nanoseconds if the device
-    /// has timestamps.
+    /// Runs one frame with all stages and waits for it. If the device has timestamps, returns the time of
+    /// each stage in nanoseconds.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -24,17 +24,17 @@ struct Part {
     weight_error: f64,
     value: f64,
     value_error: f64,
-    /// True if rounding decides whether it is inside its triangle.
+    /// True if rounding decides whether the fragment is inside its triangle.
     on_edge: bool,
 }
 
 /// Relative error of rounding to f32.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// The step of a weight.
+/// The quantisation step of a weight.
 const WEIGHT_STEP: f64 = 1.0 / 1024.0;
 
-/// A plane counts as hidden if its `1 / w` is smaller than the nearest by more than this share.
+/// A plane counts as hidden if its `1 / w` is smaller than the nearest plane's by more than this share.
 const BEHIND: f64 = 1.0 / 256.0;
 
 /// Distance, in steps of the lattice, up to which a fragment outside an edge still belongs to the triangle.
@@ -64,7 +64,7 @@ fn rotation([nx, ny, nz]: Vec3) -> [Vec3; 3] {
     [[d, -sin * nx, -cos * nx], [0.0, cos, -sin], [nx, ny, nz]]
 }
 
-/// A pixel between the passes.
+/// The sums of a pixel, and its nearest planes, between the passes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and those that

@@ -13,10 +13,10 @@ pub const SAMPLER: f64 = 5.0 / 256.0;
 pub struct Texture<'a> {
     /// The level of one texel.
     pub coarsest: u32,
-    /// A texel, 0 to 1, by level, column and row. These may lie outside the level.
+    /// A texel, 0 to 1, by level, column and row. Column and row may lie outside the level.
     pub texel: &'a dyn Fn(u32, i64, i64) -> f64,
-    /// If samples lie further than this from the pixel's centre along an axis, in texels of the level, the level is
-    /// raised. Of an ellipse: the sum of its semi-axes.
+    /// Maximum distance along an axis from the pixel's centre to a sample, in texels of the level. Samples farther away
+    /// raise the level. For an ellipse: the maximum sum of its semi-axes.
     pub most_reach: f64,
     /// Error of the pixel's centre along each axis, in texels of level 0.
     pub place_error: f64,
@@ -79,7 +79,8 @@ fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
     row(0) * (1.0 - down) + row(1) * down
 }
 
-/// Weighted trilinear samples along the line of `reach` through the pixel's centre. The line raises the level.
+/// Weighted trilinear samples along the line of `reach` through the pixel's centre. A line that
+/// reaches beyond [`Texture::most_reach`] raises the level.
 fn probes(
     pixel: &PixelCentre,
     texture: &Texture<'_>,
@@ -261,7 +262,7 @@ fn stochastic(
 ) -> FilteredTexel {
     let scale = f64::from(1u32 << level);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
-    // Positions in f32: the centre's ulp, and a few ulp of the offset.
+    // A position in f32 has an error of the centre's ulp and of a few ulp of the offset.
     let extent = ux.abs() + uy.abs() + vx.abs() + vy.abs();
     let (mut sum, mut undecided) = (0.0, 0);
     for n in 0..samples {

@@ -28,7 +28,7 @@ struct Shaped {
     to_disc: [[f64; 2]; 2],
 }
 
-/// `radius^2 J J^T` in texels of level 0, widened to the largest ratio, and its determinant.
+/// `radius^2 J J^T` in texels of level 0, widened to the greatest axis ratio allowed, and its determinant.
 fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     let square = f64::from(ellipse.kernel.radius_px).powi(2);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
@@ -90,7 +90,7 @@ pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u
     let by_count = (4.0 * visited / f64::from(MOST_VISITED)).log2() / 2.0;
     let by_rows = (a.max(c).sqrt() / f64::from(ellipse.footprint.most_reach)).log2();
     let wanted = by_minor.floor().max(by_count.ceil()).max(by_rows.ceil());
-    // 2^-16: log2 of f32 numbers with a relative error of 2^-21, and its own rounding at up to 2^5.
+    // The error of log2 in f32: its argument has a relative error of 2^-21, and its result, up to 2^5, is rounded.
     let undecided = 2f64.powi(-16);
     let near =
         [by_minor, by_count, by_rows].into_iter().any(|level| (level - level.round()).abs() < undecided);
@@ -316,7 +316,7 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             // Where the edge curves away, `distance` is too short. Texels outside the outer ellipse are more than half
             // a texel beyond the edge and do not contribute.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
-            // If its terms cancel, the slope has the same rounding error as r.
+            // If the terms of the slope cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
             let off = if r > 0.0 { (1.0 - r).abs() * texels_a_radius * of_slope } else { 0.0 };
             if distance(r - rounding) + off < -0.5 || from_outer > 4.0 * rounding {

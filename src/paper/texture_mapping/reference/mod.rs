@@ -56,7 +56,7 @@ pub fn filtered(
     }
 }
 
-/// The laboratory's texture: repeated over the plane, and read by a sampler.
+/// The texture as the figures read it: repeated over the plane, and read by a sampler.
 fn with_sampler<T>(texels: &GreyMipmap, with: impl FnOnce(&Texture<'_>) -> T) -> T {
     let texel = |level, column, row| f64::from(texels.byte(level, column, row)) / 255.0;
     with(&Texture {

@@ -26,7 +26,7 @@ pub enum Holds {
 }
 
 impl Holds {
-    /// How much nearer, in cells along an axis, two points of two cells can be to each other than the cells' centres.
+    /// The distance between two cells' centres along an axis, less the least distance between their points, in cells.
     fn extent(self) -> f32 {
         f32::from(u8::from(self == Holds::Everywhere))
     }
@@ -43,8 +43,8 @@ pub struct Fan {
     pub holds: Holds,
     /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH, and one past the last.
     pub starts: Vec<u32>,
-    /// Squares of cells, each by the offset of its first cell. They cover the cells that may contain a point at that
-    /// distance from a point of cell (0, 0), and no others.
+    /// Squares of cells, each given by the offset of its first cell. They cover the cells that may contain a point at
+    /// that distance from a point of cell (0, 0), and no others.
     pub squares: Vec<[i32; 2]>,
     /// The cells with offsets -radius ..= radius in x and y, the nearest first: the offset, the first sector *behind* a
     /// ray to that cell, and the number of sectors.
@@ -106,8 +106,8 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
 /// Intervals between the sample points of a sector's arc.
 const SAMPLES: usize = 64;
 
-/// Points at `distance` from the origin, evenly over the sector, and a reach. A cell counts if its centre is within
-/// this reach of a point along both axes. The reach is one cell, for points anywhere in the two cells, plus the
+/// Points at `distance` from the origin, evenly spaced over the sector, and a reach. A cell counts if its centre is
+/// within this reach of a point along both axes. The reach is one cell, for points anywhere in the two cells, plus the
 /// distance between two points of the arc.
 fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
     let turn = TAU / SECTORS as f64;

@@ -10,8 +10,9 @@
 //!
 //! Difference: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
 //! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.
-//! [`maps`] bounds it for every point of the cell and every direction of its sector, so a step by the map never
-//! passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a crossing.
+//! [`maps`] stores a lower bound for every point of the cell and every direction of its sector, so a step by the map
+//! never passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a
+//! crossing.
 //!
 //! Also built: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
 //! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F.

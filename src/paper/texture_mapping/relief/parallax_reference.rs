@@ -1,9 +1,9 @@
 //! The methods of [`super::parallax`] in f64: each pixel's colour, and the range in which f32 must find it.
 //!
-//! f32 computes the place where a point's ray enters the top plane with an error of at most a slack. The hit of a ray
+//! In f32, the point where a ray enters the top plane has an error of at most a slack. The hit of a ray
 //! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
 //! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
-//! Where the slack decides, the texel may count or not, and the range contains all outcomes.
+//! Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
 //! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer
 //! strides.
@@ -77,7 +77,7 @@ struct Sum {
 }
 
 impl Lines<'_> {
-    /// Height and colour in column x, between two rows.
+    /// Height and colour in column x, interpolated between two rows.
     fn texel(&self, x: i64, y: f64) -> [f64; 2] {
         let (row, share) = (y.floor() as i64, y - y.floor());
         let side = self.relief.side as i64;
@@ -155,7 +155,7 @@ impl Lines<'_> {
         sum.possible(instead)
     }
 
-    /// Adds the texels with a <= x < b, or those of them that nothing hides.
+    /// Adds the texels with a <= x < b. If `visible`, adds only those that nothing hides.
     fn add(&self, sum: &mut Sum, [a, b]: [[f64; 2]; 2], y: f64, visible: bool) {
         let first = a[0].ceil() as i64;
         // Texels farther away than a ray's whole descent hide nothing.

@@ -3,7 +3,7 @@
 //! The plane is the relief's top and rays descend from it, so the plane's outline stays straight. The relief repeats
 //! beyond the outline. Projected widths treat the view as parallel within each pixel. Long descents are searched in
 //! strides of several steps where the relief is hidden. For descents of up to 1024 texels a stride is at most a texel
-//! long. A longer stride can miss a peak that is narrower than it.
+//! long. A longer stride can miss a peak that is narrower than the stride.
 
 use super::Relief;
 use super::maps::{Fan, Holds};

@@ -6,7 +6,7 @@ use super::{Ray, Relief};
 /// The least step of the distance-map tracer, in texels.
 pub const LEAST_STEP: f32 = 0.5;
 
-/// Bisection steps after a crossing is found, and those of [`Tracer::RelaxedCones`].
+/// Bisection steps after a crossing is found; [`Tracer::RelaxedCones`] takes [`RELAXED_HALVINGS`].
 pub const HALVINGS: u32 = 6;
 pub const RELAXED_HALVINGS: u32 = 12;
 

@@ -22,7 +22,7 @@ pub const ADDRESS: Figure = Figure {
     paper: &["level-0"],
     ours: &["own-level"],
     full_only: &[],
-    // Quick runs include 1080: the claim needs it, a list's length needs no repetition, and a frame takes 60 ms.
+    // Quick runs include 1080 rows, because the claim needs them. A frame takes 60 ms; a length needs no repetition.
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 720.0, 1080.0],

@@ -22,7 +22,7 @@ pub const PAPERS: &[&str] = &["surface.land.filter={}", PAPERS_BORDER];
 /// One sample per pixel, as `one_sample_scene`.
 pub const ONE_SAMPLE: &[&str] = &["surface.land.filter={max_anisotropy=1}"];
 
-/// The keys of `[variant]` in which a method that lists the visible tiles differs from the paper's.
+/// The keys of `[variant]` in which `config` differs from the paper's variant, as a setting.
 pub fn setting(name: impl Into<String>, config: &Config) -> Setting {
     let keys = |of: &Config| {
         [
@@ -94,7 +94,7 @@ impl SceneView {
 }
 
 impl ViewSession {
-    /// Draws one frame and waits for it. The request image and the lists are then those of the pose, but the tiles may
+    /// Draws one frame and waits for it. The request image and the lists then belong to the pose, but the tiles may
     /// not be resident yet.
     ///
     /// # Errors

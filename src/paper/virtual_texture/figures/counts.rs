@@ -1,4 +1,4 @@
-//! Counts of stages 2 and 3 that any device repeats exactly, computed from the request image alone: texels and words
+//! Counts of stages 2 and 3 that are equal on every device, computed from the request image alone: texels and words
 //! that shaders read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size
 //! of a device's subgroups, is replaced by the reason. A test is a load from the tile mask that avoids an atomic if the
 //! bit is set already.
@@ -22,7 +22,7 @@ pub const ATOMICS: &str = "atomics";
 /// Fragments that are hidden later are not counted; only the inexact fused draws have any.
 pub const TEXELS_PER_PIXEL: &str = "texels fetched per pixel";
 
-/// Quantities of stage 3, also [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.
+/// Quantities of stage 3, besides [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.
 pub const WORDS: &str = "words of the tile mask read";
 pub const WRITTEN: &str = "bytes written to the list";
 
@@ -57,9 +57,9 @@ impl Requests<'_> {
         self.triples.iter().filter(|triple| self.streamed(**triple)).count() as u64
     }
 
-    /// Streamed triples that differ from the previous one of their square of 8 x 8 pixels. `pixel(n)` is the column and
-    /// row of the square's n-th pixel. With `clamps`, pixels beyond the picture's edge repeat its last ones; otherwise
-    /// they are background.
+    /// Number of streamed triples that differ from the previous pixel's in the same square of 8 x 8 pixels.
+    /// `pixel(n)` is the column and row of the square's n-th pixel. With `clamps`, pixels beyond the picture's edge
+    /// repeat those at the edge; otherwise they are background.
     fn changes(&self, pixel: fn(u32) -> [u32; 2], clamps: bool) -> u64 {
         let [width, height] = self.size;
         // With `clamps`, workgroups of 8 x 8 squares also read the squares beyond the picture's edge.
@@ -116,7 +116,7 @@ pub fn of_list(
     Ok(stage_2.into_iter().chain(exact.into_iter().flatten()).collect())
 }
 
-/// The rows of a variant of stage 2 whose `groups` of invocations fetch `texels`. `ending` is appended to the
+/// The rows of a variant of stage 2 with this number of workgroups and of fetched texels. `ending` is appended to the
 /// name of each quantity.
 pub fn of_stage_2(
     (name, dedup): (&str, Dedup),
@@ -142,7 +142,7 @@ pub fn of_stage_2(
         Dedup::SharedHash => (Err(RACE), Err(RACE)),
         Dedup::Bitset => (Ok(groups * requests.pyramid.tile_count().div_ceil(32)), Err(RACE)),
         Dedup::MarkBytes => (Ok(pixels), Ok(0)),
-        // Fragments of the draw that textures.
+        // One test for each visible fragment of the draw that textures.
         Dedup::FusedExact => (Ok(pixels), Err(RACE)),
         Dedup::Fused => (Err(OVERDRAWN), Err(OVERDRAWN)),
     };

@@ -83,7 +83,7 @@ fn names() -> Vec<String> {
     contenders().into_iter().map(|combination| combination.name.to_string()).collect()
 }
 
-/// Number of rounds, and of the frames of a round with the camera at rest and moving.
+/// Number of rounds, and the numbers of frames in each round: with the camera at rest, and moving.
 struct Extent {
     rounds: usize,
     at_rest: u32,

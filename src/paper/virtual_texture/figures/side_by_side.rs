@@ -80,7 +80,7 @@ pub fn combinations() -> Vec<Combination> {
             "fused, appending",
             Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..COMPUTE },
         ),
-        // The baselines of the paper.
+        // Read-back, the paper's baseline.
         exact("read-back, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
         exact("read-back, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
     ]
@@ -104,7 +104,7 @@ pub struct SideBySide {
     pub missing: Vec<(String, String)>,
 }
 
-/// Opens the run's device with those of `needs` that it offers; [`lacks`] then reports what cannot run.
+/// Opens the run's device with those features of `needs` that it offers; [`lacks`] then reports what cannot run.
 ///
 /// # Errors
 /// No device.
@@ -125,7 +125,7 @@ pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) 
 
 impl SideBySide {
     /// Settled sessions of `combinations` at `size` pixels. `floors` names the baselines that are timed with them
-    /// ([`PLAIN`], [`UNLISTED`]). `change` edits the settings last, except the variant.
+    /// ([`PLAIN`], [`UNLISTED`]). `change` edits the settings last; it must not change the variant.
     ///
     /// # Errors
     /// No device, a scene or texture that is not available, out of memory.
@@ -291,7 +291,7 @@ fn unlisted_frame<'a>(
     let VirtualTexture { settings, source, resident, .. } = &of.technique;
     let (config, pyramid) = (&settings.config, source.pyramid());
     let draw = Fused::unlisted(gpu, &pyramid, config, resident, (of.target().color.info().format, None))?;
-    // Bound, but never written.
+    // The shader declares a list, so one is bound. This draw never writes it.
     let unwritten = Stage3::new(gpu, &pyramid, config)?;
     let view = View::new(pose, of.size());
     drop(of);

@@ -158,7 +158,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
     ],
 };
 
-/// Quantity: MiB of the visible tiles as stored, with borders and second levels.
+/// Quantity: MiB of the visible tiles as stored, with borders and the next coarser levels.
 const WORKING_SET: &str = "working set";
 
 /// Quantity: MiB of device memory in total.
@@ -220,7 +220,7 @@ fn texture_size(width_log2: u32) -> Vec<String> {
     sizes.map(|(side, log2)| format!("surface.land.texture.{side}_log2={log2}")).into()
 }
 
-/// What a window shows: the figure's scenes at each value of the quick sweep.
+/// The figure's views for the window: its scenes at each value of the quick sweep.
 fn swept(figure: &Figure, what: &str, changes: fn(u32) -> Vec<String>) -> Vec<View> {
     let values = || figure.values(Effort::Quick).into_iter().flatten();
     let view = |scene: &str, value: f64| {

@@ -86,7 +86,8 @@ pub fn compare_triples(
 }
 
 /// As [`compare_triples`], for several surfaces in one mesh. `carries` maps a triangle to the largest distance of its
-/// (s, t) from their origin, or to `None` if it has no virtual texture and only occludes.
+/// (s, t) from the point that vertices store them relative to. It maps a triangle without virtual texture, which only
+/// occludes, to `None`.
 pub fn compare_surfaces(
     triples: &[[u32; 3]],
     view: &ReferenceView,

@@ -82,7 +82,7 @@ impl Stage1 {
         Ok(())
     }
 
-    /// Why `config` cannot run here.
+    /// Why `config` cannot run here; `None` if it can.
     pub fn lacks(&self, config: &Config) -> Option<String> {
         lacks(&self.gpu, config, &self.pyramid, TileFormat::Rgba8)
     }

@@ -50,7 +50,8 @@ pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i6
 }
 
 /// The number of points that stage 2's geometry shader emits (section 2.2) for a request image with `width` pixels per
-/// row: one per pixel of a streamed level. With `memo`, only if the triple differs from the last one of the block.
+/// row: one per pixel of a streamed level. With `memo`, a pixel emits none if its triple equals the last one that its
+/// block emitted.
 pub fn emitted_points(
     requests: &[[u32; 3]],
     width: u32,

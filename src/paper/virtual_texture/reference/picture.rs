@@ -135,7 +135,7 @@ impl<'a> SourceTexels<'a> {
         let found = triple(&footprint, &pyramid, 1);
         let (s, t) = (sample.s, sample.t);
         match filter {
-            // Not finite: stage 1 stores the finest resident level.
+            // If the footprint is not finite, stage 1 stores the finest resident level.
             _ if found.e.is_nan() => texture.trilinear(f64::from(found.q), s, t),
             ReferenceFilter::Samples(most) => {
                 texture.along(&sides, sample_count(longest, shortest, most), s, t)
@@ -150,7 +150,7 @@ impl<'a> SourceTexels<'a> {
     }
 }
 
-/// The encoded sRGB colour (0.0 ..= 1.0) of a texel of a square of BC1 blocks, by their definition (Direct3D 11
+/// The encoded sRGB colour (0.0 ..= 1.0) of one texel in a square of BC1 blocks, as the format is defined (Direct3D 11
 /// functional specification, 19.5.10): two colours of 5, 6 and 5 bits, and 2 bits for each texel. In a block with three
 /// colours, the fourth is black. `None` if the square is incomplete.
 fn bc1_texel(blocks: &[u8], side: u32, [row, column]: [u32; 2]) -> Option<[f64; 3]> {

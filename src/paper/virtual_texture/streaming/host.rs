@@ -18,8 +18,8 @@ impl HostCache {
         Self { slots: Slots::new(capacity), buffers, spare: Vec::new(), tile_bytes }
     }
 
-    /// The same tiles in `capacity` slots: the most recently used ones, in the same order of use. Returns each tile's
-    /// new slot. Slots that are being loaded into are not kept.
+    /// A cache of `capacity` slots with the most recently used of these tiles, in the same order of use. Also returns
+    /// each tile's new slot; `None` if there is no room for the tile. Tiles that are still being loaded are dropped.
     pub fn resized(mut self, capacity: u32) -> (HostCache, Vec<(TileId, Option<u32>)>) {
         let slots = self.slots.after(capacity);
         let mut next = HostCache { slots, ..HostCache::new(capacity, self.tile_bytes) };

@@ -237,7 +237,7 @@ mod tests {
 
     /// Reads end in descending order of their columns, however the threads run.
     struct Gate {
-        /// Reads begun, and the column after the one that may end.
+        /// Number of reads begun; and 1 + the lowest column whose read may end.
         state: Mutex<(usize, u32)>,
         changed: Condvar,
     }
@@ -348,7 +348,7 @@ mod tests {
         let pace = Arc::clone(&loader.pace);
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                // Only then may the loads under way end, and their threads look for more.
+                // The loads under way end once the loader is being dropped. Their threads then look for more.
                 while !pace.lock().1 {
                     std::thread::yield_now();
                 }

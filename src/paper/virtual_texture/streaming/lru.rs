@@ -28,8 +28,8 @@ impl Lru {
         Self { links: vec![link; capacity as usize], oldest: NONE, newest: NONE }
     }
 
-    /// Gives `slot` its time of use and adds it to the list if needed: older than all slots with a later use, newer
-    /// than all others.
+    /// Sets the time of use of `slot` and puts it at its position in the list: newer than all slots with the same or
+    /// an earlier time.
     pub fn touch(&mut self, slot: u32, last_use: u64) {
         self.remove(slot);
         let (mut older, mut newer) = (self.newest, NONE);

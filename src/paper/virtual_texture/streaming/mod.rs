@@ -20,7 +20,7 @@
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Visible tiles have the latest time of use, so they are evicted last.
 //! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is raised. It also gets a new time of use, older than those of the wanted tiles. Such a tile is evicted after
+//!   bias is raised. Such a tile also gets a new time of use, older than that of the wanted tiles. It is evicted after
 //!   all tiles that are not shown, and before the wanted ones.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
@@ -237,14 +237,14 @@ impl Streaming {
         self.pending = self.wanted.len();
     }
 
-    /// Takes other settings from the next frame on. The host cache keeps its most recently used tiles. With another
-    /// `gpu_tiles` the tile pool is a new one and empty: its tiles are uploaded again from the host cache.
+    /// Changes the settings from the next frame on. The host cache keeps its most recently used tiles. If `gpu_tiles`
+    /// changes, an empty tile pool replaces the old one, and tiles are uploaded again from the host cache.
     ///
     /// # Errors
     /// As [`Streaming::new`]; nothing has changed then.
     ///
     /// # Panics
-    /// If `deterministic` differs, or, with counted budgets, the number of loads per frame.
+    /// If `deterministic` changes; or, with counted budgets, if the possible number of loads per frame changes.
     pub fn reconfigure(&mut self, config: StreamingConfig) -> Result<(), StreamingError> {
         config.check(&self.pyramid)?;
         assert!(self.config.same_loader(&config), "the loader is for {:?}, not {config:?}", self.config);
@@ -268,7 +268,7 @@ impl Streaming {
         Ok(())
     }
 
-    /// Tiles that wait for their upload are requested again; loads under way are dropped.
+    /// Resizes the host cache. Tiles that wait for their upload are requested again; loads under way are dropped.
     fn resize_host_cache(&mut self, capacity: u32) {
         for load in self.under_way.drain(..) {
             load.cancelled.store(true, Ordering::Relaxed);

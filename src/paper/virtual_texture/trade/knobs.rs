@@ -176,8 +176,8 @@ impl Values {
     }
 
     /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
-    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have it; a file's border
-    /// is fixed.
+    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have any
+    /// border; a file's border is fixed.
     fn drawable(self, own: &Values, texture: &VirtualTextureSource) -> Option<Values> {
         if self == *own {
             return Some(self);
@@ -220,7 +220,7 @@ impl Values {
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
         let border = border_for(&filter, self.border, texture).ok()?;
         // Another format is tried with all filters but the stochastic one, at the scene's own bias, list and border,
-        // and only if the border is whole BC1 blocks. Fewer tiles are tried alone.
+        // and only if the border is a whole number of BC1 blocks. A smaller tile pool is tried alone.
         let format = self.format == own.format
             || (self.filter != Filtering::Stochastic
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
@@ -347,7 +347,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<SweepPoint>, Textur
     Ok(settings)
 }
 
-/// The values of `knobs` that this scene does not support, the reason, and a remedy.
+/// The values of `knobs` that this scene does not support, each with the reason and a remedy.
 ///
 /// # Errors
 /// A scene without a virtual texture.

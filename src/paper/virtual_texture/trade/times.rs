@@ -25,7 +25,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// `contenders` are the scene's own setting, and those of `found`.
+    /// `contenders`: the scene's own setting, then the settings of `found`.
     ///
     /// # Errors
     /// Device lost, or a device without timestamps.

@@ -9,7 +9,7 @@ use crate::texture::source::TileSource;
 
 /// Maximum number of pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
 const MOST_PIXELS: u32 = 57_600;
-/// Windows of larger pictures: the side in pixels, and the most windows across and down.
+/// Windows of larger pictures: the side in pixels, and the maximum numbers of windows across and down.
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 

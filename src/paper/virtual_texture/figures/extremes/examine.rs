@@ -98,7 +98,7 @@ impl Examiner {
     /// Runs all variants on one extreme, at `size` pixels.
     ///
     /// # Errors
-    /// Errors such as device lost. What the device does not support is an [`ListOutcome::Refused`].
+    /// Errors such as device lost. What the device does not support is reported as [`ListOutcome::Refused`].
     pub fn examine(&mut self, extreme: &Extreme, size: [u32; 2]) -> anyhow::Result<Examination> {
         let sight = extreme.sight(size)?;
         let gpu = self.gpu.clone();

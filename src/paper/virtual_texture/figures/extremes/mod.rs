@@ -97,7 +97,7 @@ const NAMES: [&str; EXTREMES.len()] = {
     names
 };
 
-/// The extremes that a scene can show at any size. The others are synthetic meshes, sizes, or refused.
+/// The extremes that a scene can show at any size. The others need a synthetic mesh or another size, or are refused.
 fn views() -> Vec<View> {
     let shown = |extreme: &&Extreme| {
         let is_scene = matches!(extreme.landscape, Landscape::Scene);

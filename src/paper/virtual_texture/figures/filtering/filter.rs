@@ -83,7 +83,7 @@ const VARIANTS: [Variant; 10] = [
     Variant::new(Filtering::Stochastic, 8, 16),
 ];
 
-/// The values of NA above.
+/// The values of NA in [`VARIANTS`].
 const NAS: [u32; 4] = [1, 2, 4, 8];
 
 /// The border in texels. It is sufficient for 8 samples along the footprint.
@@ -96,7 +96,7 @@ const OWN_NMSE: &str = "NMSE against the same filter in f64";
 const OWN_OUTLIERS: &str = "pixels off by more than 5/256 from the same filter in f64";
 const EXCUSED: &str = "pixels left out: beyond the textured surface or at its outline";
 const TIME: &str = "texturing";
-/// A count that no device changes: 8 for each trilinear sample, 4 for a bilinear one, 1 for a random texel.
+/// A count that is equal on every device: 8 for each trilinear sample, 4 for a bilinear one, 1 for a random texel.
 const TEXELS: &str = "texels fetched per pixel";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -98,7 +98,7 @@ struct View {
     name: String,
     changes: Vec<String>,
     size: [u32; 2],
-    /// Frames of the path are this far apart.
+    /// Every `step`-th frame of the path is measured.
     step: u32,
 }
 
@@ -141,7 +141,7 @@ fn sampled(na: u32, border: u32) -> [String; 2] {
     [format!("surface.land.filter.max_anisotropy={na}"), format!("surface.land.texture.border={border}")]
 }
 
-/// What a window shows: both paths with the tilts and the tiles of a quick run.
+/// The figure's views for the window: both paths with the tilts and the tiles of a quick run.
 fn views() -> Vec<figure::View> {
     let tilts = || NA.sweep.into_iter().flat_map(|sweep| sweep.quick);
     let view = |(scene, camera): (&str, &str), tilt: f64| {
@@ -174,7 +174,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The lists of the path, and what a cache does with them.
+/// Counts of the path's lists, and of the tiles that a cache copies for them.
 fn along_the_path(
     bench: &Bench,
     view: &View,
@@ -205,7 +205,7 @@ fn along_the_path(
     ])
 }
 
-/// The largest difference between the pictures of both borders.
+/// The largest difference between the pictures with the narrow and with the wide border.
 fn seams(bench: &Bench, view: &View, na: u32) -> anyhow::Result<f64> {
     let picture = |border| {
         let mut shown = Shown::of(bench, view.place(na, border)?, view.size)?;
@@ -215,7 +215,7 @@ fn seams(bench: &Bench, view: &View, na: u32) -> anyhow::Result<f64> {
     Ok(difference.worst().map_or(0.0, |worst| worst.value))
 }
 
-/// The settled frames in turn.
+/// Times of the settled frames, measured in turn.
 fn times(bench: &Bench, view: &View) -> anyhow::Result<Vec<Row>> {
     let combination = |(name, max_anisotropy): (&'static str, u32)| Combination {
         name,

@@ -226,7 +226,7 @@ mod tests {
             [false, true, true]
         );
         assert_eq!([at(3, [522.0, 256.0]), at(3, [512.0, 256.0])], [false, true]);
-        // In the resident tail a level's end is an edge, also if the level is smaller than a tile.
+        // In the resident tail a level's end is an edge, even if the level is smaller than a tile.
         assert_eq!([at(9, [256.0, 128.0]), at(9, [256.0, 250.0]), at(11, [64.0, 60.0])], [false, true, true]);
     }
 

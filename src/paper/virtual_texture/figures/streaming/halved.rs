@@ -22,8 +22,8 @@ pub(super) const LAST_STAYS: usize = 100;
 /// Frames at rest between two pictures.
 const REST: usize = 20;
 
-/// Runs the path with N1 = `largest` / 2 and the usual budgets, then rests at its end. The session is that of `render`,
-/// with loader threads and the Earth's imagery. Budgets count tiles, so that every run is the same.
+/// Runs the path with N1 = `largest` / 2 and the usual budgets, then rests at its end. The session is set up as in
+/// `render`, with loader threads and the Earth's imagery. Budgets count tiles, so that every run is the same.
 pub(super) fn halved(
     bench: &mut Bench,
     cell: &Cell,

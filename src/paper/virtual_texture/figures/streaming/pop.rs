@@ -52,7 +52,7 @@ pub const POP: Figure = Figure {
     ..Figure::BASE
 };
 
-/// What a window shows: the tiles of a quick run, without magnification.
+/// The changes of the scene for the window: the tiles of a quick run, without magnification.
 const VIEW: &[&str] =
     &[ONE_SAMPLE[0], "surface.land.texture.tile_size=128", UNMAGNIFIED, "cache.gpu_tiles=512"];
 
@@ -143,7 +143,7 @@ fn watch(
             last = picture;
         }
         let errors = last.iter().zip(truth.iter()).map(|(now, truth)| f64::from(now.abs_diff(*truth)));
-        // Alpha is 255 on both sides.
+        // Alpha is 255 in both pictures, so only three of four bytes can differ.
         behind.push(errors.sum::<f64>() / (0.75 * last.len() as f64));
     }
     let behind = Summary::of(&behind).context("a path has frames")?;

@@ -20,7 +20,7 @@ fn summary(samples: impl Iterator<Item = f64>) -> Summary {
     Summary::of(&samples.collect::<Vec<_>>()).expect("a recovery is measured more than once")
 }
 
-/// A row with a number for each round. If a round has none, the row is a single infinite number.
+/// A row with a number for each round. If any round has no number, the row is a single infinite number.
 pub(super) fn repeated<T>(
     name: &str,
     quantity: &str,
