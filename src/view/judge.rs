@@ -300,7 +300,7 @@ mod tests {
         Work { size, stopped: AtomicBool::new(false), map: Mutex::new(Map::new(size)) }
     }
 
-    /// The errors of the f64 picture of a scene with one wrong pixel, against the scene's reference.
+    /// The errors of a picture against the scene's reference. The picture is this reference with one wrong pixel.
     fn errors(scene: &Scene) -> (Vec<Option<f32>>, usize) {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
         let (pose, size) = (scene.pose(0).unwrap(), [37, 21]);
@@ -334,7 +334,7 @@ mod tests {
         }
     }
 
-    /// The median error of a renderer's picture against the reference of the same scene with `other` changes.
+    /// The median error of a renderer's picture. The reference is of the same scene with the changes `other`.
     fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
         let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
         let mut stage =
