@@ -45,7 +45,7 @@ pub(super) struct Moving {
     /// `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
-    /// The slot from which the face before `reached` came.
+    /// The slot from which the face in the slot before `reached` came.
     came_from: u32,
 }
 

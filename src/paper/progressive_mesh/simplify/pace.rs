@@ -93,8 +93,8 @@ mod tests {
         let log: Vec<[f64; 2]> =
             (0..1000).map(|n| [deviation(n).powi(3), deviation(n) * outlier(n)]).collect();
         let pace = DeviationKeys::of(&log).unwrap();
-        // The table reaches from 1e-6 to 0.02. Beyond, the slope of its last two points is up to 8 % off: the key by
-        // exp(0.08 x 3 ln 100) = 3 times.
+        // The table reaches from 1e-6 to 0.02. Beyond it, the slope of the last two points is up to 8 % off, so the key
+        // is off by a factor of up to exp(0.08 x 3 ln 100) = 3.
         for (deviation, most) in [(1e-8, 4.0), (1e-5, 2.0), (1e-3, 2.0), (1.0, 4.0)] {
             let key = pace.key(deviation);
             // The quantile lies up to half a window, 20 steps of 1 %, from the middle of its window.

@@ -373,7 +373,8 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
     }
 }
 
-/// On a flat part errors and differences are 0, computed in different ways: 64 f64 roundings of a size of 1.
+/// On a flat part errors and differences are 0. They are computed in different ways, so 64 f64 roundings at a size of 1
+/// are allowed.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A flat square. The texture is stretched: s grows faster towards the east, in strips between columns of positions.
