@@ -1,4 +1,4 @@
-//! Old names of variants and quantities in stored results, with those of today (format version 5).
+//! Old names of variants and quantities in stored results, with today's names (format version 5).
 
 use super::Row;
 

@@ -49,7 +49,7 @@ mod tests {
     use crate::reference::ReferenceView;
     use glam::{DMat4, DVec2, DVec3, DVec4};
 
-    /// A wall below the horizon, and a second one above it that stands `gap_m` behind. Both fill the picture's width.
+    /// A wall below the horizon, and a second one above it that is `gap_m` farther away. Both fill the picture's width.
     fn walls(gap_m: f64) -> SourceMesh {
         let corners = |[bottom, z]: [f64; 2]| {
             [[-9.0, bottom], [9.0, bottom], [-9.0, bottom + 9.0], [9.0, bottom + 9.0]]
