@@ -1,9 +1,10 @@
-//! The distance of a new face from the model. It is at most the distance to an old face plus that face's
-//! distance from the model. It is also at most the distance to any of the model's faces. With one pass only the
-//! vanished positions are tried; with two also the model's faces around the two positions nearest to the point.
-//! Without these faces the sum of distances grows with each collapse. Stated errors are then up to 3 times the measured
-//! ones on smooth models, and a second pass that orders by stated errors delays the wrong collapses. In pm.continuity,
-//! two passes have 0.91 times the Hausdorff distance of one pass without these faces, and 0.83 times with them.
+//! The distance of a new face from the model, measured at points of the face. It is at most the distance to an old face
+//! plus that face's distance from the model. It is also at most the distance to any point of the model. With one pass,
+//! only the hub and the vanished positions near it are tried as such points. With two passes, the model's faces around
+//! the two positions nearest to the measured point are tried instead. Without these faces the sum of distances grows
+//! with each collapse. Stated errors are then up to 3 times the measured ones on smooth models, and a second pass that
+//! orders by stated errors delays the wrong collapses. In pm.continuity, two passes have 0.91 times the Hausdorff
+//! distance of one pass without these faces, and 0.83 times with them.
 //!
 //! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
 //! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
