@@ -204,8 +204,8 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// Codes the corners of a new face. `known` are the writer's [`places`]. `later` is false for the level's first new
-    /// face.
+    /// Codes the corners of a new face. `known`: the result of [`places`] when writing, `None` when reading. `later` is
+    /// false for the level's first new face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,
