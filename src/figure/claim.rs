@@ -35,8 +35,8 @@ pub struct Places {
     pub except: &'static [&'static str],
     /// Values of the sweep, both ends included.
     pub x: [f64; 2],
-    /// The scenes' numbers are averaged before the comparison; if one scene has no number, there is no
-    /// mean.
+    /// True if the scenes' numbers are averaged before the comparison. There is no mean if one scene has no
+    /// number.
     pub mean: bool,
 }
 

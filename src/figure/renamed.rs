@@ -1,4 +1,4 @@
-//! Old names of variants and quantities in stored results, with those of today (format version 5).
+//! Old names of variants and quantities in stored results, with today's names (format version 5).
 
 use super::Row;
 
@@ -100,8 +100,8 @@ pub fn renew(figure: &str, rows: &mut [Row]) {
     }
 }
 
-/// Today's name for an old name; other names are returned unchanged. A cache in front of a quantity is kept: the name
-/// after "FIFO-12, " is replaced.
+/// Today's name for an old name; other names are returned unchanged. If a quantity's name starts with a cache,
+/// as in "FIFO-12, ", only the rest is replaced.
 fn now(figure: &str, name: &str) -> String {
     let (cache, own) = match name.split_once(", ") {
         Some((cache, own)) if cache.starts_with("FIFO-") => (Some(cache), own),

@@ -117,7 +117,7 @@ impl Results {
         Results { format_version: FORMAT.version, program_version, effort, machines, figures }
     }
 
-    /// These rows with the texts and verdicts of today's claims; figures that are not in `known` keep theirs. `None`
+    /// These results with the texts and verdicts of today's claims; figures that are not in `known` keep theirs. `None`
     /// if the rows have no rounds (format versions 1 and 2).
     pub fn judged_again(&self, known: &[&Figure]) -> Option<Results> {
         let again = |result: &FigureResult| {

@@ -29,7 +29,8 @@ pub struct Choices {
     /// Names of the earlier and the later sweep's choice; `None` if no setting meets the bound.
     pub earlier: Option<String>,
     pub later: Option<String>,
-    /// Slower over faster, as the geometric mean of both sweeps; infinite if one choice is missing.
+    /// Ratio of the slower choice's time to the faster one's: the geometric mean of both sweeps. Infinite if one
+    /// choice is missing.
     pub factor: f64,
 }
 

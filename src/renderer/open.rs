@@ -31,7 +31,7 @@ pub struct Options<'a> {
     pub validate: bool,
     /// Budgets count tiles and faces instead of time, so that every run renders the same frames.
     pub deterministic: bool,
-    /// Once it is true, opening ends with [`RenderError::Stopped`] instead of building on.
+    /// Once it is true, opening ends with [`RenderError::Stopped`] and builds nothing further.
     pub stop: Option<&'a AtomicBool>,
 }
 

@@ -26,7 +26,7 @@ impl Live {
     /// Reports the jobs that have ended. Returns false if the window must close.
     ///
     /// # Errors
-    /// The error of a recording without interaction; stdout cannot be written.
+    /// A recording without interaction failed; stdout cannot be written.
     pub fn take_results(&mut self) -> anyhow::Result<bool> {
         if let Err(error) = self.take_opened().and_then(|()| self.take_shaders()) {
             self.report(&error);

@@ -31,11 +31,11 @@ struct App {
 struct FirstScene {
     window: Arc<Window>,
     job: Job<Stage>,
-    /// What the window has received so far, for [`Live`].
+    /// The events received so far. [`Live`] handles them once the scene is open.
     events: Vec<WindowEvent>,
 }
 
-/// Time between two looks at the first scene.
+/// Interval at which the opening of the first scene is checked.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
 /// Runs until the window is closed.

@@ -142,7 +142,7 @@ impl Live {
             (meshes, faces) => meshes.and(faces),
         };
         if let Some(faces) = &mut self.faces {
-            // In motion, levels change with each frame, and each change counts all faces again.
+            // In motion, levels change in each frame, and all faces must be counted again after each change.
             faces.counts_misses = self.overlay == Some(Overlay::Misses) || self.magnifies && is_still;
         }
         let reliefs = self.overlay == Some(Overlay::Steps) && wanted;

@@ -30,7 +30,7 @@ pub fn other_filters(scene: &Scene) -> impl Iterator<Item = (&'static str, Strin
     })
 }
 
-/// The filter of the scene's virtual texture, by the settings that [`FILTERS`] vary.
+/// The two settings of the scene's filter that [`FILTERS`] vary: its kind and its largest anisotropy.
 fn filter(scene: &Scene) -> Option<(Filtering, u32)> {
     let filter = VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8).ok()?.config.filter;
     Some((filter.kind, filter.max_anisotropy))

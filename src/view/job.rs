@@ -19,7 +19,7 @@ pub struct Job<T> {
     thread: Option<JoinHandle<anyhow::Result<T>>>,
 }
 
-/// Why stopped work has no result.
+/// The error of work that was stopped.
 #[derive(Debug, thiserror::Error)]
 #[error("stopped")]
 pub struct Stopped;
@@ -187,7 +187,7 @@ mod tests {
                 }
                 progress.at_stop(move || go.send(()).unwrap());
                 said.send(()).unwrap();
-                // Never returns unless the stop sends.
+                // Waits forever unless the stop sends.
                 wait.recv()?;
                 Ok(progress.check()?)
             };

@@ -22,7 +22,7 @@ pub const REFRESH: Duration = Duration::from_millis(150);
 /// Block side of the first pass, in pixels. Each further pass halves it.
 const FIRST_BLOCK: u32 = 16;
 
-/// Rays along each axis of a pixel of a relief: in the passes over blocks, and in two further passes over all pixels.
+/// Rays along each axis of a relief's pixel: in the passes over blocks, then in each of two passes over all pixels.
 const RAYS: [u32; 3] = [1, 4, 12];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -300,7 +300,7 @@ mod tests {
         Work { size, stopped: AtomicBool::new(false), map: Mutex::new(Map::new(size)) }
     }
 
-    /// The errors of the f64 picture of a scene with one wrong pixel, against the scene's reference.
+    /// The errors of a picture against the scene's reference. The picture is this reference with one wrong pixel.
     fn errors(scene: &Scene) -> (Vec<Option<f32>>, usize) {
         let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
         let (pose, size) = (scene.pose(0).unwrap(), [37, 21]);
@@ -334,7 +334,7 @@ mod tests {
         }
     }
 
-    /// The median error of a renderer's picture against the reference of the same scene with `other` changes.
+    /// The median error of a renderer's picture. The reference is of the same scene with the changes `other`.
     fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
         let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
         let mut stage =

@@ -132,7 +132,7 @@ mod tests {
         let expected = [([96.0, 24.0], [2, 0, 0]), ([24.0, 24.0], [1, 0, 0]), ([24.0, 72.0], [1, 1, 0])];
         let expected = expected.map(|(at, tile)| Label { at, tile });
         assert_eq!(found, expected);
-        // They are exactly as far apart as a label is wide, but not with two pixels per point.
+        // With one pixel per point, the labels just do not overlap. With two, each is twice as wide.
         assert_eq!(apart(&found, 1.0), expected);
         assert_eq!(apart(&found, 2.0), [expected[0], expected[2]]);
     }

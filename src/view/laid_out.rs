@@ -39,7 +39,7 @@ fn texts(stage: &Stage, resources: &[PassResources], under: Option<&str>) -> Vec
         style.interaction.show_tooltips_only_when_still = false;
     });
     let mut found: Vec<Text> = Vec::new();
-    // The first layouts measure sizes; the pointer needs known places.
+    // The first layouts measure sizes. The pointer can be placed only when the positions of the texts are known.
     for round in 0..6 {
         let pointer = under.and_then(|under| found.iter().find(|(_, text)| text == under));
         let events = pointer.map(|(at, _)| Event::PointerMoved(*at + Vec2::splat(4.0)));

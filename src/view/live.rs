@@ -48,7 +48,7 @@ const LONGEST_FRAME_S: f64 = 0.1;
 
 pub struct Live {
     pub(super) stage: Stage,
-    /// Index of the view whose camera, path and bookmarks are taken over.
+    /// Index of the view whose camera, path and bookmarks are in use.
     pub(super) view: usize,
     pub(super) change: LastChange,
     pub(super) film: Option<Job<PathBuf>>,
@@ -115,9 +115,9 @@ pub(super) struct LaidOut {
     pub(super) at: Instant,
     /// Delay until the panels need a redraw.
     pub(super) repaint: Duration,
-    /// True if it had input. The next frame is then laid out too, because it completes the effects of the input.
+    /// True if the layout had input. The next frame is then laid out too, to complete the effects of the input.
     pub(super) had_input: bool,
-    /// Later frames that have drawn it.
+    /// Number of later frames that have drawn this layout.
     pub(super) frames: u32,
 }
 
@@ -195,7 +195,7 @@ impl Live {
     /// Handles a window event.
     pub fn event(&mut self, event: &WindowEvent) {
         let repeats = matches!(event, WindowEvent::KeyboardInput { event, .. } if event.repeat);
-        // A held key flies. Only a text field has a use for its repetitions.
+        // Flight needs only the press and the release of a key. Only a text field uses its repetitions.
         if repeats && !self.input.egui_ctx().egui_wants_keyboard_input() {
             return;
         }

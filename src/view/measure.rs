@@ -31,7 +31,7 @@ pub struct Measurement {
     /// Steps per pass.
     steps: usize,
     frames: Vec<Timed>,
-    /// After the passes.
+    /// `None` until the passes are complete.
     pub response: Option<Response>,
     ended: bool,
     /// The file of the results.
@@ -72,7 +72,7 @@ impl Measurement {
         Ok(Measurement { begun, steps, frames: Vec::new(), response: None, ended: false, file })
     }
 
-    /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Measure::end`]. Returns true
+    /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Self::end`]. Returns true
     /// if the panels are open in this frame; `None` after the passes.
     pub fn begin(&mut self, player: &mut Player, waited: Duration) -> Option<bool> {
         let (pass, step) = Pass::of_frame(self.frames.len(), self.steps)?;
@@ -142,8 +142,9 @@ impl Measurement {
         self.of(pass).into_iter().map(|frame| frame.ms).collect()
     }
 
-    /// The passes differ by more than their loads: a coarser tile replaces a missing one, and a footprint holds fewer
-    /// of its texels. So the report also has the longest frame without its waits for the device and the display.
+    /// Cold frames differ from warm ones by more than their loads. They show coarser tiles in place of missing ones,
+    /// and a footprint covers fewer of the coarser texels. So the report also has the longest frame without its waits
+    /// for the device and the display.
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
         format!(

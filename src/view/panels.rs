@@ -199,8 +199,8 @@ fn total_ms(passes: &[PassTime]) -> Option<f64> {
     Some(passes.iter().map(|pass| pass.ns).sum::<Option<u64>>()? as f64 / 1e6)
 }
 
-/// Frame times of recent frames as bars, and the passes of the last frame. Under the pointer: what a pass serves and
-/// uses.
+/// Frame times of recent frames as bars, and the passes of the last frame. Under the pointer: the surfaces that a
+/// pass serves, and its resources.
 fn times(ui: &mut Ui, shown: &PanelInput<'_>) {
     let records: &[Record] = &shown.stage.renderer.records;
     let Some(last) = records.last() else { return };

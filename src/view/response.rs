@@ -94,7 +94,7 @@ impl Response {
 mod tests {
     use super::*;
 
-    /// The report for a window that draws its answer to a press `delay` frames after it.
+    /// The report for a window whose picture changes `delay` frames after a press.
     fn report(delay: usize) -> String {
         let (mut response, mut presses, mut pending) = (Response::default(), 0u8, Vec::new());
         loop {

@@ -36,7 +36,7 @@ pub struct Pictures<'a> {
 pub struct Screen {
     pub swapchain: Swapchain,
     pub painter: Painter,
-    /// Any arrangement, and one picture without overlay and without magnifier.
+    /// One pipeline for any arrangement, and one for a single picture without overlay and without magnifier.
     pipelines: [GraphicsPipeline; 2],
     /// Bound in place of the overlay's data if there is no overlay.
     no_words: Image,

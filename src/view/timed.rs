@@ -4,8 +4,8 @@ use ortelius::stats::{Summary, median, percentile};
 use serde::Serialize;
 use std::time::Duration;
 
-/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The two
-/// states take turns in being the first, so the steps of a pass are a multiple of twice this number.
+/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The first
+/// state alternates from block to block, so the steps of a pass are a multiple of twice this number.
 pub const BLOCK: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +161,7 @@ mod tests {
                 counts[*step][Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()] += 1;
             }
             assert!(frames.len() == 4 * steps && counts.as_flattened().iter().all(|count| *count == 1));
-            // In turn: each of the two is the first as often as the other.
+            // Open and closed panels come first equally often.
             let first_open =
                 frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
             assert_eq!(first_open, steps / BLOCK / 2);

@@ -38,7 +38,7 @@ pub struct SceneAt {
 }
 
 impl SceneAt {
-    /// True for an equal place, and for a whole scene at each value of its sweep.
+    /// True if `other` is the same place, or if `self` is a whole scene and `other` is one value of its sweep.
     pub fn covers(&self, other: &SceneAt) -> bool {
         self.scenes == other.scenes && (self.x.is_none() || self.x == other.x)
     }

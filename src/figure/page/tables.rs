@@ -28,7 +28,7 @@ struct RowView {
 #[derive(Clone, Serialize)]
 struct Name {
     text: String,
-    /// CSS class with a leading space, by `Figure::highlight`.
+    /// CSS class from `Figure::highlight`, with a leading space.
     highlight: &'static str,
 }
 

@@ -68,7 +68,7 @@ pub struct Vertices {
     pub attributes: Attributes,
 }
 
-/// For each vertex beyond level 0's: the vertex that it replaces, and where.
+/// For each vertex that level 0 does not have: the vertex that it replaces, and in which slots.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.

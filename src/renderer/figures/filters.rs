@@ -347,7 +347,7 @@ fn settled(
     variants.into_iter().map(open).collect()
 }
 
-/// The errors of a picture, each over its own pixels.
+/// The errors of a picture over several sets of pixels, one error for each set.
 fn errors(
     name: &str,
     picture: &Picture,

@@ -5,8 +5,8 @@ use crate::model::mesh::SourceMesh;
 use crate::reference::PixelTriangles;
 use rayon::prelude::*;
 
-/// Distance of neighbouring samples, in pixels. In doubt a pixel counts as one with a silhouette: if a triangle is so
-/// narrow that neighbouring samples skip it.
+/// Distance of neighbouring samples, in pixels. If a triangle is so narrow that neighbouring samples skip it, the pixel
+/// may count as one with a silhouette although it has none.
 const STEP_PX: f64 = 0.125;
 
 /// For each pixel, row by row: true if the square of `radius_px` around its centre shows one piece of the surface.
@@ -49,7 +49,7 @@ mod tests {
     use crate::reference::ReferenceView;
     use glam::{DMat4, DVec2, DVec3, DVec4};
 
-    /// A wall below the horizon, and a second one above it that stands `gap_m` behind. Both fill the picture's width.
+    /// A wall below the horizon, and a second one above it that is `gap_m` farther away. Both fill the picture's width.
     fn walls(gap_m: f64) -> SourceMesh {
         let corners = |[bottom, z]: [f64; 2]| {
             [[-9.0, bottom], [9.0, bottom], [-9.0, bottom + 9.0], [9.0, bottom + 9.0]]

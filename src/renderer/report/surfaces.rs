@@ -50,7 +50,7 @@ pub struct SurfacesFrame {
     pub vertices: u64,
     pub splits: u64,
     pub collapses: u64,
-    /// The texture's part of the frame has `upload_bytes`.
+    /// Bytes uploaded for meshes. Uploads of the virtual texture are counted in its own part of the frame.
     pub mesh_upload_bytes: u64,
     /// The governor's factor on all target errors; 1 without a governor.
     pub error_factor: f64,

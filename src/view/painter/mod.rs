@@ -50,7 +50,7 @@ struct Pipelines {
 /// One layout, and the layer that shows it.
 struct Painting {
     layer: Arc<Image>,
-    /// The layer's content before the redraw.
+    /// True if the redraw keeps the rest of the layer's content.
     keeps: bool,
     /// False once a frame has drawn the layer.
     is_new: bool,

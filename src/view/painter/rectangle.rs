@@ -31,7 +31,7 @@ impl Rectangle {
         self.within(other).is_some()
     }
 
-    /// The pixels of both; `None` if there are none.
+    /// The intersection; `None` if it is empty.
     pub fn within(&self, other: &Rectangle) -> Option<Rectangle> {
         let at = [0, 1].map(|axis| self.at[axis].max(other.at[axis]));
         let end = [0, 1].map(|axis| self.end[axis].min(other.end[axis]));
@@ -46,7 +46,7 @@ impl Rectangle {
         }
     }
 
-    /// At most four disjoint rectangles that hold the other pixels than those of `hole`.
+    /// At most four disjoint rectangles that hold the pixels of this one outside `hole`.
     pub fn without(&self, hole: &Rectangle) -> Vec<Rectangle> {
         let Some(hole) = self.within(hole) else { return vec![*self] };
         let ([left, top], [right, bottom]) = (self.at, self.end);
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn every_pixel_is_held_once_and_distant_rectangles_stay_apart() {
-        // The second chain of overlaps joins the first only by its last link.
+        // Two chains of overlapping rectangles. Only the last link of the second chain overlaps the first chain.
         let parts = [
             rectangle([60, 0], [20, 50]),
             rectangle([0, 40], [9, 5]),

@@ -63,7 +63,7 @@ impl Twice<'_> {
             let at = differs.map(|n| [n % size[0] as usize, n / size[0] as usize]);
             assert!(at.is_none(), "{name}: the {image} differs at {at:?}");
         }
-        // What is copied instead of blended has no pixel through which the picture shows.
+        // Every pixel that is copied instead of blended must be opaque.
         for rectangle in copied {
             for y in rectangle.at[1]..rectangle.end[1] {
                 let [from, to] = [rectangle.at[0], rectangle.end[0]].map(|x| 4 * (y * size[0] + x) as usize);

@@ -154,7 +154,8 @@ impl Stage {
 
     /// Requests a variant. On an error, the current one stays.
     ///
-    /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. So do the other requests.
+    /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. The same holds for
+    /// the other requests.
     ///
     /// # Errors
     /// As [`Renderer::open`].

@@ -182,7 +182,7 @@ pub const AVERAGE: Figure = Figure {
     ],
 };
 
-/// The paper's range, for its greedy with the cache for which it is optimised.
+/// A test of the paper's range on the paper's greedy order, with the cache for which this order is optimised.
 const fn made_for(quantity: &'static str) -> Test {
     Test::value(one(quantity, PAPER), Within(1.6, 2.0, Better::Less))
 }

@@ -106,7 +106,7 @@ fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The rows of some builds with the same settings; those of the steps only for the default settings.
+/// The rows of some builds with the same settings. Only the default settings have rows of the steps.
 fn rows_of(name: &str, builds: &[Build]) -> Vec<Row> {
     let times = |step: usize| builds.iter().map(|build| build.times[step]).collect::<Vec<f64>>();
     let whole: Vec<f64> = builds.iter().map(|build| build.times[..OF_THE_BUILD].iter().sum()).collect();

@@ -241,7 +241,7 @@ impl ShadingScene {
         level_for_error(&mesh.levels, place.wanted_error(&self.pose, self.size[1], pixels) as f32)
     }
 
-    /// A level with these normals of its vertices.
+    /// The picture of a level whose vertices have these normals.
     fn shot(&self, mesh: &ProgressiveMesh, level: u32, normals: Vec<[f32; 3]>) -> anyhow::Result<Shot> {
         let model = LoadedMesh {
             name: "bunny".into(),
@@ -306,7 +306,7 @@ struct Difference {
     worst: f64,
 }
 
-/// A larger change, in levels of 8-bit sRGB, is visible.
+/// Largest change that is not visible, in levels of 8-bit sRGB.
 const INVISIBLE: u8 = 8;
 
 impl Difference {

@@ -9,8 +9,9 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
-/// Maximum number of suggestions: once a level has this many, further splits add none. Each kept face of a
-/// hub can be a suggestion for every split, at a cost of a hundredth of a bit.
+/// Maximum number of suggestions: once a level has this many, further splits add none. Otherwise
+/// a small file could cause much work: each kept face of a hub can be a suggestion for every split, and costs only a
+/// hundredth of a bit.
 const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
 /// Why a payload is invalid.
@@ -203,8 +204,8 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// Codes the corners of a new face. `known` are the writer's [`places`]. `later` is false for the level's first new
-    /// face.
+    /// Codes the corners of a new face. `known`: the result of [`places`] when writing, `None` when reading. `later` is
+    /// false for the level's first new face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,

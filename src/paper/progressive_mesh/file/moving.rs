@@ -10,7 +10,7 @@ use super::live::{Live, NONE};
 /// Replaces a search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// The faces in this many earlier slots give suggestions for a slot: the faces around their corners.
+/// Suggestions for a slot are the faces around the corners of the faces in this many earlier slots.
 const WINDOW: usize = 8;
 
 /// If the vertices of the moving faces have more than this many faces per moving face, only the moving faces are
@@ -45,7 +45,7 @@ pub(super) struct Moving {
     /// `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
-    /// The slot from which the face before `reached` came.
+    /// The slot from which the face in the slot before `reached` came.
     came_from: u32,
 }
 

@@ -141,7 +141,7 @@ fn slots(
     (splits, swaps)
 }
 
-/// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot that of the first.
+/// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last gets the first's face.
 /// `source` (by slot) holds only [`NOWHERE`] on entry and on return. It is a vector, because a hash map takes seconds
 /// for the 10 million moves of a dragon.
 fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], source: &mut [u32]) {

@@ -20,7 +20,7 @@ const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 const NOISE: i32 = TRANSFORM / 10;
 
 /// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex will be transformed
-/// again, but other orders may transform it twice as well.
+/// again, but other orders may also transform it twice.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
 /// Larger valences are reduced to this.

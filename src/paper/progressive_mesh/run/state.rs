@@ -81,8 +81,8 @@ fn replace(face: &mut [u32; 3], old: u32, new: u32) {
     }
 }
 
-/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the face of the next slot, and the last slot that
-/// of the first.
+/// The paper's `tswap(numF, f1 … f_numF)`: each slot takes the face of the next slot, and the last slot
+/// takes the face of the first.
 pub fn tswap(faces: &mut [[u32; 3]], slots: &[u32]) {
     let [first, .., last] = slots else { return };
     let kept = faces[*first as usize];

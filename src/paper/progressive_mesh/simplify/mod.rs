@@ -12,8 +12,8 @@
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
 //! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
 //! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
-//! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. Last, the
-//! smallest component is removed.
+//! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. If no
+//! collapse is possible even then, the smallest component is removed.
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
 //! orders with births in place, which are computed afterwards, use all cores.

@@ -49,7 +49,7 @@ impl Sequence<'_> {
             let own = self.wedges.of(near.position);
             let normal = shown.mean(|wedge| shading.normals[wedge as usize]).normalize_or_zero();
             let normals = own.iter().map(|&wedge| shading.normals[wedge as usize]);
-            // On a crease, the normal of the shown side.
+            // On a crease, only the normal of the side that is shown counts.
             let squared = normals.map(|own| own.distance_squared(normal)).fold(f64::INFINITY, f64::min);
             error += shading.areas[near.position as usize] * visible(squared) / PI;
             if let Some(texture) = &shading.texture {

@@ -1,9 +1,9 @@
 //! Texture coordinates: how far a collapse shifts the texture.
 //!
 //! A face interpolates the texture coordinates of its corners. Near a vanished position a level therefore shows another
-//! texel than the model. The shift is the distance from where the texel is shown to where the model shows it. The
-//! second point is extrapolated from the vanished position along the model's faces, so the shift is exact to first
-//! order.
+//! texel than the model. The shift is the distance from where the level shows the texel to where the model shows it.
+//! The point on the model is extrapolated from the vanished position along the model's faces, so the shift is exact to
+//! first order.
 
 use super::surface::WorkingMesh;
 use super::triangle::DistanceTriangle;
@@ -73,7 +73,7 @@ impl TextureShift {
             let is_plain = [s, t] == [DVec3::ZERO; 2];
             if is_plain { 0.0 } else { (s * off.x + t * off.y - from_point).length_squared() }
         };
-        // On a seam, the texel of the shown side.
+        // On a seam, only the texel of the side that is shown counts.
         own.iter().map(squared).fold(FARTHEST_SQUARED, f64::min)
     }
 }

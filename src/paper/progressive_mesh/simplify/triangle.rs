@@ -8,19 +8,19 @@ use glam::DVec3;
 /// bound. Cancellation grows with the reciprocal of this square, so an error of 1e-12 of a side remains.
 const LEAST_SINE_SQUARED: f64 = 1e-4;
 
-/// Squared ratio of the sides at the first corner, below which the same holds: the shorter side's coordinate
-/// loses digits in proportion to the ratio. The exact formula loses them too, and a bound must not cross its
-/// result.
+/// Squared ratio of the sides at the first corner, below which barycentric coordinates are also too inexact: the
+/// shorter side's coordinate loses digits in proportion to the ratio. The exact formula loses them too, and a bound
+/// must not cross its result.
 const LEAST_SIDES_SQUARED: f64 = 1e-4;
 
-/// Rounding error of a bound's barycentric coordinates: 50 times what [`LEAST_SINE_SQUARED`] leaves.
+/// Rounding error of a bound's barycentric coordinates: 50 times the error that [`LEAST_SINE_SQUARED`] allows.
 const SLACK: f64 = 1e-10;
 
 /// Factor by which a bound is widened, so that rounding never makes it cross the exact formula's result.
 const WIDER: f64 = 1.0 + 1e-6;
 
-/// Rounding error of a squared distance, relative to a side's squared length: (64 roundings)^2, times the reciprocal of
-/// [`WIDER`]'s margin for the mixed term.
+/// Rounding error of a squared distance, relative to a side's squared length. With r = 64 roundings and
+/// m = [`WIDER`] - 1, the mixed term 2 d r is at most m d^2 + r^2 / m. So this is r^2 / m.
 const ROUNDING: f64 = 2e-22;
 
 /// A triangle, possibly degenerate to a segment or a point, with the terms shared by all distances to it.

@@ -2,10 +2,10 @@
 //!
 //! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
 //! placement, level, and slice of one index buffer on the device. A slice is sized for the faces that the instance
-//! draws ([`Slices`]). So 500 instances of the bunny, most of them far away, take a tenth of 500 full meshes. If the
-//! host changes the levels, it keeps a second copy of these faces. It uploads the written parts, or copies them into
-//! memory that the device reads, with a buffer for each frame in flight. If the device changes the levels, the host has
-//! no faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
+//! draws ([`Slices`]). So 500 instances of the bunny, most of them far away, need a tenth of the memory of 500
+//! full meshes. If the host changes the levels, it keeps a second copy of these faces. It uploads the written parts, or
+//! copies them into memory that the device reads, with a buffer for each frame in flight. If the device changes the
+//! levels, the host has no faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 

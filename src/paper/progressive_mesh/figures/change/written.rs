@@ -60,7 +60,7 @@ pub fn walk(
     written
 }
 
-/// Bytes of the corners, of the moved faces, and of the faces that become live; or of a construction.
+/// Bytes that a level change writes: corners, moved faces, and faces that become live; or the faces of a construction.
 fn executed(program: &Program, [from, to]: [u32; 2]) -> u64 {
     let [before, after] = [from, to].map(|level| program.drawn(level));
     let of_operation = |operation: &Operation| match operation {
