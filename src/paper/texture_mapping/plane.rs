@@ -53,8 +53,9 @@ impl Tilt {
         let right = [roll_cos, roll_sin, 0.0];
         let up = [roll_sin, -roll_cos, 0.0];
         let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
-        // The plane passes through the point that the picture's centre shows. The ray (right, up, focal) meets it at
-        // (right, up / cos) * distance * focal cos / (focal cos - up sin), along the plane's own axes.
+        // The plane's coordinates have their origin at the point that the picture's centre shows, and a pixel at that
+        // point as their unit. In them the ray (right, up, focal) meets the plane at
+        // (right, up / cos) * focal cos / (focal cos - up sin).
         let scale = self.texels_per_pixel;
         let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
         let (across, along) = (form(scale, 0.0, 0.0), form(0.0, scale / cos, 0.0));

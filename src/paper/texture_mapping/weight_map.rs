@@ -1,8 +1,9 @@
 //! Weight maps (step D). A table holds the weight `exp(-alpha r^2)` by the texel's position in the unit disc.
 //!
-//! Formula (5) of the thesis computes this position from the Jacobian's entries. It is exact where formula (4) is.
-//! The corrected position is a square root of `V^-1` times the texel's offset. [`Axes`](super::footprint::Axes)
-//! selects one of the two, as for formula (4). Formula (6) is the map's scale.
+//! Formula (5) of the thesis computes this position from the Jacobian's entries. Like formula (4), the weight, it is
+//! exact only where the Jacobian is diagonal or a similarity. The corrected position is a square root of `V^-1` times
+//! the texel's offset. [`Axes`](super::footprint::Axes) selects one of the two, as for formula (4). Formula (6) is the
+//! map's scale.
 
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

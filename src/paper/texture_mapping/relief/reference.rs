@@ -75,8 +75,8 @@ mod tests {
         assert!((found - 8.0).abs() < 1e-6, "{found}");
     }
 
-    /// Checks against small steps: no point before the hit is below the surface, and points after it do not stay
-    /// above.
+    /// Checks against small steps along the ray: the first step at or below the surface comes at the hit or shortly
+    /// after it, never before it.
     #[test]
     fn small_steps_find_the_same_hit() {
         for kind in ReliefKind::ALL {

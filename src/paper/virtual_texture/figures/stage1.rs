@@ -36,8 +36,8 @@ pub fn snapping(sample: &Sample) -> f64 {
 
 /// The f32 error of (s, t) and of the derivatives. The sample's position is off by at most `radius_px`. An offset of at
 /// most `largest_offset` is interpolated with a relative error of 2^-21 (three products and a division). A derivative
-/// is the difference of two such values. Its plane equation, extrapolated over 2000 pixels, adds 2^-10 of the gradient
-/// (2^-21 per pixel), and [`snapping`] adds its share.
+/// is the difference of two such values. The plane equation of s or t, extrapolated over 2000 pixels, adds 2^-10 of the
+/// gradient (2^-21 per pixel). Snapped vertices add [`snapping`].
 pub fn tolerance(sample: &Sample, largest_offset: f64, radius_px: f64) -> Tolerance {
     let d = &sample.fine;
     let gradient = [d.dsdx.abs() + d.dsdy.abs(), d.dtdx.abs() + d.dtdy.abs()];
@@ -85,9 +85,9 @@ pub fn compare_triples(
     compare_surfaces(triples, view, pyramid, max_anisotropy, |triangle| Some(largest_offset(mesh, triangle)))
 }
 
-/// As [`compare_triples`], for several surfaces in one mesh. `carries` maps a triangle to the largest distance of its
-/// (s, t) from the point that vertices store them relative to. It maps a triangle without virtual texture, which only
-/// occludes, to `None`.
+/// As [`compare_triples`], for several surfaces in one mesh. `carries` is the largest offset of a triangle's (s, t):
+/// vertices store (s, t) as an origin and an offset. It is `None` for a triangle without virtual texture, which only
+/// occludes.
 pub fn compare_surfaces(
     triples: &[[u32; 3]],
     view: &ReferenceView,

@@ -1,7 +1,8 @@
 //! Times of settings as multiples of the scene's own frame, which is timed in every round of every batch. A disturbance
-//! affects both frames of a round, so the median of ratios is more stable than the ratio of medians. Example: two
-//! sweeps of the earth at 320 x 180 ran beside three busy processes. Between the two sweeps, a setting's median of 10
-//! frame times differed by 11 % (at most 35 %), but its median of 60 ratios by 2 % (at most 6 %).
+//! affects a setting's frame and the scene's own frame of the same round, so the median of ratios is more stable than
+//! the ratio of medians. Example: two sweeps of the earth at 320 x 180 ran beside three busy processes. Between the two
+//! sweeps, a setting's median of 10 frame times typically differed by 11 % (for the worst setting: 35 %). Its median of
+//! 60 ratios typically differed by 2 % (for the worst setting: 6 %).
 
 use super::{ErrorMeasure, TradeResult};
 use crate::figure::{Bench, Contender, Errors, Timed, Traded};

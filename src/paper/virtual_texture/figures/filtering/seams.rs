@@ -26,7 +26,7 @@ pub const SEAMS: Figure = Figure {
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     show: Show::scenes(&[]).variants(|| {
-        // The smallest borders that the figure measures: they show seams.
+        // The smallest borders that the figure measures. Only bilinear and trilinear samples show seams with them.
         VARIANTS.map(|variant| variant.setting(if variant.max_anisotropy == 1 { 0 } else { 2 })).into()
     }),
     measure,
@@ -80,7 +80,8 @@ const MOST: f64 = 8.0;
 const WIDEST: u32 = 16;
 /// Largest distance to a tile's edge, in texels of the pixel's level, that counts as near.
 const NEAR_TEXELS: f64 = 8.0;
-/// A step of 8 bits: the allowed difference between samples of the same position in images of different sizes.
+/// A step of 8 bits. Pictures with different borders may differ by this: the border changes the size of the tile pool's
+/// layers, so a device rounds sample positions differently.
 const STEP: f64 = 1.0 / 256.0;
 
 const BORDER_AXIS: &str = "border, texels";
