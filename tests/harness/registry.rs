@@ -298,6 +298,16 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[("tests/device.rs", "a_missing_barrier_is_reported")],
     },
     Comparer {
+        judges: "a picture of tiles against paper 3's f64 filters",
+        function: ("tests/virtual_texture/texel_filters.rs", "compared"),
+        rejects: &[("tests/virtual_texture/texel_filters.rs", "another_filter_of_paper_3_is_not_the_picture")],
+    },
+    Comparer {
+        judges: "one pixel against paper 3's f64 filters",
+        function: ("tests/virtual_texture/texel_filters.rs", "worst_share"),
+        rejects: &[("tests/virtual_texture/texel_filters.rs", "another_filter_of_paper_3_is_not_the_picture")],
+    },
+    Comparer {
         judges: "the caches after each frame of streaming",
         function: ("tests/streaming/invariants.rs", "check"),
         rejects: &[
