@@ -300,12 +300,18 @@ const COMPARERS: &[Comparer] = &[
     Comparer {
         judges: "a picture of tiles against paper 3's f64 filters",
         function: ("tests/virtual_texture/texel_filters.rs", "compared"),
-        rejects: &[("tests/virtual_texture/texel_filters.rs", "another_filter_of_paper_3_is_not_the_picture")],
+        rejects: &[(
+            "tests/virtual_texture/texel_filters.rs",
+            "another_filter_of_paper_3_is_not_the_picture",
+        )],
     },
     Comparer {
         judges: "one pixel against paper 3's f64 filters",
         function: ("tests/virtual_texture/texel_filters.rs", "worst_share"),
-        rejects: &[("tests/virtual_texture/texel_filters.rs", "another_filter_of_paper_3_is_not_the_picture")],
+        rejects: &[(
+            "tests/virtual_texture/texel_filters.rs",
+            "another_filter_of_paper_3_is_not_the_picture",
+        )],
     },
     Comparer {
         judges: "the caches after each frame of streaming",
