@@ -40,7 +40,7 @@ pub(super) const ECHO: u32 = 5;
 /// While the picture changes, the panels are laid out again once the last layout is older than the second age. The
 /// first age is enough if [`PANELS_FRAMES`] frames have drawn the last layout. The count helps slow devices: there,
 /// every frame takes longer than the first age and would lay out the panels.
-const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(500)];
+const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 const PANELS_FRAMES: u32 = 3;
 
 /// Longest time step of the camera, even if a frame took longer.
