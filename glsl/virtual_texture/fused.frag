@@ -16,7 +16,8 @@ layout(early_fragment_tests) in;
 
 layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list
 
-// A word of the mask is a texel: software drivers load the texels of several pixels at once.
+// The mask is a texel buffer with one word per texel, because software drivers load the texels of several pixels at
+// once.
 layout(binding = 3, r32ui) uniform uimageBuffer tile_mask;
 
 #define LIST_BINDING 4
