@@ -1,6 +1,6 @@
 // Finds the resident tile that shows a pixel (paper 1, section 4). Needs pyramid.glsl and footprint.glsl.
 layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // each level from this one to the coarsest fits in one tile
-layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; coarser levels have the next slots
+layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; coarser levels' tiles follow
 
 // The page table. The cell of a tile names the tile that is shown for it: fade << 24 | level << 19 | slot.
 layout(binding = 1) uniform utextureBuffer page_table;

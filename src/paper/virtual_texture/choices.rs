@@ -104,11 +104,11 @@ choices! {
         None = "none",
         /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`.
         Exact = "exact",
-        /// `0.5 + 2.151 d - 2.358 d^2`, for that volume.
+        /// `0.5 + 2.151 d - 2.358 d^2`, an approximation of `"exact"`.
         Quadratic = "quadratic",
-        /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`, for that volume.
+        /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`, an approximation of `"exact"`.
         Cubic = "cubic",
-        /// Three linear pieces, for that volume.
+        /// Three linear pieces, an approximation of `"exact"`.
         PiecewiseLinear = "piecewise-linear",
         /// `0.5 + d`: the covered area.
         AreaRamp = "area-ramp",

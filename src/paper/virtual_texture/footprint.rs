@@ -2,8 +2,8 @@
 //! coordinate, and q the level for its footprint.
 //!
 //! Differences from the paper: `floor(log2)` is the exponent of a float, so that q is exact. A footprint of length 0
-//! gives level 0; one that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface covers
-//! hold q = -1, [`BACKGROUND`].
+//! gives level 0. A footprint that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface
+//! covers hold q = -1, [`BACKGROUND`].
 
 use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{DrawList, Onto};
@@ -74,8 +74,8 @@ impl FootprintPass {
         FootprintPass::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
     }
 
-    /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth must be
-    /// complete.
+    /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth image must
+    /// already be complete.
     ///
     /// # Errors
     /// As [`FootprintPass::new`].

@@ -80,9 +80,9 @@ impl Texturing {
         Texturing::built(gpu, pyramid, config, stage1, &constants(config, resident), (target, lit))
     }
 
-    /// An instrumented build. A pixel's colour is the number of texels that its filter reads: 8 for a sample of two
-    /// levels, 4 for a sample of one level, 1 for a random texel. For the ellipse, it is the number of texels with a
-    /// weight; for the published filters, the number of fetches.
+    /// An instrumented build of the pass. A pixel's colour is the number of texels that its filter reads: 8 for a
+    /// sample of two levels, 4 for a sample of one level, 1 for a random texel. For the ellipse, it is the number of
+    /// texels with a weight; for the published filters, the number of fetches.
     ///
     /// # Errors
     /// Out of memory.

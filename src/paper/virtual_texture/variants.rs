@@ -37,7 +37,7 @@ impl Dedup {
         }
     }
 
-    /// True if the variant draws points into the mask. The others store from shaders.
+    /// True if the variant draws points into the mask. The shaders of all other variants store to the mask.
     pub fn draws(self) -> bool {
         matches!(self, Dedup::Geometry | Dedup::Points)
     }

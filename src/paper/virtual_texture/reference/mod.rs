@@ -50,8 +50,8 @@ pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i6
 }
 
 /// The number of points that stage 2's geometry shader emits (section 2.2) for a request image with `width` pixels per
-/// row: one per pixel of a streamed level. With `memo`, a pixel emits none if its triple equals the last one that its
-/// block emitted.
+/// row: one per pixel of a streamed level. With `memo`, a pixel emits no point if its triple equals the last triple
+/// that its block emitted.
 pub fn emitted_points(
     requests: &[[u32; 3]],
     width: u32,
@@ -183,7 +183,7 @@ mod tests {
         Pyramid::new(18, 17, 9, 4, None).expect("the paper's")
     }
 
-    /// A square footprint of this many texels of level 0 at the texture's middle.
+    /// A square footprint in the texture's middle. Its side is `texels` texels of level 0.
     fn square(texels: f64) -> PixelDerivatives {
         let [w, h] = pyramid().level_size(0).map(f64::from);
         PixelDerivatives { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }

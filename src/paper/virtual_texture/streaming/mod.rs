@@ -5,11 +5,11 @@
 //! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both evict
 //! the least recently used tile. The update changes the states of the wanted tiles. The upload step empties the upload
 //! queue within the frame's time budget. The loader empties the load queue in its own threads, within its own budget.
-//! The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
+//! The module [`super`] has a table of the paper's letters. Differences, and decisions that the paper leaves open:
 //!
 //! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
 //!   tile). [`StreamingCounts::display`] lists the tiles that enter or leave the tile pool; the page table finds the
-//!   nearest coarser ones.
+//!   nearest coarser tile of each missing tile.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
 //! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
 //!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving picture
@@ -65,8 +65,8 @@ use std::time::{Duration, Instant};
 use tables::StateTable;
 use upload::Waiting;
 
-/// Maximum number of loads under way. Loads are sent once per frame, so a frame also gets at most this many: 32 tiles
-/// of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
+/// Maximum number of loads under way. Loads are sent once per frame, so a frame receives at most this many loads. 32
+/// tiles of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
 const MOST_UNDER_WAY: u32 = 32;
 
 /// The two caches, their state tables and queues, and the loader. One instance per texture.

@@ -84,9 +84,9 @@ impl LevelBias {
     }
 }
 
-/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its
-/// nearest coarser tile that has not failed. Failures never add tiles: each tile has one substitute, which several may
-/// share.
+/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor that is `bias` levels coarser,
+/// or, if that tile has failed, its nearest coarser tile that has not failed. Failures never add tiles: each tile has
+/// one substitute, which several tiles may share.
 pub fn wanted_tiles(
     visible: &[TileId],
     bias: u32,
@@ -131,7 +131,7 @@ mod tests {
             distinct_tiles(&paper, TileAddress::Level0, 5),
             distinct_tiles(&own_level, TileAddress::OwnLevel, 5)
         );
-        // With the wrong address they name other tiles.
+        // With the wrong address, the same triples name other tiles.
         assert_ne!(
             distinct_tiles(&paper, TileAddress::OwnLevel, 5),
             distinct_tiles(&own_level, TileAddress::OwnLevel, 5)

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 /// Upload budgets in milliseconds per frame, with all tiles in memory.
 const UPLOAD_MS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Load budgets in milliseconds per frame. The tiles are synthesised or read again.
+/// Load budgets in milliseconds per frame. With each of them, the tiles are synthesised or read again.
 const LOAD_MS: [f64; 3] = [2.0, 8.0, 32.0];
 
 /// For each budget: the change of the scene, and true if tiles are read again.
