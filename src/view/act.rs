@@ -270,7 +270,8 @@ impl Live {
 
     /// Installs recompiled shaders and opens the scene with them on a thread. If that fails, the old shaders stay.
     pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
-        // Shaders belong to the device: a scene is opened with the old ones or with the new ones.
+        // Shaders belong to the device. So they are not replaced while a scene is being opened: one scene would get old
+        // and new shaders.
         if self.stage.is_opening() {
             return Ok(());
         }

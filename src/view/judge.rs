@@ -1,6 +1,6 @@
-//! Two slow comparisons of the shown picture, drawn over it in false colours: the error against the f64
-//! reference, and FLIP between two variants. A thread computes them from a copy of a settled picture while
-//! frames continue.
+//! Two slow comparisons of the shown picture, drawn over the picture in false colours: the error against the f64
+//! reference, and FLIP between two variants. A thread computes them from a copy of a settled picture while frames
+//! continue.
 
 use super::stage::Stage;
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
@@ -371,7 +371,7 @@ mod tests {
         ];
         for (n, scene) in scenes.iter().enumerate() {
             let own = median_error(&gpu, scene, &[]);
-            // Most pixels of the herd are edges.
+            // Most pixels of the herd lie on edges.
             assert!(own < 0.03, "scene {n}, {}: {own}", scene.name);
             // Without the sun, the reference is a different picture.
             let dark = median_error(&gpu, scene, &["sun.colour=[0.0, 0.0, 0.0]".to_owned()]);

@@ -19,7 +19,7 @@ const MOST: u32 = 30;
 /// The presses so far.
 #[derive(Default)]
 pub struct Response {
-    /// Frames from the press to the changed picture; `None`: no change.
+    /// For each key, the frames from the press to the changed picture; `None` if the picture did not change.
     frames: Vec<Option<u32>>,
     /// Frames since the current press.
     since: Option<u32>,

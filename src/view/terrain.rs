@@ -15,8 +15,8 @@ const CELLS: usize = 1024;
 
 /// The heights of a scene. A thread computes them once from the meshes.
 pub struct Terrain {
-    /// The scene until the thread starts, at the first motion of the camera. The window thus opens without
-    /// delay.
+    /// The scene, until the thread starts. The thread starts at the first motion of the camera, so that the window
+    /// opens without delay.
     unread: Option<Scene>,
     heights: Arc<OnceLock<Vec<Heights>>>,
 }

@@ -86,7 +86,7 @@ pub struct PassTimes {
 }
 
 impl PassTimes {
-    /// `frames`: all of the pass.
+    /// `frames`: all frames of the pass.
     pub fn of(pass: Pass, frames: &[&Timed]) -> PassTimes {
         let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
         let mean_of =

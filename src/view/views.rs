@@ -1,4 +1,4 @@
-//! Switches between the views of the window: one for a scene, all of a figure's views for a figure.
+//! Switches between the views of the window. A scene has one view; a figure has one or more.
 
 use super::bookmarks::Bookmarks;
 use super::eye::Eye;

@@ -28,7 +28,7 @@ use rectangle::{Rectangle, disjoint};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The pipelines, and what outlives a frame.
+/// The pipelines, and the data that are kept from frame to frame.
 pub struct Painter {
     gpu: Gpu,
     pipelines: Pipelines,
@@ -58,18 +58,18 @@ struct Painting {
     pieces: Pieces,
     /// Vertices and indices; `None` without draws.
     buffers: Option<(Buffer, Buffer)>,
-    /// Parts of the layer that are drawn again, and those of them that are cleared first.
+    /// Parts of the layer that are drawn again. Those in `cleared` are cleared first.
     redrawn: Vec<Rectangle>,
     cleared: Vec<TargetPart>,
     draws: Vec<(TextureId, Vec<ClippedSlice>)>,
-    /// Disjoint rectangles that hold all pieces: opaque ones, and others.
+    /// Disjoint rectangles that hold all pieces: opaque rectangles in `copied`, all others in `blended`.
     copied: Vec<TargetPart>,
     blended: Vec<TargetPart>,
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
 
-/// Two rectangles are drawn as one if this adds at most as many pixels. On lavapipe, drawing these takes about as long as
-/// one more draw, 10 us.
+/// Two rectangles are drawn as one if the union has at most this many additional pixels. On lavapipe, drawing them
+/// takes about as long as one more draw, 10 us.
 const SLACK: u64 = 2048;
 
 impl Painter {

@@ -38,7 +38,7 @@ impl Rectangle {
         (0..2).all(|axis| at[axis] < end[axis]).then_some(Rectangle { at, end })
     }
 
-    /// The smallest rectangle that holds both.
+    /// The smallest rectangle that holds both rectangles.
     pub fn with(&self, other: &Rectangle) -> Rectangle {
         Rectangle {
             at: [0, 1].map(|axis| self.at[axis].min(other.at[axis])),

@@ -32,7 +32,7 @@ pub struct Stage {
     pub scene: Scene,
     pub renderer: Renderer,
     pub second: Option<Second>,
-    /// The next opening waits for a message or the sender's end.
+    /// The next opening of a scene waits until a message arrives or the sender is dropped.
     #[cfg(test)]
     gate: Option<std::sync::mpsc::Receiver<()>>,
 }
@@ -58,7 +58,7 @@ struct ShownVariants {
 }
 
 impl Stage {
-    /// One view.
+    /// A stage with one view.
     #[cfg(test)]
     pub fn new(
         gpu: &Gpu,
@@ -102,7 +102,7 @@ impl Stage {
         })
     }
 
-    /// Index of the shown view, and of the one that was requested last.
+    /// Index of the shown view, and of the view that was requested last.
     pub fn view(&self) -> [usize; 2] {
         [self.shown.view, self.wanted.view]
     }
@@ -168,7 +168,7 @@ impl Stage {
         (variant + 1) % self.variants().len()
     }
 
-    /// Requests the next variant on the right, or closes the one on the right.
+    /// Requests the next variant on the right. If a variant is already on the right, closes it instead.
     ///
     /// # Errors
     /// As [`Renderer::open`].
