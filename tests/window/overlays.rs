@@ -109,7 +109,7 @@ fn the_work_of_a_relief_colours_its_pixels() {
     window.until("work as colours", |window| count(&window.picture(), cold) > 5000);
     let work = window.settled_picture();
     window.press(key::G);
-    // As in the test of a globe's errors.
+    // The colours of errors, as in the test of the globe.
     let purple = |[r, g, b]: [u8; 3]| r > g.saturating_add(60) && b > g.saturating_add(20);
     let wanted = count(&work, purple) + 3000;
     window.until("the error of each pixel", |window| count(&window.picture(), purple) > wanted);
