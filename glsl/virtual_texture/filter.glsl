@@ -151,8 +151,8 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
-// Effectiveness of Quasirandom Sequences", 2018). It spreads few taps more evenly than random numbers. The start
-// differs between pixels and between frames.
+// Effectiveness of Quasirandom Sequences", 2018). This sequence spreads a few taps more evenly than random numbers do.
+// The start differs between pixels and between frames.
 vec4 chances(uvec4 start, uint n) {
     uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
     return vec4(bits >> 8) * power_of_half(24);

@@ -14,7 +14,7 @@
 // triple is never stored. Without early tests, a fragment that fails the depth test would still mark its tile.
 layout(early_fragment_tests) in;
 
-layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list
+layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: marks and lists tiles
 
 // The mask is a texel buffer with one word per texel, because software drivers load the texels of several pixels at
 // once.

@@ -54,9 +54,10 @@ impl Live {
     /// Stops the jobs and reports their results. Waits for the steps under way, but not for slow tiles.
     ///
     /// # Errors
-    /// The recording failed, and the window was opened for it alone.
+    /// The recording failed, and the window was opened only to record.
     pub fn end_jobs(&mut self) -> anyhow::Result<()> {
-        // The window disappears at once; a scene that is being opened must be complete before it can be dropped.
+        // Hides the window at once, because ending takes time: a scene that is being opened must be complete before it
+        // can be dropped.
         self.window.set_visible(false);
         self.stage.end_waits();
         if let Some(shot) = self.shot.take() {
@@ -270,8 +271,8 @@ impl Live {
 
     /// Installs recompiled shaders and opens the scene with them on a thread. If that fails, the old shaders stay.
     pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
-        // Shaders belong to the device. So they are not replaced while a scene is being opened: one scene would get old
-        // and new shaders.
+        // Shaders belong to the device. So they are not replaced while a scene is being opened. Otherwise one scene
+        // would get old and new shaders.
         if self.stage.is_opening() {
             return Ok(());
         }

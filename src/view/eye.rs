@@ -95,7 +95,7 @@ impl Eye {
         let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
         match (held, now) {
             (Some(held), Some(now)) => self.carry(now, held),
-            // The pointer misses the globe. Its motion is applied at the distance of the globe.
+            // The pointer misses the globe. The pointer's motion is applied at the distance of the globe.
             _ => {
                 let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
                 let metres = (from - to) * radians * self.camera.altitude_m;

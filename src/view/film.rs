@@ -1,4 +1,5 @@
-//! R: records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png` reproduces them.
+//! R: records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png` reproduces the
+//! pictures.
 
 use super::encode;
 use super::job::{Job, JobProgress};

@@ -334,7 +334,7 @@ mod tests {
         }
     }
 
-    /// The median error of a renderer's picture. The reference is of the same scene with the changes `other`.
+    /// The median error of a renderer's picture. The reference shows the same scene with the changes `other`.
     fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
         let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
         let mut stage =

@@ -1,6 +1,6 @@
-//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. For these values, the
-//! footprint pass of paper 1 runs a second time. Besides the request image, this second pass writes the inputs of each
-//! request: texture coordinates and derivatives.
+//! The tile that each pixel requests and the level that the pixel shows, for overlays and the magnifier. For these
+//! values, the footprint pass of paper 1 runs a second time. Besides the request image, this second pass writes the
+//! inputs of each request: texture coordinates and derivatives.
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;

@@ -61,7 +61,7 @@ pub struct Live {
     pub(super) hold: Option<Hold>,
     pub(super) player: Player,
     pub(super) panels: Panels,
-    /// The resources of each pass of the last frame, while the panels show its passes.
+    /// The resources of each pass of the last frame, while a panel lists the passes.
     pub(super) resources: Vec<PassResources>,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
@@ -110,7 +110,7 @@ pub(super) struct LastChange {
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 
-/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
+/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`] returns true.
 pub(super) struct LaidOut {
     pub(super) at: Instant,
     /// Delay until the panels need a redraw.

@@ -1,6 +1,7 @@
 //! `view --measure`: frame times along the scene's path, in four passes with the same steps:
 //! - with cold caches, then with warm ones;
-//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both.
+//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both passes
+//!   alike.
 //!
 //! Then frames from key presses to changed pictures are counted.
 

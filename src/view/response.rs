@@ -57,7 +57,7 @@ impl Response {
         self.since.is_none()
     }
 
-    /// Counts a presented frame. `settled`: its picture is complete.
+    /// Counts a presented frame. `settled`: true if the frame's picture is complete.
     pub fn see(&mut self, picture: &[u8], settled: bool) {
         let same = self.last == picture;
         match &mut self.since {

@@ -12,7 +12,8 @@ use ortelius::vk::{
 /// Parameters of the present pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrangement {
-    /// First column of the second picture; beyond the window's width if there is only one, so that no divider is drawn.
+    /// First column of the second picture; beyond the window's width if there is only one picture, so that no divider
+    /// is drawn.
     pub split: u32,
     /// Factor of the difference between both pictures; 0 shows the pictures themselves.
     pub gain: f32,

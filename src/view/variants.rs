@@ -1,4 +1,5 @@
-//! The variants that Space reaches: those of `--variant`, or the scene's own and the others of its paper.
+//! The variants that Space reaches: the variants given with `--variant`, or else the scene's own variant and the other
+//! variants of its paper.
 
 use super::filters::other_filters;
 use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
@@ -49,7 +50,7 @@ fn compared(scene: &Scene) -> Vec<[String; 2]> {
 }
 
 /// A variant for each other value of a setting that the scene allows. For the first setting, the variant has the name
-/// of the value; for the others, the name of the setting precedes it.
+/// of the value; for the other settings, the name of the setting precedes the value.
 fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) -> Vec<Variant> {
     let keys = scene::keys(LANGUAGES);
     let declared = keys.iter().find(|at| at.dotted == *declared).expect("the setting is declared");

@@ -62,8 +62,8 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> PixelCentr
     PixelCentre { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
 }
 
-/// The number of pixels whose level differs from that of the reference (from the device's derivatives), and the number
-/// of covered pixels.
+/// The number of pixels whose level differs from the reference's level for the device's derivatives, and the number of
+/// covered pixels.
 fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
@@ -85,9 +85,9 @@ fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usiz
 /// sign of the rounding error: -1 gives the least, 1 the greatest distance.
 type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 
-/// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to it. If
-/// rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles, and
-/// the number of pixels for which rounding decides.
+/// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to the tile.
+/// If rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles,
+/// and the number of pixels for which rounding decides.
 fn needed(
     renderer: &mut TextureSession,
     margin: i64,

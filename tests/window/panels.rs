@@ -79,7 +79,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     window.settled_picture();
     let [left, middle, right] = SLIDER;
     let row = drag_rows(&mut window, [middle, right], "setting: coarsest");
-    // Back to the least error: every setting of the front was selected on the way, in its order.
+    // Drags back to the least error. On the way, every setting of the front is selected, in the order of the front.
     window.drag_in_steps([right, row], [left, row], 12);
     window.until("the first setting", |window| selected(window).last().is_some_and(|name| name == "sharp"));
     let names = selected(&window);
@@ -93,7 +93,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     let png = window.printed(".png");
     window.press(key::ESCAPE);
     let folder = window.closed_in_silence();
-    // The picture is that of the setting's changes.
+    // The picture must be the one that `render` makes with the setting's changes.
     let render = |changes: &[&str], name: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-D", FAST, "-o", name]);

@@ -38,7 +38,7 @@ pub struct Program<'a> {
 pub struct Seen(pub Srgb8Picture);
 
 impl Seen {
-    /// True if it has more than 50 colours.
+    /// True if the picture has more than 50 colours.
     pub fn is_varied(&self) -> bool {
         let mut colours: Vec<_> = self.0.rgba.chunks_exact(4).collect();
         colours.sort();

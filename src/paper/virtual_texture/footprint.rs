@@ -58,8 +58,8 @@ impl FootprintPass {
         FootprintPass::coarse(gpu, pyramid, config, size, 0)
     }
 
-    /// A request image of `size` pixels. Each represents `2^pixel_log2 x 2^pixel_log2` pixels of the picture and
-    /// requests the level that these pixels need.
+    /// A request image of `size` pixels. Each of its pixels represents `2^pixel_log2 x 2^pixel_log2` pixels of the
+    /// picture and requests the level that these pixels need.
     ///
     /// # Errors
     /// As [`FootprintPass::new`].

@@ -112,7 +112,7 @@ impl HostList {
         HostList { reaches, ..self }
     }
 
-    /// Lists each distinct triple of the streamed levels in `requests` once, in the grid of its tile addresses.
+    /// Lists each distinct triple of the streamed levels in `requests` once, in the grid of this list's tile addresses.
     pub fn list(&mut self, requests: &[u32]) -> Vec<[u32; 3]> {
         match self.pass {
             HostPass::Hash => self.by_hash(requests),

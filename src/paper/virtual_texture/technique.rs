@@ -407,7 +407,7 @@ impl Technique for VirtualTexture {
 
     fn progress(&self) -> Progress {
         let Some((_, since)) = self.pose else { return Progress::Arriving };
-        // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
+        // The last frame streamed the list of the frame FRAMES_IN_FLIGHT frames earlier.
         let listed = self.last_frame + 1 > since + FRAMES_IN_FLIGHT as u64 + self.frames_to_list() - 1;
         let report = &self.streamed[FrameSlot::of(self.last_frame)].report;
         if listed && self.streaming.settled() && self.fade.settled() {

@@ -151,8 +151,8 @@ pub struct PlainBaseline {
 }
 
 impl PlainBaseline {
-    /// Reads the finest level with at most 4096 texels a side, and all coarser ones. If `filter` is
-    /// one of paper 3's, the shader applies it. Otherwise the sampler takes one trilinear sample.
+    /// Reads the finest level with at most 4096 texels a side, and all coarser ones. If `filter` is a filter of paper
+    /// 3, the shader applies it. Otherwise the sampler takes one trilinear sample.
     ///
     /// # Errors
     /// Out of memory; a tile cannot be read; the source is BC1 and has no RGBA8 texels.

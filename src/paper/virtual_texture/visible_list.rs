@@ -123,7 +123,7 @@ impl VisibleList {
         self.capacity
     }
 
-    /// Sets the stored length to 0, if the list stores one. Later commands of the pass see the empty list.
+    /// Sets the stored length to 0, if the list stores its length. Later commands of the pass see the empty list.
     pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
         cmd.fill(&self.triples, self.fill.header_bytes(), 0);
         cmd.sync();

@@ -81,8 +81,8 @@ impl Pieces {
         self.list.iter().map(|piece| piece.covers)
     }
 
-    /// Rectangles that hold all pixels in which this layout may differ from `last`. Elsewhere, both draw the same pieces
-    /// in the same order.
+    /// Rectangles that hold all pixels in which this layout may differ from `last`. Elsewhere, both layouts draw the
+    /// same pieces in the same order.
     pub fn changed_since(&self, last: &Pieces) -> Vec<Rectangle> {
         let (mut changed, mut rest) = (Vec::new(), &last.list[..]);
         for piece in &self.list {

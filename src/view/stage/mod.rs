@@ -51,9 +51,9 @@ struct ShownVariants {
     /// The view's variants.
     left: usize,
     right: Option<usize>,
-    /// The changes of the selected Pareto point. They override those of the variants.
+    /// The changes of the selected Pareto point. They override the changes of the variants.
     front: Vec<String>,
-    /// Manual changes as (key, value). They override those of the variants and of the Pareto point.
+    /// Manual changes as (key, value). They override the changes of the variants and of the Pareto point.
     changes: Vec<(String, String)>,
 }
 
@@ -152,7 +152,7 @@ impl Stage {
         &self.shown.front
     }
 
-    /// Requests a variant. On an error, the current one stays.
+    /// Requests a variant. On an error, the current variant stays.
     ///
     /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. The same holds for
     /// the other requests.
@@ -185,7 +185,7 @@ impl Stage {
         self.request(|wanted| wanted.right = Some(variant))
     }
 
-    /// Replaces the selected Pareto point. On an error, the current one stays.
+    /// Replaces the selected Pareto point. On an error, the current point stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].

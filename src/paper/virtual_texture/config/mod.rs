@@ -165,7 +165,7 @@ impl RequestFormat {
     /// The format to use: as configured, or the first that the device renders to.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the configured format is not available; it names those that are.
+    /// [`Error::Limit`] if the configured format is not available. The error names the available formats.
     pub fn choose(
         gpu: &Gpu,
         wanted: Option<RequestFormat>,
@@ -203,8 +203,8 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
-/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border.
-/// If the texture is a file, pyramid and border are known only after it is opened.
+/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. If
+/// the texture is a file, pyramid and border are known only after the file is opened.
 ///
 /// # Errors
 /// [`SceneError`] at the invalid key.
@@ -238,7 +238,7 @@ impl Filter {
         }
     }
 
-    /// The invalid key and the reason, if tiles with this border and payload do not suffice.
+    /// The invalid key and the reason, if tiles with this border and payload do not suffice for the filter.
     pub fn beyond(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
         let least = self.least_border();
         if border < least {

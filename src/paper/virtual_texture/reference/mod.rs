@@ -29,8 +29,8 @@ pub fn distinct_triples(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u
         .collect()
 }
 
-/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row). These may lie beyond the
-/// texture's edges: columns wrap, and beyond a pole the rows of the opposite meridian follow.
+/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row). These texels may lie beyond
+/// the texture's edges: columns wrap, and beyond a pole the rows of the opposite meridian follow.
 pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i64; 2]) -> BTreeSet<TileId> {
     let [width, height] = pyramid.level_size(level).map(i64::from);
     let side = i64::from(pyramid.tile_size());
@@ -93,7 +93,7 @@ pub struct PixelDerivatives {
 /// The result of section 2.1 for one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triple {
-    /// e: the unclamped level; minus infinity if the footprint is a point, NaN if it is not finite.
+    /// e: the unclamped level; minus infinity if the footprint is a point, NaN if the footprint is not finite.
     pub e: f64,
     pub q: u32,
     pub i: u32,

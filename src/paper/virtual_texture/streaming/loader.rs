@@ -52,7 +52,7 @@ impl Tokens {
     }
 
     /// Subtracts the CPU time of a load. The result may be a debt, because a load cannot be stopped halfway. Later
-    /// grants pay it first.
+    /// grants pay the debt first.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
     }
@@ -91,7 +91,7 @@ impl Pace {
     }
 }
 
-/// The loader threads. Dropping it joins them; loads that have not begun are skipped.
+/// The loader threads. Dropping the loader joins the threads; loads that have not begun are skipped.
 pub struct Loader {
     /// `None` only while dropping.
     requests: Option<Sender<Request>>,

@@ -19,7 +19,7 @@ pub struct StreamingCounts {
     pub triples: usize,
     /// Distinct entries of the visible list.
     pub tiles: usize,
-    /// Tiles to stream for those entries, after bias and failures: `hits + misses`.
+    /// Tiles to stream for the visible list, after bias and failures: `hits + misses`.
     pub wanted: usize,
     /// Wanted tiles that the update found in the tile pool.
     pub hits: usize,

@@ -1,6 +1,6 @@
-//! Upload and load budgets (section 3). They change how soon a frame settles, but not the settled frame. So they are
-//! not points of the Pareto front. With each budget, a session settles from empty caches, and its settled picture
-//! is compared with that of the scene's own setting.
+//! Upload and load budgets (section 3). These budgets change how soon a frame settles, but not the settled frame. So
+//! budgets are not points of the Pareto front. With each budget, a session settles from empty caches, and its settled
+//! picture is compared with that of the scene's own setting.
 
 use super::{SweepResources, TradeSweep};
 use crate::figure::{Bench, Budgeted, Contender};
