@@ -35,8 +35,8 @@ void main() {
             if (OWN_LEVEL == 1) qij.yz >>= qij.x;
             if (MEMO == 1 && qij == last) continue;
             last = qij;
-            // The texel's centre. A point at the corner that the paper prints, -1 + 2j/wT, sets the texel to the left
-            // and above, so tiles are lost.
+            // The point is at the texel's centre. A point at the corner that the paper prints, -1 + 2j/wT, sets the
+            // texel to the left and above, so tiles are lost.
             gl_Position = vec4((vec2(qij.zy) + 0.5) * cell - 1.0, 0.0, 1.0);
             mask = 1u << qij.x;
             EmitVertex();

@@ -17,7 +17,7 @@ layout(location = 1) in vec2 from_origin;
 // tile is not resident.
 layout(location = 0) out uint verdict;
 
-// Same as in src/texture/source/ruler.rs.
+// The hash of src/texture/source/ruler.rs.
 uint mix32(uint bits) {
     bits = (bits ^ bits >> 16) * 0x7feb352du;
     bits = (bits ^ bits >> 15) * 0x846ca68bu;

@@ -297,7 +297,8 @@ impl Live {
         Ok(self.screen.rebuild(&gpu)?)
     }
 
-    /// Requests the first variant from `next` on that fits the scene. Others are skipped with a warning.
+    /// Requests the first variant from `next` on that fits the scene. Variants that do not fit are skipped with a
+    /// warning.
     fn show_from(&mut self, mut next: usize) -> anyhow::Result<Option<Kept>> {
         for _ in 1..self.stage.variants().len() {
             match self.stage.show(next) {

@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_ends_exactly_at_its_camera() {
+    fn a_transition_ends_exactly_at_its_camera() {
         let mut eye = eye(1e7, 0.0);
         let place = GroundPoint::Planet { latitude_deg: -33.0, longitude_deg: -179.0 };
         let to = Camera { place, altitude_m: 300.0, heading_deg: -170.0, tilt_deg: 60.0, ..eye.camera };

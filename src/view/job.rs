@@ -187,7 +187,7 @@ mod tests {
                 }
                 progress.at_stop(move || go.send(()).unwrap());
                 said.send(()).unwrap();
-                // Waits forever unless the stop sends.
+                // If stopping did not send, this wait would never end.
                 wait.recv()?;
                 Ok(progress.check()?)
             };

@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn flip_is_0_of_equal_pictures_alone() {
+    fn flip_is_0_for_equal_pictures_and_not_for_different_ones() {
         let picture = Srgb8Picture { width: 9, height: 5, rgba: [90, 120, 30, 255].repeat(45) };
         let equal = work([9, 5]);
         equal.flip(&[picture.clone(), picture.clone()]);

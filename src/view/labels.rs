@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
     }
     #[test]
-    fn of_two_labels_in_one_place_that_of_more_points_stays() {
+    fn where_two_labels_overlap_the_label_with_more_points_stays() {
         let points =
             [([24, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([120, 24], [2, 0, 0]), ([24, 72], [1, 1, 0])];
         let found = labels(points.into_iter());

@@ -6,7 +6,7 @@ use glam::DMat2;
 use ortelius::frame::{PerFrame, Target, View};
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
 
-/// Bytes of the buffer per image. The largest texel has 16.
+/// Bytes of the buffer per image. The largest texel has 16 bytes.
 const STRIDE: u64 = 16;
 
 /// The pending copies, and the last values that arrived.

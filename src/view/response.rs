@@ -75,7 +75,7 @@ impl Response {
         }
     }
 
-    /// One line, after the last key.
+    /// The report in one line; `None` until the last key has been counted.
     pub fn report(&self) -> Option<String> {
         if self.frames.len() < KEYS.len() {
             return None;

@@ -177,7 +177,7 @@ fn the_level_and_the_list_are_the_references() {
 
 /// Every method that makes the list, on tiles without a border.
 #[test]
-fn every_method_lists_the_tiles_beside() {
+fn every_method_lists_the_neighbouring_tiles_that_the_filter_reads() {
     let (gpu, scene) = (device(), bordered("ruler", 0));
     let tiles = |change: &dyn Fn(&mut Config)| {
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {

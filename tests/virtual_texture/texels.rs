@@ -33,7 +33,7 @@ fn every_texel_of_every_camera_of_the_ruler_is_right() {
 
 /// Near miss that must be rejected: the same frame before its tiles have arrived.
 #[test]
-fn a_frame_without_its_tiles_is_found_wanting() {
+fn in_a_frame_without_its_tiles_no_pixel_is_resident() {
     let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());

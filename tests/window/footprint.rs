@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [720, 590];
 /// Over the Alps, where footprints are long and turned.
 const CAMERA: &str = "oblique";
 
-/// Level 0 of the texture.
+/// Size of level 0 of the texture, in texels.
 const TEXELS: [f64; 2] = [262_144.0, 131_072.0];
 
 /// The Jacobian in texels of `level` per pixel.

@@ -15,7 +15,7 @@ fn pixel(seen: &Seen, [x, y]: [u32; 2]) -> [u8; 3] {
 }
 
 #[test]
-fn levels_and_what_is_missing_of_them_colour_the_picture() {
+fn levels_and_their_shortfall_colour_the_picture() {
     let display = Display::start();
     // With this bias, each pixel shows a level one coarser than it requests, except at the coarsest level.
     let arguments = ["globe", "--size", "320x180", "--no-panels", "-D", FAST, "-D", "variant.level_bias=1"];

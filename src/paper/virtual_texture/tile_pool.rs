@@ -196,7 +196,7 @@ impl TilePool {
 }
 
 impl Uploads {
-    /// Removes what an earlier frame staged. The GPU must have finished that frame.
+    /// Removes the tiles and cells that an earlier frame staged. The GPU must have finished that frame.
     pub fn clear(&mut self) {
         self.tiles.clear();
         self.ranges.clear();

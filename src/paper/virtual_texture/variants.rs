@@ -47,7 +47,7 @@ impl Dedup {
         Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
     }
 
-    /// Device features.
+    /// The device features that the variant needs.
     pub fn needs(self) -> Vec<Need> {
         let need = |feature| Need {
             feature,
@@ -68,7 +68,7 @@ impl Dedup {
 }
 
 impl Compaction {
-    /// Device features.
+    /// The device features that the variant needs.
     pub fn needs(self) -> Vec<Need> {
         let need = |feature| Need {
             feature,

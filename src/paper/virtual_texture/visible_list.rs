@@ -56,7 +56,7 @@ pub(super) enum Fill {
 /// A draw with one vertex per block of 2^p x 2^p texels of the tile mask.
 pub(super) struct BlockDraw {
     pub pipeline: GraphicsPipeline,
-    /// p
+    /// The exponent p.
     pub block_log2: u32,
     /// Size of the tile mask.
     pub grid: [u32; 2],
@@ -66,7 +66,7 @@ pub(super) struct Dispatches {
     /// Runs first if the list is ordered.
     pub count: Option<Dispatch>,
     pub write: Dispatch,
-    /// Workgroups.
+    /// Number of workgroups along each axis.
     pub groups: [u32; 3],
 }
 

@@ -21,7 +21,7 @@ use ortelius::vk::Gpu;
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// At least one.
+    /// At least one view.
     pub views: Vec<OpenView>,
     deterministic: bool,
     shown: ShownVariants,
@@ -48,7 +48,7 @@ pub struct Second {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct ShownVariants {
     view: usize,
-    /// The view's variants.
+    /// Indices of the variants on the left and on the right; `None` without a right side.
     left: usize,
     right: Option<usize>,
     /// The changes of the selected Pareto point. They override the changes of the variants.

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_footprint_of_one_texel_requests_level_0_and_of_two_level_1() {
+    fn a_footprint_of_one_texel_requests_level_0_and_one_of_two_texels_level_1() {
         for (texels, q) in [(1.0, 0), (1.999, 0), (2.0, 1), (3.999, 1), (4.0, 2), (0.01, 0), (1e9, 9)] {
             assert_eq!(triple(&square(texels), &pyramid(), 1).q, q, "{texels} texels");
         }
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_level_0_and_not_finite_is_the_first_resident_level() {
+    fn a_footprint_of_0_gives_level_0_and_an_infinite_one_the_first_resident_level() {
         assert_eq!(triple(&square(0.0), &pyramid(), 16).q, 0);
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(triple(&square(bad), &pyramid(), 16).q, 9);
