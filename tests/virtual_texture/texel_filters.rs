@@ -187,15 +187,18 @@ fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32)
     if share <= 1.0 { share } else { share.min(least(1.0 - error)).min(least(1.0 + error)) }
 }
 
-/// What a comparison found: pixels compared, pixels that no value of the reference explains, pixels for which rounding
-/// decides the number of samples, pixels of a missing tile, and judged pixels whose value the missing tile changes by
-/// more than the bounds.
+/// Pixel counts of a comparison.
 #[derive(Debug, Default)]
 struct Compared {
+    /// Pixels that were compared.
     judged: usize,
+    /// Compared pixels that no value of the reference explains.
     wrong: usize,
+    /// Pixels for which rounding decides the number of samples.
     undecided: usize,
+    /// Pixels of a missing tile.
     hidden: usize,
+    /// Compared pixels whose value the missing tile changes by more than the bounds.
     beside: usize,
 }
 
@@ -291,8 +294,9 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
             width_log2: pyramid.width_log2(),
             height_log2: pyramid.height_log2(),
             edges: Edges::Planet,
-            // A missing tile's texel is the one that covers it in the next coarser level. The tile is that of the texel
-            // inside the level: a footprint at the northern edge reads the opposite meridian's tile.
+            // If a texel's tile is missing, the filter reads the covering texel of the next coarser level. Texels
+            // beyond the level's edge are already wrapped: a footprint at the northern edge reads a tile of the
+            // opposite meridian.
             texel: |level, x, y| {
                 let absent = missing.filter(|_| !whole.get()).is_some_and(|tile| {
                     level == q && level == tile.level && [y / side, x / side] == [tile.row, tile.column]
@@ -473,9 +477,9 @@ fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
         let own = filter(kind, 4, 4);
         let (off, compared) = off_from_plain(own, method, own);
         println!("{kind:?}: {off:.2e} in {compared} pixels");
-        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15: the two
-        // centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most
-        // 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
+        // `rounding` does not include the error of an ellipse's centre. f32 coordinates of 512 texels have steps of
+        // 2^-15: the two centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at
+        // most 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
         assert!(off < 2f64.powi(-11) && compared > 2000, "{kind:?}: {off:.2e} of {compared}");
         // The near miss: the next filter of paper 3.
         let other = if kind == Filtering::Pbrt { Filtering::Feline } else { Filtering::Pbrt };

@@ -1,5 +1,5 @@
-//! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile of its texture
-//! coordinate, and q the level for its footprint.
+//! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile at the pixel's texture
+//! coordinate, and q is the level for the pixel's footprint.
 //!
 //! Differences from the paper: `floor(log2)` is the exponent of a float, so that q is exact. A footprint of length 0
 //! gives level 0. A footprint that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface

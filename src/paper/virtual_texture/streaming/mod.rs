@@ -111,8 +111,8 @@ pub struct Streaming {
 }
 
 impl Streaming {
-    /// Creates empty caches for `source` and 1 to 8 loader threads: as many as the machine has cores if frames wait for
-    /// their loads, otherwise one less.
+    /// Creates empty caches for `source`, and 1 to 8 loader threads. If frames wait for their loads, there is one
+    /// thread for each core of the machine, otherwise one thread less.
     ///
     /// # Errors
     /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or no thread.
