@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_footprint_of_0_gives_level_0_and_an_infinite_one_the_first_resident_level() {
+    fn a_footprint_of_0_gives_level_0_and_one_that_is_not_finite_the_first_resident_level() {
         assert_eq!(triple(&square(0.0), &pyramid(), 16).q, 0);
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(triple(&square(bad), &pyramid(), 16).q, 9);
