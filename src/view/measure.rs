@@ -74,7 +74,7 @@ impl Measurement {
     }
 
     /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Self::end`]. Returns true
-    /// if the panels are open in this frame; `None` after the passes.
+    /// if the panels must be open in this frame, false if they must be closed, and `None` after the last pass.
     pub fn begin(&mut self, player: &mut Player, waited: Duration) -> Option<bool> {
         let (pass, step) = Pass::of_frame(self.frames.len(), self.steps)?;
         self.begun = (Instant::now(), processor_ms(), waited);
@@ -144,7 +144,7 @@ impl Measurement {
     }
 
     /// Cold frames differ from warm frames not only by their loads. They also show coarser tiles in place of missing
-    /// ones, and a footprint covers fewer of the coarser texels. So the report also has the longest frame without its
+    /// ones, and a footprint covers fewer of the coarser texels. So the report also has the longest frame time without
     /// waits for the device and the display.
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);

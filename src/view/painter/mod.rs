@@ -36,7 +36,7 @@ pub struct Painter {
     sampler: Sampler,
     textures: HashMap<TextureId, Image>,
     painting: Option<Painting>,
-    /// True if the next layout is drawn whole.
+    /// True after the pipelines were compiled again: the next layout is then drawn whole.
     is_rebuilt: bool,
 }
 
@@ -227,7 +227,7 @@ impl Painter {
         })
     }
 
-    /// Draws what differs from the last layout.
+    /// Draws the parts of the layer that differ from the last layout.
     fn draw_layer(&self, cmd: &mut Cmd<'_>, painting: &Painting) -> Result<()> {
         if painting.redrawn.is_empty() {
             return Ok(());
