@@ -70,7 +70,7 @@ impl Stage {
         }
     }
 
-    /// The left side of a choice, and the right side if it has one.
+    /// Plans the left side of a choice, and the right side if the choice has one.
     fn plan(&self, choice: &ShownVariants) -> anyhow::Result<Vec<Side<SidePlan>>> {
         let second = self.second.as_ref().map(|second| (&second.scene, &second.renderer));
         let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
@@ -200,7 +200,7 @@ impl Stage {
     /// sides stay as they are.
     ///
     /// # Errors
-    /// No thread.
+    /// A thread cannot be created.
     pub fn reopen(&mut self) -> anyhow::Result<()> {
         assert!(self.opening.is_none(), "one scene is opened at a time");
         let second = self.second.as_ref().map(|second| second.scene.clone());

@@ -115,7 +115,8 @@ impl Streaming {
     /// thread for each core of the machine, otherwise one thread less.
     ///
     /// # Errors
-    /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or no thread.
+    /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or a thread that cannot be
+    /// created.
     pub fn new(source: Arc<dyn TileSource>, config: StreamingConfig) -> Result<Self, StreamingError> {
         let pyramid = source.pyramid();
         config.check(&pyramid)?;
