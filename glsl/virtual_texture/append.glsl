@@ -1,7 +1,8 @@
 // Stage 3 of compute variants: set bits become triples. Needs tile_mask.glsl.
 #include "virtual_texture/visible_list.glsl"
 
-// Writes the triples of a word's set bits, or the bits' indices if LIST_PLACES is set, to entry `at` and the next ones.
+// Writes the triples of a word's set bits to consecutive entries, beginning with entry `at`. If LIST_PLACES is set,
+// writes the bits' indices instead of triples.
 void append(uint word, uint mask, uint at) {
     for (; mask != 0u; mask &= mask - 1u, at++) {
         uint bit = uint(findLSB(mask));

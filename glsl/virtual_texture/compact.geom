@@ -5,8 +5,9 @@
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/blocks.glsl"
 
-// A block has at most 16 texels with 16 bits each. Vulkan guarantees only these 256 points; they take 768 of the 1024
-// guaranteed components. Textures with 17 streamed levels (2^20 x 2^20 texels in tiles of 16) are rejected.
+// A block has at most 16 texels with 16 bits each, so an invocation emits at most 256 points, the number that Vulkan
+// guarantees. 256 points take 768 of the 1024 guaranteed components. Textures with 17 streamed levels (2^20 x 2^20
+// texels in tiles of 16) are rejected.
 #define SIDE (1 << BLOCK_LOG2)
 layout(points) in;
 layout(points, max_vertices = SIDE * SIDE * 16) out;

@@ -13,7 +13,7 @@ layout(points, invocations = INVOCATIONS) in;
 layout(points, max_vertices = SIDE * SIDE / INVOCATIONS) out;
 
 layout(constant_id = 6) const uint MEMO = 1;           // emit only if the triple differs from the last one
-// The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
+// The grid of (i, j). 0: the grid of level 0, as in the paper; 1: the grid of the tile's own level.
 layout(constant_id = 7) const uint OWN_LEVEL = 0;
 
 layout(binding = 0) uniform utexture2D requests;
@@ -35,7 +35,8 @@ void main() {
             if (OWN_LEVEL == 1) qij.yz >>= qij.x;
             if (MEMO == 1 && qij == last) continue;
             last = qij;
-            // The texel's centre. The printed corner -1 + 2j/wT hits one texel to the left and up and loses tiles.
+            // The point is at the texel's centre. A point at the corner that the paper prints, -1 + 2j/wT, sets the
+            // texel to the left and above, so tiles are lost.
             gl_Position = vec4((vec2(qij.zy) + 0.5) * cell - 1.0, 0.0, 1.0);
             mask = 1u << qij.x;
             EmitVertex();

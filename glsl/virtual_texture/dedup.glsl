@@ -10,8 +10,8 @@ uvec3 stored_triple(uvec2 pixel) {
 
 bool same_triple(uvec3 stored, uvec3 other) { return REQUESTS_PACKED == 1 ? stored.x == other.x : stored == other; }
 
-// (q, i, j) with the row and column in the grid that tile addresses use: level q's own with OWN_LEVEL, otherwise
-// level 0's. A pixel with q >= FIRST_RESIDENT_LEVEL needs no tile.
+// (q, i, j), with row and column in the grid of tile addresses: the grid of level q if OWN_LEVEL is 1, otherwise the
+// grid of level 0. A pixel with q >= FIRST_RESIDENT_LEVEL needs no tile.
 uvec3 addressed_triple(uvec3 stored) {
     uvec3 qij = load_triple(uvec4(stored, 0));
     if (OWN_LEVEL == 1) qij.yz >>= min(qij.x, 31u);

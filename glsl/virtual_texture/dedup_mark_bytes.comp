@@ -18,8 +18,8 @@ layout(push_constant, scalar) uniform MarkingFrame {
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
 // All invocations that write a byte write the same value. Vulkan has no byte atomics, so these stores and the load
-// before them are data races in its memory model; every known device stores the value. Bytes of earlier frames hold
-// other numbers and need no clearing.
+// before them are data races in Vulkan's memory model. Every known device nevertheless stores the value. Bytes of
+// earlier frames hold other numbers and need no clearing.
 void main() {
     uvec3 qij = addressed_triple(stored_triple(gl_GlobalInvocationID.xy));
     if (qij.x >= FIRST_RESIDENT_LEVEL) return;

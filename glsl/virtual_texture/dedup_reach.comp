@@ -30,7 +30,7 @@ layout(push_constant, scalar) uniform MarkingFrame {
 
 layout(binding = 1, scalar) buffer TileMask { uint8_t bytes[]; } tile_mask;
 
-// Equal stores to a byte, as in dedup_mark_bytes.comp.
+// All invocations that write a byte write the same value, as in dedup_mark_bytes.comp.
 void mark(uvec3 qij) { tile_mask.bytes[mark_index(qij)] = uint8_t(frame.number); }
 #endif
 

@@ -2,7 +2,8 @@
 // pyramid.glsl, footprint.glsl and tile_pool.glsl.
 layout(constant_id = 9) const uint LITERAL_INTERPOLATION = 0;  // 1: C1 f + C2 (1 - f), as printed
 layout(constant_id = 16) const uint FADE_IN = 0;                // 1: new tiles are blended in over some frames
-// 1: the colour is the number of texels that the filter reads. A sample of two levels reads 8, one of a single level 4.
+// 1: the colour is the number of texels that the filter reads. A sample of two levels reads 8 texels, a sample of a
+// single level 4.
 layout(constant_id = 27) const uint COUNTS_TEXELS = 0;
 
 #include "common/hash.glsl"
@@ -13,7 +14,7 @@ layout(binding = 2) uniform sampler2DArray tile_pool;  // mip 0: the tile's leve
 struct Lookup {
     Coordinate at;
     uvec2 ij;     // row and column in level 0's grid
-    uint q;       // streamed levels: stage 1's q; resident levels: from the unclamped e
+    uint q;       // in streamed levels, stage 1's q; in resident levels, computed from the unclamped e
     float f;      // weight of level q + 1
     float count;  // number of samples (nA)
     vec2 major;   // the footprint's longer side, in texels of level 0
@@ -77,7 +78,8 @@ vec4 bordered_sample(ResidentTile tile, vec2 texels, float coarser) {
     float side = float((1u << TILE_LOG2) + 2 * BORDER);
     vec2 own = (texels + float(BORDER)) / side;
     if ((BORDER & 1u) == 0u) return textureLod(tile_pool, vec3(own, tile.slot), coarser);
-    // With an odd border, the coarser picture begins half of one of its texels before the tile's own picture.
+    // With an odd border, the picture of the coarser level begins half a coarse texel before the picture of the tile's
+    // own level.
     vec2 half_size = (0.5 * texels + float((BORDER + 1) / 2)) / (0.5 * side);
     vec4 finer = textureLod(tile_pool, vec3(own, tile.slot), 0.0);
     return mix(finer, textureLod(tile_pool, vec3(half_size, tile.slot), 1.0), coarser);
@@ -134,7 +136,8 @@ Place place_of(uint level, ivec2 texel, uint tile_level) {
 
 // One tap reads one texel (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering", 2024). Its
 // position along the longer side, its level and its texel are random, with the weights of tile_samples as
-// probabilities. No tap mixes two texels, so no border is needed: a neighbour's texel is read from the neighbour.
+// probabilities. No tap mixes two texels, so no border is needed: a texel of a neighbouring tile is read from that
+// tile.
 vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
     uint from = level < coarsest && chance.z < coarser ? level + 1 : level;
@@ -148,8 +151,8 @@ vec4 tap(Lookup lookup, uint level, float coarser, vec4 chance) {
 }
 
 // Four numbers in [0, 1) for tap n: the additive recurrence of the root of x^5 = x + 1 (M. Roberts, "The Unreasonable
-// Effectiveness of Quasirandom Sequences", 2018). It spreads few taps more evenly than random numbers. The start
-// differs between pixels and between frames.
+// Effectiveness of Quasirandom Sequences", 2018). This sequence spreads a few taps more evenly than random numbers do.
+// The start differs between pixels and between frames.
 vec4 chances(uvec4 start, uint n) {
     uvec4 bits = start + n * uvec4(0xdb4f0b91u, 0xbbe05633u, 0xa0f2ec76u, 0x89e18285u);
     return vec4(bits >> 8) * power_of_half(24);
@@ -161,14 +164,16 @@ vec4 taps(Lookup lookup, uint level, float coarser, uvec4 start) {
     return COUNTS_TEXELS == 1 ? sum : sum / float(SAMPLES);
 }
 
-// The pixel for paper 3's filters: its coordinate, its tile, and the first texel of the tile's payload.
+// The pixel that paper 3's filters process: its coordinate, its tile, and the first texel of the tile's payload.
 Coordinate near_at;
 ResidentTile near_tile;
 ivec2 near_corner;
 
-// A texel of the tile's level or of the next coarser one, relative to the payload's first texel. Texels beyond the
-// tile's border are taken from their own tile.
-uint texels_read;  // by the published filters, if COUNTS_TEXELS
+// Number of texels that the published filters have read in this pixel, if COUNTS_TEXELS is set.
+uint texels_read;
+
+// A texel of the tile's level or of the next coarser level. `at` is relative to the payload's first texel. A texel
+// beyond the tile's border is taken from the tile that holds it.
 vec3 texel(ivec2 at, uint level) {
     if (COUNTS_TEXELS == 1) ++texels_read;
     uint mip = reads_two_levels() ? level - near_tile.level : 0u;
@@ -220,13 +225,13 @@ vec4 shown_by(ResidentTile tile, Lookup lookup, uvec4 start) {
 
 // The pixel's colour from the resident tiles, in linear light. `seed` is pixel and frame, for stochastic filters.
 vec4 filtered(Lookup lookup, uvec3 seed) {
-    // Random numbers of a tap: of the pixel and the frame, or made from them for each tap.
+    // Taps of the ellipse hash the seed again for each tap. All other random numbers start from one hash of the seed.
     uvec4 start = FILTER == ELLIPSE_TAPS ? uvec4(seed, 0) : hash(uvec4(seed, 0));
     ResidentTile tile = find_resident(lookup.q, lookup.ij);
     vec4 colour = shown_by(tile, lookup, start);
     // A separate branch, because software drivers keep a loop's variables in memory, even if the loop never repeats.
     if (FADE_IN == 1) {
-        // A tile that fades in leaves the rest of the weight to the tile shown before: the next coarser resident one.
+        // While a tile fades in, the rest of the weight goes to the tile shown before: the next coarser resident tile.
         float weight = tile.fade;
         colour *= 1.0 - weight;
         while (weight > 0.0) {

@@ -43,7 +43,8 @@ vec4 jacobian(Parallelogram f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
 float determinant_of(Parallelogram f) { return f.r1.x * f.r2.y - f.r2.x * f.r1.y; }
 
 // `limb` is the width of the pixel on the fragment's surface divided by the sphere's radius (p / R in
-// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. It bounds only the footprints of paper 3's filters.
+// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. `limb` bounds only the footprints of paper 3's
+// filters.
 Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Parallelogram f = Parallelogram(pixel * dx, pixel * dy);
@@ -59,15 +60,16 @@ Ellipse ellipse(Parallelogram f) {
 }
 
 // The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
-// texels of the ellipse are at most half a tile away from the pixel's texel. `outer` adds the half texel of the edge. V
-// then becomes at most (1 + 1/t) (V + K) + (1 + t) / 4 with t = 2 sqrt(K). This holds because the minor semi-axis is at
-// least sqrt(K).
+// texels of the ellipse are at most half a tile away from the pixel's texel. Let V be the squared half side without K.
+// `outer` adds the half texel of the edge. The squared half side is then at most (1 + 1/t) (V + K) + (1 + t) / 4 with t
+// = 2 sqrt(K), because the minor semi-axis is at least sqrt(K).
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
 }
 
-// The same for the other filters of paper 3: half a tile, less the 3 texels around a sample (baseline_half_sides).
+// The largest half side for the other filters of paper 3: half a tile, minus the 3 texels around a sample
+// (baseline_half_sides).
 float most_line() { return float(1u << TILE_LOG2 >> 1) - 3.0; }
 
 // The level of a filter of paper 3, which may be one of the resident levels (G1). The fraction is the weight of the
@@ -118,7 +120,7 @@ Spot spot_in_tile(Coordinate at, uvec2 ij, uint q) {
 // The footprint's longer side.
 vec2 major_side(Parallelogram f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.r1 : f.r2; }
 
-// How far beyond its payload a tile can serve a sample, in texels: the border less one, because a bilinear sample also
+// How far beyond its payload a tile can serve a sample, in texels: the border minus one, because a bilinear sample also
 // reads the next texel.
 int sample_margin() { return max(int(BORDER), 1) - 1; }
 
@@ -138,7 +140,7 @@ uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {
         vec2 half_sides = baseline_half_sides(jacobian(f), determinant_of(f), most_line(), q);
         first = spot.texel + ivec2(floor(spot.within - half_sides));
         last = spot.texel + ivec2(floor(spot.within + half_sides));
-        // The border of the next coarser level is half of the own level's, rounded down at the tile's end.
+        // The border of the next coarser level is half of the tile's own border, rounded down at the tile's far edges.
         margin = int(reads_two_levels() ? BORDER & ~1u : BORDER);
     } else {
         vec2 half_sides = abs(major_side(f)) * ((0.5 - 0.5 / sample_count(squared_sides(f))) * power_of_half(q));

@@ -14,9 +14,10 @@
 // triple is never stored. Without early tests, a fragment that fails the depth test would still mark its tile.
 layout(early_fragment_tests) in;
 
-layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: also appends them to the list
+layout(constant_id = 25) const uint LISTS = 1;  // 0: marks nothing; 1: marks tiles; 2: marks and lists tiles
 
-// A word of the mask is a texel: software drivers load the texels of several pixels at once.
+// The mask is a texel buffer with one word per texel, because software drivers load the texels of several pixels at
+// once.
 layout(binding = 3, r32ui) uniform uimageBuffer tile_mask;
 
 #define LIST_BINDING 4

@@ -35,7 +35,7 @@ ivec2 true_texel(uint level, ivec2 texel) {
 
 // (q, i, j) and the reach as the request image stores them. The packed form has q in the high bits. All ones is the
 // background; no triple has this value, because the host rejects sizes that would allow it. A filter's reach is in the
-// highest four bits; no reach has all of them set.
+// highest four bits; no reach has all four bits set.
 uvec4 store_triple(uvec3 qij, uint reach) {
     uint first = REQUESTS_PACKED == 1 ? qij.x << (ROW_BITS + COLUMN_BITS) | qij.y << COLUMN_BITS | qij.z : qij.x;
     first |= reach << 28;
@@ -50,8 +50,8 @@ uvec3 load_triple(uvec4 stored) {
                  first & ((1u << COLUMN_BITS) - 1u));
 }
 
-// As load_triple, for a covered pixel. Helper invocations beyond the mesh's outline read the background. They get a
-// tile that exists, because their fetches must stay within the buffers.
+// As load_triple, for a covered pixel. Helper invocations beyond the mesh's outline read the background. For them, this
+// function returns a tile that exists, because their fetches must stay within the buffers.
 uvec3 load_covered(uvec4 stored) { return load_triple(stored.x == BACKGROUND ? uvec4(0) : stored); }
 
 uint load_reach(uint stored) { return REACHES == 0 || stored == BACKGROUND ? 0u : stored >> 28; }

@@ -2,7 +2,8 @@
 // further than half a tile, so each axis has at most one neighbour. A reach has two bits for columns, then two for
 // rows: 0 for none, 1 for the next tile, 2 for the previous one. Needs pyramid.glsl.
 
-// n is 1 for the neighbour in the same row, 2 in the same column, 3 across the corner.
+// True if the reach includes neighbour n: 1 is the neighbour in the same row, 2 in the same column, 3 across the
+// corner.
 bool reaches(uint reach, uint n) {
     return ((n & 1u) == 0u || (reach & 3u) != 0u) && ((n & 2u) == 0u || reach >> 2 != 0u);
 }

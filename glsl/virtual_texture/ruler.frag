@@ -17,7 +17,7 @@ layout(location = 1) in vec2 from_origin;
 // tile is not resident.
 layout(location = 0) out uint verdict;
 
-// Same as in src/texture/source/ruler.rs.
+// The hash of src/texture/source/ruler.rs.
 uint mix32(uint bits) {
     bits = (bits ^ bits >> 16) * 0x7feb352du;
     bits = (bits ^ bits >> 15) * 0x846ca68bu;
@@ -34,8 +34,8 @@ ivec2 first_tap(Coordinate at, uint level) {
     return base - ivec2(lessThan(within, vec2(0.5)));
 }
 
-// Number of wrong texels among the 4 texels in one of the tile's two levels. Step 0 is its own level; step 1 the next
-// coarser level, or the coarsest level itself.
+// Number of wrong texels among the 4 texels in one of the tile's two levels. Step 0 is the tile's own level. Step 1 is
+// the next coarser level; the coarsest level is its own next coarser level.
 uint wrong_in_tile(Coordinate at, uvec2 ij, ResidentTile tile, uint step) {
     uint level = min(tile.level + step, max(WIDTH_LOG2, HEIGHT_LOG2));
     int size = int(1u << TILE_LOG2 >> step), border = int((BORDER + step) >> step);

@@ -5,8 +5,8 @@
 #include "virtual_texture/footprint.glsl"
 #include "virtual_texture/tile_pool.glsl"
 
-// For each pixel of a request image with four words per pixel: the requested tile, in its own level's grid, and the
-// level of the tile that is shown now.
+// Writes for each pixel the requested tile, in the grid of the tile's own level, and the level of the tile that is
+// shown now. Needs a request image with four words per pixel.
 layout(binding = 0) uniform utexture2D requests;
 layout(push_constant, scalar) uniform Shown {
     uint level_bias;  // as in view.glsl

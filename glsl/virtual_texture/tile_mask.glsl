@@ -1,7 +1,7 @@
 // The tile mask as stage 3 reads it, in one of three layouts. Needs pyramid.glsl, tile_order.glsl.
 #define TEXELS 0  // an image: a texel for each tile of level 0, a bit for each level
 #define BITS 1    // a buffer: a bit for each index of tile_order.glsl
-#define BYTES 2   // a buffer: a byte in place of each of these bits; it holds the number of the frame that set it
+#define BYTES 2   // a buffer: a byte in place of each of these bits; the byte holds the number of the frame that set it
 
 #if LAYOUT == TEXELS
 layout(binding = 0) uniform utexture2D tile_mask;

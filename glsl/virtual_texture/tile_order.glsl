@@ -1,7 +1,7 @@
-// Linear index of a tile in the tile mask: level by level, row by row. With own-level tile addresses it equals
+// Linear index of a tile in the tile mask: level by level, row by row. With own-level tile addresses the index equals
 // Pyramid::tile_index. With level-0 addresses each level has as many cells as level 0. Needs pyramid.glsl.
 
-// The grid of (i, j). 0: level 0's, as in the paper; 1: that of the tile's own level.
+// The grid of (i, j). 0: the grid of level 0, as in the paper; 1: the grid of the tile's own level.
 layout(constant_id = 7) const uint OWN_LEVEL = 0;
 
 uint mark_index(uvec3 qij) {

@@ -1,6 +1,6 @@
 // Finds the resident tile that shows a pixel (paper 1, section 4). Needs pyramid.glsl and footprint.glsl.
-layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // this level and each coarser one fit in one tile
-layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; those of coarser levels follow
+layout(constant_id = 10) const uint SINGLE_LEVEL = 9;  // each level from this one to the coarsest fits in one tile
+layout(constant_id = 11) const uint SINGLE_SLOT = 0;   // slot of SINGLE_LEVEL's tile; coarser levels' tiles follow
 
 // The page table. The cell of a tile names the tile that is shown for it: fade << 24 | level << 19 | slot.
 layout(binding = 1) uniform utextureBuffer page_table;
@@ -11,7 +11,7 @@ struct ResidentTile {
     float fade;  // weight of the next coarser tile; above 0 while this tile fades in
 };
 
-// Index of a cell: a one bit, then the bits of row and column. (i, j) is in level 0's grid.
+// Index of a cell: a leading 1, then the bits of row and column. (i, j) is in level 0's grid.
 uint display_place(uint q, uvec2 ij) {
     uint column_bits = COLUMN_BITS - min(q, COLUMN_BITS), row_bits = ROW_BITS - min(q, ROW_BITS);
     return (1u << row_bits | ij.x >> q) << column_bits | ij.y >> q;

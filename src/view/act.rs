@@ -54,9 +54,10 @@ impl Live {
     /// Stops the jobs and reports their results. Waits for the steps under way, but not for slow tiles.
     ///
     /// # Errors
-    /// The recording failed, and the window was opened for it alone.
+    /// The recording failed, and the window was opened only to record.
     pub fn end_jobs(&mut self) -> anyhow::Result<()> {
-        // The window disappears at once; a scene that is being opened must be complete before it can be dropped.
+        // Hides the window at once, because ending takes time: a scene that is being opened must be complete before it
+        // can be dropped.
         self.window.set_visible(false);
         self.stage.end_waits();
         if let Some(shot) = self.shot.take() {
@@ -270,7 +271,8 @@ impl Live {
 
     /// Installs recompiled shaders and opens the scene with them on a thread. If that fails, the old shaders stay.
     pub(super) fn take_shaders(&mut self) -> anyhow::Result<()> {
-        // Shaders belong to the device: a scene is opened with the old ones or with the new ones.
+        // Shaders belong to the device. So they are not replaced while a scene is being opened. Otherwise one scene
+        // would get old and new shaders.
         if self.stage.is_opening() {
             return Ok(());
         }
@@ -295,7 +297,8 @@ impl Live {
         Ok(self.screen.rebuild(&gpu)?)
     }
 
-    /// Requests the first variant from `next` on that fits the scene. Others are skipped with a warning.
+    /// Requests the first variant from `next` on that fits the scene. Variants that do not fit are skipped with a
+    /// warning.
     fn show_from(&mut self, mut next: usize) -> anyhow::Result<Option<Kept>> {
         for _ in 1..self.stage.variants().len() {
             match self.stage.show(next) {

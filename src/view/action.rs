@@ -54,7 +54,7 @@ pub enum Action {
 /// How two variants share the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
-    /// Left and right of the divider.
+    /// One picture on each side of the divider.
     Pictures,
     /// Eight times the absolute difference of their sRGB codes.
     Difference,

@@ -104,7 +104,7 @@ impl App {
             device: self.opening.device.as_deref(),
             validate: self.opening.validate,
             needs: &[],
-            // The device has all features, so that switching variants does not reopen it.
+            // The device has all features, so that switching variants does not reopen the device.
             wishes: &Feature::ALL,
             display: Some(display),
         })?;
@@ -125,7 +125,7 @@ impl App {
         else {
             return Ok(());
         };
-        let gpu = self.gpu.as_ref().expect("the scene is on it");
+        let gpu = self.gpu.as_ref().expect("the first scene was opened on this device");
         let live = self.live.insert(Live::new(gpu, window, &self.opening, job.wait()?)?);
         events.iter().for_each(|event| live.event(event));
         if self.opening.record {

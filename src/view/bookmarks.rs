@@ -18,7 +18,7 @@ pub struct Bookmarks {
 const NAME: &str = "bookmark";
 
 impl Bookmarks {
-    /// Reads the saved bookmarks. The result reports the first unreadable one; the others are read.
+    /// Reads the saved bookmarks. The result reports the first unreadable bookmark; all readable ones are read.
     pub fn open(scene: &Scene) -> (Bookmarks, anyhow::Result<()>) {
         Bookmarks::at(path(|name| std::env::var_os(name).map(PathBuf::from)), scene)
     }
@@ -58,7 +58,7 @@ impl Bookmarks {
     /// Saves a camera. It is kept for this run even if writing the file fails.
     ///
     /// # Errors
-    /// The file cannot be written; the error names it, and the file is unchanged.
+    /// The file cannot be written. The error names the file, which is unchanged.
     pub fn save(&mut self, n: usize, camera: Camera) -> anyhow::Result<()> {
         self.cameras[n] = Some(camera);
         let unset = "neither XDG_CONFIG_HOME nor HOME is set: the bookmark is kept until the window closes";

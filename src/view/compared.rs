@@ -63,8 +63,8 @@ pub fn trade(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) {
     }
 }
 
-/// One budget of the governor, as a number to drag. Dragging by one point (egui's unit of length) changes it by `step`
-/// or by 1 %, whichever is more. 0 means no budget.
+/// One budget of the governor, as a number to drag. Dragging by one point (egui's unit of length) changes the number by
+/// `step` or by 1 %, whichever is more. 0 means no budget.
 fn governor(
     ui: &mut Ui,
     shown: &PanelInput<'_>,

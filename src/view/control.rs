@@ -14,7 +14,7 @@ const WHEEL: f64 = 0.0033;
 /// Largest distance at which the pointer grabs the divider, in points.
 const GRASP: f32 = 6.0;
 
-/// What the pointer drags until its release. The position is the pointer's in the last frame.
+/// What the pointer drags until its release. Each position is the pointer's position in the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hold {
     /// Drags the ground.
@@ -216,7 +216,8 @@ mod tests {
         let (held, before) = (under(&eye, AT), eye.camera.altitude_m);
         steered(&context, &mut eye, 1.0, vec![Event::PointerMoved(AT), Event::Zoom(1.25)]);
         assert!((before / eye.camera.altitude_m - 1.25).abs() < 1e-6, "{}", eye.camera.altitude_m);
-        // A hundredth of the height, as for drags in the tests of `eye.rs`: the ellipsoid is not a sphere.
+        // The tolerance is a hundredth of the height, because the ellipsoid is not a sphere. The tests of `eye.rs` use
+        // the same tolerance for drags.
         assert!(held.distance(under(&eye, AT)) < 0.01 * before);
         steered(&context, &mut eye, 1.1, vec![Event::Zoom(0.8)]);
         assert!((eye.camera.altitude_m / before - 1.0).abs() < 1e-6, "back: {}", eye.camera.altitude_m);

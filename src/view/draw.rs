@@ -142,7 +142,8 @@ impl Live {
             (meshes, faces) => meshes.and(faces),
         };
         if let Some(faces) = &mut self.faces {
-            // In motion, levels change in each frame, and all faces must be counted again after each change.
+            // In motion, levels change in each frame, and all faces must be counted again after each change. So the
+            // magnifier shows misses only at rest.
             faces.counts_misses = self.overlay == Some(Overlay::Misses) || self.magnifies && is_still;
         }
         let reliefs = self.overlay == Some(Overlay::Steps) && wanted;

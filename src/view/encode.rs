@@ -36,7 +36,7 @@ pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes `film.mp4` from the same pictures. False if ffmpeg is not installed.
+/// Writes `film.mp4` from the same pictures. Returns false if ffmpeg is not installed.
 ///
 /// # Errors
 /// ffmpeg cannot be started, or it fails; the error contains the first line of ffmpeg's message.

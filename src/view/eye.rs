@@ -25,7 +25,8 @@ const LONGEST_STEP: f64 = 4.0;
 pub struct Eye {
     pub camera: Camera,
     way: Option<Way>,
-    /// Height of the terrain below the camera. Flight speed and near plane follow from the height above it.
+    /// Height of the terrain below the camera. Flight speed and near plane follow from the camera's height above the
+    /// terrain.
     ground_m: f64,
 }
 
@@ -56,8 +57,8 @@ impl Eye {
         (self.camera.altitude_m - self.ground_m).max(LOWEST_M)
     }
 
-    /// Keeps the camera above terrain of height `ground_m`, and sets the near plane from the height above it.
-    /// The camera is unchanged unless `ground_m` is positive.
+    /// Keeps the camera above terrain of height `ground_m`, and sets the near plane from the camera's height above the
+    /// terrain. The camera is unchanged unless `ground_m` is positive.
     pub fn rise_above(&mut self, ground_m: f64) {
         self.ground_m = ground_m;
         if ground_m > 0.0 {
@@ -94,7 +95,7 @@ impl Eye {
         let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
         match (held, now) {
             (Some(held), Some(now)) => self.carry(now, held),
-            // The pointer misses the globe. Its motion is applied at the distance of the globe.
+            // The pointer misses the globe. The pointer's motion is applied at the distance of the globe.
             _ => {
                 let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
                 let metres = (from - to) * radians * self.camera.altitude_m;
@@ -239,7 +240,7 @@ fn hit(pose: &Pose, ray: DVec3, ground: Ground) -> Option<DVec3> {
     }
 }
 
-/// The same angle in -180 ..= 180 degrees.
+/// The angle, wrapped to -180 ..= 180 degrees.
 fn wrapped(degrees: f64) -> f64 {
     degrees - 360.0 * (degrees / 360.0).round()
 }
@@ -406,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_ends_exactly_at_its_camera() {
+    fn a_transition_ends_exactly_at_its_camera() {
         let mut eye = eye(1e7, 0.0);
         let place = GroundPoint::Planet { latitude_deg: -33.0, longitude_deg: -179.0 };
         let to = Camera { place, altitude_m: 300.0, heading_deg: -170.0, tilt_deg: 60.0, ..eye.camera };

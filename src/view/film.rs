@@ -1,4 +1,5 @@
-//! R: records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png` reproduces them.
+//! R: records a path as numbered pictures, with a report. `ortelius render REPORT -o NAME.{frame}.png` reproduces the
+//! pictures.
 
 use super::encode;
 use super::job::{Job, JobProgress};
@@ -23,7 +24,7 @@ struct Film {
 /// Records `path` on a thread.
 ///
 /// # Errors
-/// The folder cannot be created; the scene has no such path; no thread.
+/// The folder cannot be created; the scene has no such path; a thread cannot be created.
 pub fn start(stage: &Stage, path: &str, folder: &Path) -> anyhow::Result<Job<PathBuf>> {
     let way = stage.scene.path(path)?;
     let folder = folder.join(format!("ortelius-{}-{path}", stage.scene.name));

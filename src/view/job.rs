@@ -13,7 +13,7 @@ pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
 /// waits for its thread.
 pub struct Job<T> {
     progress: Arc<JobProgress>,
-    /// Steps of the work.
+    /// Number of steps of the work.
     steps: usize,
     /// `None` only while dropping.
     thread: Option<JoinHandle<anyhow::Result<T>>>,
@@ -96,7 +96,7 @@ impl<T: Send + 'static> Job<T> {
 }
 
 impl<T> Job<T> {
-    /// Steps that are done, and all steps.
+    /// The number of finished steps, and the number of all steps.
     pub fn progress(&self) -> (usize, usize) {
         (self.progress.done.load(Ordering::Relaxed), self.steps)
     }
@@ -187,7 +187,7 @@ mod tests {
                 }
                 progress.at_stop(move || go.send(()).unwrap());
                 said.send(()).unwrap();
-                // Waits forever unless the stop sends.
+                // If stopping did not send, this wait would never end.
                 wait.recv()?;
                 Ok(progress.check()?)
             };

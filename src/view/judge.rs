@@ -1,6 +1,6 @@
-//! Two slow comparisons of the shown picture, drawn over it in false colours: the error against the f64
-//! reference, and FLIP between two variants. A thread computes them from a copy of a settled picture while
-//! frames continue.
+//! Two slow comparisons of the shown picture, drawn over the picture in false colours: the error against the f64
+//! reference, and FLIP between two variants. A thread computes them from a copy of a settled picture while frames
+//! continue.
 
 use super::stage::Stage;
 use egui::{Color32, ColorImage, Context, TextureHandle, TextureOptions};
@@ -334,7 +334,7 @@ mod tests {
         }
     }
 
-    /// The median error of a renderer's picture. The reference is of the same scene with the changes `other`.
+    /// The median error of a renderer's picture. The reference shows the same scene with the changes `other`.
     fn median_error(gpu: &Gpu, scene: &Scene, other: &[String]) -> f32 {
         let (pose, size) = (scene.pose(0).unwrap(), [96, 54]);
         let mut stage =
@@ -371,7 +371,7 @@ mod tests {
         ];
         for (n, scene) in scenes.iter().enumerate() {
             let own = median_error(&gpu, scene, &[]);
-            // Most pixels of the herd are edges.
+            // Most pixels of the herd lie on edges.
             assert!(own < 0.03, "scene {n}, {}: {own}", scene.name);
             // Without the sun, the reference is a different picture.
             let dark = median_error(&gpu, scene, &["sun.colour=[0.0, 0.0, 0.0]".to_owned()]);
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn flip_is_0_of_equal_pictures_alone() {
+    fn flip_is_0_for_equal_pictures_and_not_for_different_ones() {
         let picture = Srgb8Picture { width: 9, height: 5, rgba: [90, 120, 30, 255].repeat(45) };
         let equal = work([9, 5]);
         equal.flip(&[picture.clone(), picture.clone()]);

@@ -82,7 +82,7 @@ impl Labels {
     }
 }
 
-/// One label for each tile, in the middle of its points; tiles of many points first.
+/// One label for each tile, in the middle of its points; tiles with the most points first.
 fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
     let mut sums: BTreeMap<Tile, ([u32; 2], u32)> = BTreeMap::new();
     for (at, tile) in points {
@@ -99,7 +99,7 @@ fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
     sums.into_iter().map(label).collect()
 }
 
-/// The labels without those that would cover an earlier one.
+/// The labels without those that would cover an earlier label.
 pub fn apart(labels: &[Label], pixels_per_point: f32) -> Vec<Label> {
     let size = LABEL.map(|points| points * pixels_per_point);
     let mut shown: Vec<Label> = Vec::new();
@@ -125,14 +125,15 @@ mod tests {
         assert_eq!(found, expected.map(|(at, tile)| Label { at, tile }));
     }
     #[test]
-    fn of_two_labels_in_one_place_that_of_more_points_stays() {
+    fn where_two_labels_overlap_the_label_with_more_points_stays() {
         let points =
             [([24, 24], [1, 0, 0]), ([72, 24], [2, 0, 0]), ([120, 24], [2, 0, 0]), ([24, 72], [1, 1, 0])];
         let found = labels(points.into_iter());
         let expected = [([96.0, 24.0], [2, 0, 0]), ([24.0, 24.0], [1, 0, 0]), ([24.0, 72.0], [1, 1, 0])];
         let expected = expected.map(|(at, tile)| Label { at, tile });
         assert_eq!(found, expected);
-        // With one pixel per point, the labels just do not overlap. With two, each is twice as wide.
+        // With one pixel per point, the labels just do not overlap. With two pixels per point, each label is twice as
+        // wide.
         assert_eq!(apart(&found, 1.0), expected);
         assert_eq!(apart(&found, 2.0), [expected[0], expected[2]]);
     }

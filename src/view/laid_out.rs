@@ -1,4 +1,4 @@
-//! The panels without a window: their text must be the numbers of the renderer's report.
+//! Tests of the panels without a window: the panels must show the numbers of the renderer's report.
 
 use super::action::Comparison;
 use super::job::JobProgress;

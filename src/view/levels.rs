@@ -1,6 +1,6 @@
-//! The tile that each pixel requests and the level that it shows, for overlays and the magnifier. The footprint pass of
-//! paper 1 runs a second time for these. Besides the request image, the pass writes what the request was computed from:
-//! texture coordinates and derivatives.
+//! The tile that each pixel requests and the level that the pixel shows, for overlays and the magnifier. For these
+//! values, the footprint pass of paper 1 runs a second time. Besides the request image, this second pass writes the
+//! inputs of each request: texture coordinates and derivatives.
 
 use ortelius::frame::{Onto, Target, View};
 use ortelius::paper::virtual_texture::config::Config;
@@ -18,7 +18,7 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Made for pictures that are drawn into `target`.
+    /// Creates the passes for pictures that are drawn into `target`.
     ///
     /// # Errors
     /// Out of memory.
@@ -33,7 +33,7 @@ impl Levels {
         })
     }
 
-    /// True if it was made for this target.
+    /// True if the passes were created for this target.
     pub fn fits(&self, target: &Target) -> bool {
         Arc::ptr_eq(&self.stage1.depth, &target.depth)
     }

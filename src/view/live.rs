@@ -61,7 +61,7 @@ pub struct Live {
     pub(super) hold: Option<Hold>,
     pub(super) player: Player,
     pub(super) panels: Panels,
-    /// The resources of each pass of the last frame, while the panels show its passes.
+    /// The resources of each pass of the last frame, while a panel lists the passes.
     pub(super) resources: Vec<PassResources>,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
@@ -85,7 +85,7 @@ pub struct Live {
     pub(super) faces: Option<Faces>,
     pub(super) steps: Option<ReliefSteps>,
     pub(super) reload: Reload,
-    /// The camera that streaming and culling keep after F. The picture is drawn from another camera.
+    /// The camera that streaming and culling keep after the key F. The picture is drawn from another camera.
     pub(super) frozen: Option<Camera>,
     /// Position of the divider, as a share of the width.
     pub(super) divider: f32,
@@ -98,7 +98,7 @@ pub struct Live {
     pub(super) window: Arc<Window>,
 }
 
-/// The last change of what the stage shows.
+/// The last change to the stage: of a variant, a view, a setting or the shaders.
 #[derive(Default)]
 pub(super) struct LastChange {
     /// The text of the status line once the change is shown.
@@ -110,7 +110,7 @@ pub(super) struct LastChange {
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 
-/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`].
+/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`] returns true.
 pub(super) struct LaidOut {
     pub(super) at: Instant,
     /// Delay until the panels need a redraw.
@@ -195,7 +195,7 @@ impl Live {
     /// Handles a window event.
     pub fn event(&mut self, event: &WindowEvent) {
         let repeats = matches!(event, WindowEvent::KeyboardInput { event, .. } if event.repeat);
-        // Flight needs only the press and the release of a key. Only a text field uses its repetitions.
+        // Flight needs only the press and the release of a key. Only a text field uses key repeats.
         if repeats && !self.input.egui_ctx().egui_wants_keyboard_input() {
             return;
         }

@@ -1,6 +1,7 @@
 //! `view --measure`: frame times along the scene's path, in four passes with the same steps:
 //! - with cold caches, then with warm ones;
-//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both.
+//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both passes
+//!   alike.
 //!
 //! Then frames from key presses to changed pictures are counted.
 
@@ -47,9 +48,9 @@ struct Results<'a> {
     size: [u32; 2],
     disk_delay_ms: f64,
     passes: Vec<PassTimes>,
-    /// 99th percentile with cold caches over that with warm ones.
+    /// 99th percentile with cold caches, divided by the 99th percentile with warm caches.
     cold_over_warm_p99: f64,
-    /// Open minus closed panels, at the same step.
+    /// Frame time with open panels minus frame time with closed panels, at the same step.
     panels_ms: Summary,
     panels_ms_mean: f64,
     /// What the panels' own timers report, as [`PassTimes::parts_over`].
@@ -59,7 +60,7 @@ struct Results<'a> {
 }
 
 impl Measurement {
-    /// `steps` per pass are rounded up to a multiple of 24.
+    /// `steps`, the number of steps per pass, is rounded up to a multiple of 24.
     ///
     /// # Errors
     /// The scene has no path.
@@ -73,7 +74,7 @@ impl Measurement {
     }
 
     /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Self::end`]. Returns true
-    /// if the panels are open in this frame; `None` after the passes.
+    /// if the panels must be open in this frame, false if they must be closed, and `None` after the last pass.
     pub fn begin(&mut self, player: &mut Player, waited: Duration) -> Option<bool> {
         let (pass, step) = Pass::of_frame(self.frames.len(), self.steps)?;
         self.begun = (Instant::now(), processor_ms(), waited);
@@ -83,9 +84,9 @@ impl Measurement {
         Some(pass == Pass::Open)
     }
 
-    /// Called at the end of a frame: records its times. `waited` is the time that the program has waited for the device so
-    /// far. `device_ns` are the device's times of the passes that draw into the window, of the frame [`FRAMES_IN_FLIGHT`]
-    /// before this one. Returns a part of the report that is complete.
+    /// Called at the end of a frame: records its times. `waited` is the time that the program has waited for the device
+    /// so far. `device_ns` holds the device's times of the passes that draw into the window; they belong to the frame
+    /// [`FRAMES_IN_FLIGHT`] frames earlier. Returns a part of the report if this frame completes one.
     pub fn end(&mut self, cost: FrameCost, waited: Duration, device_ns: Option<[u64; 2]>) -> Option<String> {
         if let Some(response) = &self.response {
             let report = response.report();
@@ -142,9 +143,9 @@ impl Measurement {
         self.of(pass).into_iter().map(|frame| frame.ms).collect()
     }
 
-    /// Cold frames differ from warm ones by more than their loads. They show coarser tiles in place of missing ones,
-    /// and a footprint covers fewer of the coarser texels. So the report also has the longest frame without its waits
-    /// for the device and the display.
+    /// Cold frames differ from warm frames not only by their loads. They also show coarser tiles in place of missing
+    /// ones, and a footprint covers fewer of the coarser texels. So the report also has the longest frame time without
+    /// waits for the device and the display.
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
         format!(
@@ -159,7 +160,7 @@ impl Measurement {
         self.times(Pass::Cold).p99 / self.times(Pass::Warm).p99
     }
 
-    /// Open minus closed panels, for each step.
+    /// Frame time with open panels minus frame time with closed panels, for each step.
     fn panels_ms(&self) -> Vec<f64> {
         let [open, closed] = [Pass::Open, Pass::Closed].map(|pass| self.ms(pass));
         open.iter().zip(&closed).map(|(open, closed)| open - closed).collect()

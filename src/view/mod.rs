@@ -58,11 +58,11 @@ use std::path::PathBuf;
 pub struct ViewOptions {
     /// The name of the scene or of the figure.
     pub name: String,
-    /// At least one. The window opens with the first, and its first variant.
+    /// At least one view. The window opens with the first variant of the first view.
     pub views: Vec<OpenView>,
     /// Pixels.
     pub size: [u32; 2],
-    /// In order of preference: the first mode that the window supports is used.
+    /// Present modes in order of preference. The first mode that the window supports is used.
     pub present: Vec<PresentMode>,
     pub deterministic: bool,
     pub panels: bool,

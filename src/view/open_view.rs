@@ -12,20 +12,20 @@ pub struct OpenView {
     /// The scene before a variant changes it.
     pub scene: Scene,
     pub camera: Camera,
-    /// The path that is played; `None`: the scene's first.
+    /// The path that is played. If `None`: the scene's first path.
     pub path: Option<String>,
-    /// At least one.
+    /// At least one variant.
     pub variants: Vec<Variant>,
 }
 
 impl OpenView {
-    /// `variants`: if there are none, those of the scene's paper.
+    /// If `variants` is empty, the view gets the variants of the scene's paper.
     pub fn new(name: String, scene: Scene, camera: Camera, variants: Vec<Variant>) -> OpenView {
         let variants = if variants.is_empty() { own_variants(&scene) } else { variants };
         OpenView { name, scene, camera, path: None, variants }
     }
 
-    /// A view that starts where its path does.
+    /// The view with `path` as its path and the start of that path as its camera.
     pub fn along(self, path: String) -> OpenView {
         let mut player = Player::default();
         player.choose(&self.scene, &path);

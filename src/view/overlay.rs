@@ -64,7 +64,7 @@ impl Overlay {
         }
     }
 
-    /// True if it colours the faces of progressive meshes.
+    /// True if the overlay colours the faces of progressive meshes.
     pub fn is_of_meshes(self) -> bool {
         matches!(self, Overlay::Collapse | Overlay::Misses)
     }

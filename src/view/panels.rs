@@ -35,7 +35,7 @@ struct Status {
     since: Instant,
 }
 
-/// How long a message stays. Errors stay longer.
+/// Time for which the status line shows a message, and for which it shows an error.
 const MESSAGE: Duration = Duration::from_secs(4);
 const ERROR: Duration = Duration::from_secs(20);
 
@@ -156,7 +156,7 @@ impl Panels {
         let width = (ui.available_width() - 2.0 * MARGIN).max(LEAST_STATUS);
         let area = egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(MARGIN, -MARGIN));
         area.show(ui.ctx(), |ui| {
-            // Otherwise egui keeps the width of the last message.
+            // Without this call, egui would keep the width of the last message.
             ui.set_max_width(width);
             let label = Label::new(RichText::new(text).color(colour));
             // A message is cut to one line, so that it hides little of the picture. Errors are not cut.

@@ -3,7 +3,7 @@
 use egui::{Grid, Ui};
 use ortelius::vk::{PassResources, Used};
 
-/// Name, bytes, content and access of each resource of the pass `label`. Equal ones share a row.
+/// Name, bytes, content and access of each resource of the pass `label`. Equal resources share a row.
 pub fn resources(ui: &mut Ui, passes: &[PassResources], label: &str) {
     Grid::new("resources").num_columns(4).show(ui, |ui| {
         for [name, bytes, content, access] in rows(passes, label) {

@@ -6,7 +6,7 @@ use glam::DMat2;
 use ortelius::frame::{PerFrame, Target, View};
 use ortelius::vk::{Buffer, BufferUse, Frame, Gpu, Image, Result, TexelCopy};
 
-/// Bytes of the buffer per image. The largest texel has 16.
+/// Bytes of the buffer per image. The largest texel has 16 bytes.
 const STRIDE: u64 = 16;
 
 /// The pending copies, and the last values that arrived.
@@ -58,7 +58,7 @@ pub struct Face {
     pub face: u32,
     /// Level below which the face collapses.
     pub level: u32,
-    /// How many of its vertices miss a FIFO-16 cache; `None` if they were not counted.
+    /// Number of the face's vertices that miss a FIFO-16 cache; `None` if they were not counted.
     pub misses: Option<u32>,
 }
 
@@ -75,8 +75,8 @@ pub struct Texel {
 }
 
 impl Probe {
-    /// Reads the values copied two frames ago. Copies the values of pixel `at` from the frame's images;
-    /// `picture` has its colour.
+    /// Reads the values copied two frames ago. Copies the values of pixel `at` from the frame's images; `picture` has
+    /// the pixel's colour.
     ///
     /// # Errors
     /// Out of memory.
@@ -192,7 +192,7 @@ mod tests {
         let derivatives = [a / 1024.0, b / 512.0, c / 1024.0, d / 512.0].map(|x| x as f32);
         let texel = Texel { tile: [0; 3], shown_level: 0, coordinates: [0.0; 2], derivatives };
         let [major, minor] = texel.ellipse([1024, 512]).unwrap().axes_texels;
-        // The tolerance is that of the f32 derivatives.
+        // The tolerance is the rounding error of the f32 derivatives.
         assert!((major - 6.0).abs() < 1e-5 && (minor - 2.0).abs() < 1e-5, "{major} {minor}");
         assert_eq!(Texel { derivatives: [f32::NAN; 4], ..texel }.ellipse([1024, 512]), None);
     }

@@ -19,7 +19,7 @@ const MOST: u32 = 30;
 /// The presses so far.
 #[derive(Default)]
 pub struct Response {
-    /// Frames from the press to the changed picture; `None`: no change.
+    /// For each key, the frames from the press to the changed picture; `None` if the picture did not change.
     frames: Vec<Option<u32>>,
     /// Frames since the current press.
     since: Option<u32>,
@@ -57,7 +57,7 @@ impl Response {
         self.since.is_none()
     }
 
-    /// Counts a presented frame. `settled`: its picture is complete.
+    /// Counts a presented frame. `settled`: true if the frame's picture is complete.
     pub fn see(&mut self, picture: &[u8], settled: bool) {
         let same = self.last == picture;
         match &mut self.since {
@@ -75,7 +75,7 @@ impl Response {
         }
     }
 
-    /// One line, after the last key.
+    /// The report in one line; `None` until the last key has been counted.
     pub fn report(&self) -> Option<String> {
         if self.frames.len() < KEYS.len() {
             return None;

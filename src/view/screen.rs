@@ -12,7 +12,8 @@ use ortelius::vk::{
 /// Parameters of the present pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrangement {
-    /// First column of the second picture; beyond the window's width if there is only one, so that no divider is drawn.
+    /// First column of the second picture; beyond the window's width if there is only one picture, so that no divider
+    /// is drawn.
     pub split: u32,
     /// Factor of the difference between both pictures; 0 shows the pictures themselves.
     pub gain: f32,
@@ -40,7 +41,7 @@ pub struct Screen {
     pipelines: [GraphicsPipeline; 2],
     /// Bound in place of the overlay's data if there is no overlay.
     no_words: Image,
-    /// The last frame's image, if it is read back.
+    /// The copy of the last frame's image, if that image is read back.
     copy: Option<Buffer>,
     resized: bool,
 }
@@ -53,7 +54,7 @@ pub const LENS: u32 = 176;
 const ZOOM: u32 = 8;
 
 impl Screen {
-    /// `read`: images can be read back.
+    /// `read`: true if images can be read back.
     ///
     /// # Errors
     /// The device cannot present to the window as requested; out of memory.
@@ -95,7 +96,8 @@ impl Screen {
         Ok(())
     }
 
-    /// The buffer for the image since [`Screen::read_next`]; returned once. It is complete when its frame has ended.
+    /// The buffer with the image that [`Screen::read_next`] requested; returned once. The buffer is complete when the
+    /// frame that drew the image has ended.
     pub fn take_read(&mut self) -> Option<Buffer> {
         self.copy.take()
     }

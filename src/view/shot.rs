@@ -37,7 +37,7 @@ fn with_camera(scene: &Scene, camera: &Camera) -> anyhow::Result<Scene> {
 /// Takes the screenshot on a thread.
 ///
 /// # Errors
-/// The camera is outside the range that scenes allow; no thread.
+/// The camera is outside the range that scenes allow; a thread cannot be created.
 pub fn start(stage: &Stage, camera: &Camera, folder: &Path) -> anyhow::Result<Job<PathBuf>> {
     let scene = with_camera(&stage.scene, camera)?;
     let run = RunSection {

@@ -46,7 +46,7 @@ impl Front {
         Front { front, measure: trade.measure.clone(), at: None }
     }
 
-    /// Selects the setting with these changes, if one was selected before.
+    /// Selects the setting with these changes, if a setting was selected before.
     pub fn select(&mut self, changes: &[String]) {
         self.at = self.at.and(self.front.iter().position(|setting| setting.changes == changes));
     }

@@ -15,8 +15,8 @@ const CELLS: usize = 1024;
 
 /// The heights of a scene. A thread computes them once from the meshes.
 pub struct Terrain {
-    /// The scene until the thread starts, at the first motion of the camera. The window thus opens without
-    /// delay.
+    /// The scene, until the thread starts. The thread starts at the first motion of the camera, so that the window
+    /// opens without delay.
     unread: Option<Scene>,
     heights: Arc<OnceLock<Vec<Heights>>>,
 }
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn heights_are_never_below_the_triangles_and_nothing_is_beside_them() {
+    fn heights_are_never_below_the_triangles_and_minus_infinity_outside_them() {
         let corner = |x: f64, y: f64| DVec3::new(x, y, 100.0 * (0.01 * x).sin() + 0.3 * y);
         let vertices: Vec<DVec3> =
             (0..21 * 21).map(|n| corner(f64::from(n % 21) * 50.0, f64::from(n / 21) * 50.0)).collect();

@@ -4,8 +4,8 @@ use ortelius::stats::{Summary, median, percentile};
 use serde::Serialize;
 use std::time::Duration;
 
-/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The first
-/// state alternates from block to block, so the steps of a pass are a multiple of twice this number.
+/// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The state
+/// that comes first alternates from block to block, so the steps of a pass are a multiple of twice this number.
 pub const BLOCK: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,7 +86,7 @@ pub struct PassTimes {
 }
 
 impl PassTimes {
-    /// `frames`: all of the pass.
+    /// `frames`: all frames of the pass.
     pub fn of(pass: Pass, frames: &[&Timed]) -> PassTimes {
         let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
         let mean_of =
@@ -111,8 +111,8 @@ impl PassTimes {
         }
     }
 
-    /// The mean time that the panels' own timers report more than in `closed`: layout, triangles, and the passes that draw
-    /// into the window. `None` without timestamps.
+    /// The mean time of the panels' own timers minus their mean time in the pass `closed`. The timers cover layout,
+    /// triangles, and the device's passes that draw into the window. `None` without timestamps.
     pub fn parts_over(&self, closed: &PassTimes) -> Option<f64> {
         let parts = |of: &PassTimes| {
             Some(of.layout_mean + of.triangles_mean + of.present_pass_mean? + of.panels_pass_mean?)

@@ -1,4 +1,5 @@
-//! The variants that Space reaches: those of `--variant`, or the scene's own and the others of its paper.
+//! The variants that Space reaches: the variants given with `--variant`, or else the scene's own variant and the other
+//! variants of its paper.
 
 use super::filters::other_filters;
 use ortelius::paper::virtual_texture::choices::{Compaction, Dedup};
@@ -15,9 +16,9 @@ pub struct Variant {
 }
 
 /// The scene's own variant, then other filters of a virtual texture, which change the picture. Then one variant for
-/// each other value of the settings that the scene's paper compares. Virtual texture: how visible tiles are listed.
-/// Progressive mesh: which processor changes the level of detail, and the order of faces. Relief: its method. Plain
-/// texture: its filter.
+/// each other value of the settings that the scene's paper compares. For a virtual texture: how visible tiles are
+/// listed. For a progressive mesh: which processor changes the level of detail, and the order of faces. For a relief:
+/// its method. For a plain texture: its filter.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let filters =
@@ -49,7 +50,7 @@ fn compared(scene: &Scene) -> Vec<[String; 2]> {
 }
 
 /// A variant for each other value of a setting that the scene allows. For the first setting, the variant has the name
-/// of the value; for the others, the name of the setting precedes it.
+/// of the value; for the other settings, the name of the setting precedes the value.
 fn other_values(scene: &Scene, [declared, key]: &[String; 2], is_first: bool) -> Vec<Variant> {
     let keys = scene::keys(LANGUAGES);
     let declared = keys.iter().find(|at| at.dotted == *declared).expect("the setting is declared");
@@ -106,7 +107,7 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        // Beside the scene's own: five filters, and the other values of three settings.
+        // Besides the scene's own variant: five filters, and the other values of three settings.
         let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
         assert_eq!(globe.len(), 1 + 5 + methods, "{globe:?}");
         assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");

@@ -1,4 +1,4 @@
-//! Switches between the views of the window: one for a scene, all of a figure's views for a figure.
+//! Switches between the views of the window. A scene has one view; a figure has one or more.
 
 use super::bookmarks::Bookmarks;
 use super::eye::Eye;
@@ -21,13 +21,13 @@ impl Live {
         Ok((kept, format!("view {} of {count}: {}", view + 1, self.stage.views[view].name)))
     }
 
-    /// The view that is `by` positions after the one requested last.
+    /// The view that is `by` positions after the view requested last.
     pub(super) fn view_after(&self, by: isize) -> usize {
         let [_, wanted] = self.stage.view();
         (wanted as isize + by).rem_euclid(self.stage.views.len() as isize) as usize
     }
 
-    /// Takes over camera, path and bookmarks of the shown view, if it is another one.
+    /// Takes over camera, path and bookmarks of the shown view, if the shown view has changed.
     pub(super) fn follow_view(&mut self) {
         let [shown, _] = self.stage.view();
         if std::mem::replace(&mut self.view, shown) == shown {

@@ -78,7 +78,7 @@ fn counts_of_the_list_are_those_of_the_device() {
     // Without the memo a geometry shader emits a point for each pixel that other variants mark.
     let points = Some(geometry.work("dedup").geometry_primitives);
     assert_eq!([atomic_or.count(ATOMICS, 2), test_or.count(TESTS, 2), fused.count(TESTS, 2)], [points; 3]);
-    // An invocation fetches one texel, or those of 8 x 8 pixels.
+    // An invocation fetches one texel, or with tile-memo the texels of 8 x 8 pixels.
     for (counted, texels) in [(atomic_or, 1), (test_or, 1), (tile_memo, 64)] {
         let invocations = counted.work("dedup").compute_invocations;
         assert_eq!(counted.count(TEXELS, 2), Some(texels * invocations), "{:?}", counted.config.dedup);

@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Scene, camera, border, ratio of the axes. Without a border every texel of another tile is looked up; with the widest
-/// border, few texels are.
+/// border, few texels are looked up.
 const CASES: [(&str, &str, u32, u32); 7] = [
     ("earth", "oblique", 16, 16),
     ("earth", "low", 0, 16),
@@ -62,8 +62,8 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> PixelCentr
     PixelCentre { place: [0; 2], centre, jacobian: [[ux, uy], [vx, vy]], determinant: ux * vy - uy * vx }
 }
 
-/// The number of pixels whose level differs from that of the reference (from the device's derivatives), and the number
-/// of covered pixels.
+/// The number of pixels whose level differs from the reference's level for the device's derivatives, and the number of
+/// covered pixels.
 fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
@@ -85,9 +85,9 @@ fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usiz
 /// sign of the rounding error: -1 gives the least, 1 the greatest distance.
 type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 
-/// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to it. If
-/// rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles, and
-/// of undecided pixels.
+/// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to the tile.
+/// If rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles,
+/// and the number of pixels for which rounding decides.
 fn needed(
     renderer: &mut TextureSession,
     margin: i64,
@@ -133,13 +133,13 @@ fn needed(
     (tiles, [reaching, undecided])
 }
 
-/// For the ellipse, whose box contains the centres of its texels.
+/// The half sides of the ellipse. Its bounding box contains the centres of its texels.
 fn of_ellipse(ellipse: EllipseFilter) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
 }
 
-/// For nA samples along the footprint. The outermost one lies 1 / (2 nA) of the longer side before that
-/// side's end.
+/// The half sides of nA samples along the footprint. The outermost sample lies 1 / (2 nA) of the longer side before
+/// that side's end.
 fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |[u, v], q, sign| {
         let [r1, r2] = [[u[0], v[0]], [u[1], v[1]]];
@@ -177,7 +177,7 @@ fn the_level_and_the_list_are_the_references() {
 
 /// Every method that makes the list, on tiles without a border.
 #[test]
-fn every_method_lists_the_tiles_beside() {
+fn every_method_lists_the_neighbouring_tiles_that_the_filter_reads() {
     let (gpu, scene) = (device(), bordered("ruler", 0));
     let tiles = |change: &dyn Fn(&mut Config)| {
         let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
@@ -241,7 +241,7 @@ fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
     assert!(beside > 50, "{beside}");
 }
 
-/// All colours that the reference allows: those of the levels within the tolerance of the derivatives. `None` if that
+/// All colours that the reference allows: one for each level within the tolerance of the derivatives. `None` if that
 /// tolerance exceeds a quarter of the footprint's width, as at the limb, where triangles are less than a pixel high. An
 /// infinite `limb` gives the facet's own footprint.
 fn possible(
@@ -318,7 +318,7 @@ fn beyond(renderer: &mut TextureSession, scene: &str, camera: &str, reference: &
         }
     }
     texels.check().unwrap();
-    // One row in eighteen is just below the plane's horizon.
+    // `possible` excuses the pixels just below the plane's horizon: one row in eighteen.
     assert!(10 * excused < judged, "{excused} excused beside {judged}");
     println!("{}, {camera}: worst within the bound {worst:.4}; beyond {beyond}", scene.name);
     beyond
@@ -383,7 +383,7 @@ fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
     let (mut square, mut of_facets, mut of_device, mut pixels) = (0.0, 0.0, 0.0, 0);
     for (n, sample) in view.samples().into_iter().enumerate() {
         let Some(sample) = sample.filter(|_| !truth.whole[n]) else { continue };
-        // The facet's own footprint, without the bound of the limb.
+        // The colour of the facet's own footprint, which is not bounded at the limb.
         let [facet, ..] = possible(&own, &sample, &texels, &pyramid, f64::INFINITY).unwrap()[..] else {
             panic!()
         };
@@ -440,7 +440,7 @@ impl TileSource for Constant {
 fn a_constant_texture_comes_out_exactly_by_every_filter() {
     let scene = bordered("plane", 16);
     let (gpu, pyramid) = (device(), Pyramid::new(18, 17, 9, 16, None).unwrap());
-    // A device's sampler weights texels in steps of 1/256; sums of samples round.
+    // A device's sampler weights texels in steps of 1/256, and sums of samples are rounded.
     let sampled = 1.0 / 512.0;
     for (kind, samples, most) in [
         (Filtering::Ellipse, 1, 0.0),

@@ -43,7 +43,7 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
         never_ran = Some(never_ran.map_or(refused.clone(), |never| &never & &refused));
     }
     assert!(faults.is_empty(), "{faults:#?}");
-    // A variant that rejects everything would be exact everywhere.
+    // Each variant must run at some extreme. A variant that rejects every extreme would count as exact everywhere.
     assert_eq!(never_ran, Some(BTreeSet::new()));
 }
 
@@ -76,7 +76,7 @@ fn the_edges_of_groups_are_exact() {
 /// Set in a child process: the expected number of invocations of a subgroup.
 const LANES: &str = "ORTELIUS_TEST_LANES";
 
-/// A process has one vector width, so 4 lanes run in a child of this binary. 16 are not possible here: Mesa 22.3
+/// A process has one vector width, so 4 lanes run in a child of this binary. 16 lanes are not possible here: Mesa 22.3
 /// crashes when it compiles stage 1's fragment shader for them.
 #[test]
 fn the_edges_of_groups_are_exact_with_subgroups_of_4() {

@@ -36,7 +36,8 @@ fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
         verdicts.wrong
     });
     println!("pixels with wrong texels at borders 0, 1, 2, 3: {wrong:?}");
-    // The coarser level has half the border. Half of a border of one texel is one texel before the tile, none after it.
+    // The coarser level has half the border. Half of a border of one texel is one texel before the tile and none after
+    // it.
     assert!(wrong[0] > wrong[1] && wrong[1] > 0, "{wrong:?}");
     assert_eq!(wrong[2..], [0, 0]);
 }
@@ -66,7 +67,7 @@ fn is_mixed_there(texel: u32, sample: &Sample, pyramid: &Pyramid) -> bool {
     })
 }
 
-/// Number of pixels of a settled ruler, filtered by one tap, whose texel the trilinear filter would not mix.
+/// Number of pixels of a settled ruler, filtered by one tap, that show a texel that the trilinear filter would not mix.
 fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize {
     let gpu = device();
     let (scene, size) = (bordered("ruler", border), [240, 135]);
@@ -211,8 +212,8 @@ fn beyond(
     beyond
 }
 
-/// Lengths of a footprint's sides, and the tolerance of the device's lengths, which follows from that of its
-/// derivatives.
+/// Lengths of a footprint's sides, and the tolerance of the device's lengths, which follows from the tolerance of the
+/// device's derivatives.
 fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
     let [w, h] = pyramid.level_size(0).map(f64::from);
     let [ds, dt] = tolerance(sample).derivative;
@@ -248,7 +249,7 @@ fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples() {
     for most in 2..=16 {
         assert_eq!(anisotropic_beyond("oblique", 4, most, most), 0, "NA = {most}");
     }
-    // All samples within the border, and as many as possible beyond it.
+    // In the first two cases, all samples are within the border; in the last two, as many as possible are beyond it.
     for (most, border) in [(4, 4), (16, 16), (3, 2), (16, 2)] {
         assert_eq!(anisotropic_beyond("low", border, most, most), 0, "NA = {most}, border {border}");
     }
@@ -261,8 +262,8 @@ fn the_anisotropic_picture_is_not_that_of_half_as_many_samples() {
     assert!(beyond > 20, "{beyond}");
 }
 
-/// Compares the picture of the nearer level with f64 bilinear samples, `off` levels from the nearer one. Halfway
-/// between two levels, within the derivatives' tolerance, both count as the nearer one.
+/// Compares the picture of the nearer level with f64 bilinear samples, `off` levels from the nearer one. If a pixel is
+/// halfway between two levels within the derivatives' tolerance, either level counts as the nearer one.
 fn nearer_level_beyond(off: f64) -> usize {
     let bilinear = |settings: &mut VirtualTextureSettings| settings.config.filter.kind = Filtering::Bilinear;
     beyond("oblique", 4, 5.0 / 256.0, bilinear, |texels, sample, pyramid| {

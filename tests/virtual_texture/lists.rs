@@ -160,7 +160,7 @@ fn an_overflowing_list_is_run_again_and_loses_no_tile() {
             renderer.frame(&pose(&scene, "oblique")).unwrap();
             renderer.drain().unwrap();
             let record = renderer.records.last().unwrap().clone();
-            // Each frame in flight has its own list, and each overflows once.
+            // Each frame in flight has its own list, and each list overflows once.
             assert_eq!(record.overflowed, frame < 2, "{compact:?}, frame {frame}");
             assert!(record.triples > 16);
             let pyramid = renderer.technique.source.pyramid();

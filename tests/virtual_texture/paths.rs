@@ -45,12 +45,12 @@ fn with_half_of_the_needed_cache_a_path_is_coarser_and_settles() {
             settings.streaming.host_tiles = largest as u32;
         });
         go(&mut halved, &scene, path);
-        assert!(halved.records.iter().any(|record| record.streaming.oversubscribed), "{path}: it all fits");
+        assert!(halved.records.iter().any(|record| record.streaming.oversubscribed), "{path}: all tiles fit");
         let last = scene.path(path).unwrap().pose(u32::MAX);
         let frames = halved.settle(&last).unwrap();
         // A frame uploads 8 tiles, and there are at most 64.
         assert!(frames <= 16, "{path}: {frames} frames to rest");
-        // Only on one path, because the first use compiles the check's shader.
+        // The check runs on one path only, because its shader is compiled on first use.
         if path == "pole-crossing" {
             let verdicts = halved.ruler_verdicts().unwrap();
             assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "{path}: coarser, but whole");

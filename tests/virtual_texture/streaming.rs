@@ -20,7 +20,7 @@ fn caches_that_are_too_small_degrade_report_it_and_recover() {
     assert_eq!((verdicts.wrong, verdicts.not_resident), (0, 0), "a coarser picture, but a complete one");
     assert!(renderer.records.last().unwrap().streaming.oversubscribed);
     renderer.settle(&narrow).unwrap();
-    assert_eq!(renderer.technique.bias(), 0, "it fits again");
+    assert_eq!(renderer.technique.bias(), 0, "the narrow view fits again");
     assert!(renderer.records.last().unwrap().visible.len() <= 6);
     // The picture stays right while the views alternate.
     for _ in 0..3 {

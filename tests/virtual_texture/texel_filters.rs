@@ -94,7 +94,7 @@ fn filter(kind: Filtering, max_anisotropy: u32, samples: u32) -> Filter {
     Filter { kind, max_anisotropy, samples, ..Filter::DEFAULT }
 }
 
-/// Each published filter as a scene states it and as paper 3's reference does.
+/// Each published filter, as a scene states it and as paper 3's reference names it.
 fn published() -> Vec<(Filter, Method)> {
     let one = |kind, most, samples, method| (filter(kind, most, samples), Method::Baseline(method));
     vec![
@@ -128,8 +128,8 @@ fn pixels(renderer: &mut TextureSession) -> Vec<[f32; 4]> {
     renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 
-/// The bounds of the device on tiles. In the dump, s and t have 24 bits of 512 texels, a step of 2^-15, and the
-/// coordinate is the sum of two rounded numbers.
+/// Bound of the device's position error on tiles, in texels. In the dump, s and t have 24 bits; over 512 texels this is
+/// a step of 2^-15. The device's coordinate is the sum of two rounded numbers.
 const PLACE_ERROR: f64 = 1.0 / (1 << 13) as f64;
 
 /// As `most_line` of `footprint.glsl`.
@@ -157,8 +157,8 @@ fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, by: f64) -
     (low..=high).map(of).collect()
 }
 
-/// The ellipse's value. A texel that the error of the pixel's centre moves across the edge crosses it at one of the
-/// four corners of that error.
+/// The ellipse's value. The error of the pixel's centre is a square. If a centre in the square moves a texel across the
+/// ellipse's edge, one of the square's four corners does.
 fn of_ellipse(
     ellipse: &EllipseFilter,
     pixel: &PixelCentre,
@@ -187,15 +187,18 @@ fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32)
     if share <= 1.0 { share } else { share.min(least(1.0 - error)).min(least(1.0 + error)) }
 }
 
-/// What a comparison found: pixels compared, pixels that no value of the reference explains, pixels for which rounding
-/// decides the number of samples, pixels of a missing tile, and judged pixels whose value it changes by more than the
-/// bounds.
+/// Pixel counts of a comparison.
 #[derive(Debug, Default)]
 struct Compared {
+    /// Pixels that were compared.
     judged: usize,
+    /// Compared pixels that no value of the reference explains.
     wrong: usize,
+    /// Pixels for which rounding decides the number of samples.
     undecided: usize,
+    /// Pixels of a missing tile.
     hidden: usize,
+    /// Compared pixels whose value the missing tile changes by more than the bounds.
     beside: usize,
 }
 
@@ -226,7 +229,7 @@ fn pixel_of(dump: &FootprintPicture, n: usize, size: [f64; 2]) -> PixelCentre {
 /// A colour by level, column and row, which may lie outside the level.
 type Texel<'a> = &'a dyn Fn(u32, i64, i64) -> [f64; 4];
 
-/// What `with` finds in each channel of a texture on tiles.
+/// The result of `with` for each channel of a texture on tiles.
 fn of_channels<T>(pyramid: &Pyramid, texel: Texel<'_>, with: impl Fn(&Texture<'_>, usize) -> T) -> [T; 3] {
     [0, 1, 2].map(|channel| {
         let texel = |level, column, row| texel(level, column, row)[channel];
@@ -291,8 +294,9 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
             width_log2: pyramid.width_log2(),
             height_log2: pyramid.height_log2(),
             edges: Edges::Planet,
-            // A missing tile's texel is the one that covers it in the next coarser level. The tile is that of the texel
-            // inside the level: a footprint at the northern edge reads the opposite meridian's tile.
+            // If a texel's tile is missing, the filter reads the covering texel of the next coarser level. Texels
+            // beyond the level's edge are already wrapped: a footprint at the northern edge reads a tile of the
+            // opposite meridian.
             texel: |level, x, y| {
                 let absent = missing.filter(|_| !whole.get()).is_some_and(|tile| {
                     level == q && level == tile.level && [y / side, x / side] == [tile.row, tile.column]
@@ -322,7 +326,7 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
     result
 }
 
-/// The method in tiles of this size: the reach of an ellipse depends on it.
+/// The method in tiles of this size: the reach of an ellipse depends on the tile size.
 fn in_tiles(method: Method, tile_log2: u32) -> Method {
     match method {
         Method::Ellipse(ellipse) => Method::Ellipse(ellipse.within(1 << tile_log2 >> 1)),
@@ -355,7 +359,8 @@ fn another_filter_of_paper_3_is_not_the_picture() {
         (filter(Filtering::StochasticEllipse, 16, 16), FilterBaseline::Stochastic(15)),
     ];
     let baselines = baselines.map(|(filter, other)| (filter, Method::Baseline(other)));
-    // Each ellipse as another one; the approximations of the edge's volume differ too little.
+    // Each ellipse is compared with another ellipse. The approximations of the edge's volume are left out, because they
+    // differ too little.
     let own = filter(Filtering::Ellipse, 16, 1);
     let best = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
     let ellipses = [
@@ -387,7 +392,8 @@ fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
         let method = in_tiles(method, 6);
         let found = compared(&mut of(Some(missing)), method, Some(missing));
         assert!(found.wrong == 0 && found.hidden > 200 && found.judged > 1000, "{filter:?}: {found:?}");
-        // The near miss: the picture of a whole texture. One random tap reads the tile in the fewest pixels, about 12.
+        // The near miss: the picture of a texture without a missing tile. The filter of one random tap reads that tile
+        // in the fewest pixels, about 12.
         let found = compared(&mut of(None), method, Some(missing));
         assert!(found.beside >= 10 && found.wrong >= found.beside, "{filter:?}: {found:?}");
     }
@@ -424,8 +430,8 @@ fn plain(renderer: &TextureSession, camera: &str, filter: &Filter) -> Vec<[f32; 
     gpu.read_image(&target).unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 
-/// The rounding error of a pixel's value; `None` if the filter reads rows beyond the texture. There a plain texture
-/// repeats its first and last row, and a virtual one continues on the opposite meridian.
+/// The rounding error of a pixel's value; `None` if the filter reads rows beyond the texture. There, a plain texture
+/// repeats its first and last row, and a virtual texture continues on the opposite meridian.
 fn rounding(method: Method, pixel: &PixelCentre, pyramid: &Pyramid) -> Option<f64> {
     let beyond = Cell::new(false);
     let texel = |level: u32, _: i64, row: i64| {
@@ -444,8 +450,8 @@ fn rounding(method: Method, pixel: &PixelCentre, pyramid: &Pyramid) -> Option<f6
 }
 
 /// The largest difference from a plain texture beyond the rounding error of both pictures, and the number of compared
-/// pixels. The rounding error holds random taps that may read either of two texels, and texels that may have either of
-/// two entries of pbrt's table of weights.
+/// pixels. The rounding error includes random taps that may read either of two texels, and texels that may have either
+/// of two entries of pbrt's table of weights.
 fn off_from_plain(own: Filter, method: Method, of_plain: Filter) -> (f64, usize) {
     let mut renderer = settled(noise(7, 2, None), "above", |settings| settings.config.filter = own);
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
@@ -471,9 +477,9 @@ fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
         let own = filter(kind, 4, 4);
         let (off, compared) = off_from_plain(own, method, own);
         println!("{kind:?}: {off:.2e} in {compared} pixels");
-        // `rounding` has no error of an ellipse's centre. f32 coordinates of 512 texels have steps of 2^-15: the two
-        // centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at most
-        // 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
+        // `rounding` does not include the error of an ellipse's centre. f32 coordinates of 512 texels have steps of
+        // 2^-15: the two centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at
+        // most 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
         assert!(off < 2f64.powi(-11) && compared > 2000, "{kind:?}: {off:.2e} of {compared}");
         // The near miss: the next filter of paper 3.
         let other = if kind == Filtering::Pbrt { Filtering::Feline } else { Filtering::Pbrt };

@@ -33,7 +33,7 @@ fn every_texel_of_every_camera_of_the_ruler_is_right() {
 
 /// Near miss that must be rejected: the same frame before its tiles have arrived.
 #[test]
-fn a_frame_without_its_tiles_is_found_wanting() {
+fn in_a_frame_without_its_tiles_no_pixel_is_resident() {
     let gpu = device();
     let scene = scene("ruler");
     let mut renderer = open(&gpu, &scene, [160, 90], |_| ());
@@ -158,8 +158,8 @@ fn the_shader_counts_the_texels_of_every_filter_as_the_reference_does() {
     for filter in filters {
         let [shader, reference] = counted("plane", "tilted", filter, PAPER);
         println!("{:?}, NA {}: {shader} and {reference} texels", filter.kind, filter.max_anisotropy);
-        // The first four have the same count in each pixel. Elsewhere the device's derivatives err by up to 1/256, which
-        // can change nA by one and an ellipse by the texels at its edge.
+        // The first four filters have the same count in each pixel. For the others, the device's derivatives err by up
+        // to 1/256. This can change nA by one, and an ellipse by the texels at its edge.
         let most = if filter.max_anisotropy == 1 { 0.0 } else { 0.005 * reference };
         assert!((shader - reference).abs() <= most, "{filter:?}: {shader} and {reference}");
         found.push(shader);
@@ -167,7 +167,7 @@ fn the_shader_counts_the_texels_of_every_filter_as_the_reference_does() {
     assert_eq!(found[..3], [4.0, 8.0, 16.0]);
     // Near misses that the comparison would reject.
     assert!(found.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 0.01 * pair[0]), "{found:?}");
-    // A fused draw has no request image; its texels are counted over one that is drawn for the count.
+    // A fused draw has no request image. To count its texels, a request image is drawn first.
     let (dedup, compact, address) = (Dedup::FusedExact, Compaction::Append, TileAddress::OwnLevel);
     let fused = Config { dedup, compact, address, ..PAPER };
     let [fused, reference] = counted("earth", "oblique", filters[5], fused);

@@ -58,7 +58,7 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
 #[test]
 fn l_plays_the_path_and_f9_pauses_it_and_lets_it_go_on() {
     let display = Display::start();
-    // Hours of path, so that it does not end.
+    // A path of several hours, so that it does not end during the test.
     let slow = ["-D", "paths.dive.frames=1000000"];
     let mut window =
         open(&display, &[&["globe", "--size", "96x54", "--no-panels", "-D", FAST][..], &slow].concat());

@@ -7,7 +7,7 @@ use crate::program::Program;
 /// A relief whose distance map takes a minute.
 const DEEP: [&str; 2] = ["surface.floor.relief.method=trace", "surface.floor.relief.depth_m=0.26"];
 
-/// Waits for the end; the build must have been under way, and incomplete.
+/// Waits until the program ends. The build must have begun, and must be incomplete.
 fn ended_early(window: Program<'_>) {
     let (code, words) = window.ended();
     assert_eq!(code, Some(0), "{words}");

@@ -23,12 +23,13 @@ fn above_the_message(seen: &Seen) -> Vec<u8> {
     seen.0.rgba[..4 * 240 * (135 - 60)].to_vec()
 }
 
-/// Space until the first variant returns. Filters must show other pictures, and methods the scene's own.
+/// Presses Space until the first variant is shown again. Filters must show other pictures. Methods must show the
+/// picture of the scene's own variant.
 fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     let mut names = Vec::new();
     while names.last().is_none_or(|name| name != "the scene's own") {
         window.press(key::SPACE);
-        // Not "opening variant: ", which may come before.
+        // With INFO, this does not match "opening variant: ", which may come before.
         let said = window.said("INFO variant: ");
         // The text in brackets, which names what was loaded again, is dropped.
         names.push(said.split(" (").next().unwrap_or_default().to_owned());
@@ -42,7 +43,8 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     assert_eq!([distinct.len(), names.len()], [1 + FILTERS.len() + methods; 2], "{names:?}");
 }
 
-/// G until no overlay is left. Each overlay must change the picture. After the last one, it is unchanged again.
+/// Presses G until no overlay is left. Each overlay must change the picture. After the last overlay, the picture must
+/// be the first one again.
 fn switch_every_overlay(window: &mut Program<'_>, bare: &Seen, expected: &[&str]) {
     let bare = above_the_message(bare);
     let mut names = Vec::new();

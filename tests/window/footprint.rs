@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [720, 590];
 /// Over the Alps, where footprints are long and turned.
 const CAMERA: &str = "oblique";
 
-/// Level 0 of the texture.
+/// Size of level 0 of the texture, in texels.
 const TEXELS: [f64; 2] = [262_144.0, 131_072.0];
 
 /// The Jacobian in texels of `level` per pixel.
@@ -73,7 +73,7 @@ fn the_footprint_under_the_pointer_is_that_of_the_f64_reference() {
         let printed = [number("footprint ", " x "), number(" x ", " texels")];
         let sample = view.sample(at[0], at[1]).unwrap();
         let reference = jacobian(sample.fine, level);
-        // Two decimals are printed; differences of f32 coordinates within a triangle have 1e-3 of their value.
+        // Two decimals are printed. Differences of f32 coordinates within a triangle have a relative error of 1e-3.
         let agrees = |of: [f64; 2]| {
             printed.iter().zip(of).all(|(found, of): (&f64, f64)| (found - of).abs() < 0.005 + 2e-3 * of)
         };
@@ -81,7 +81,7 @@ fn the_footprint_under_the_pointer_is_that_of_the_f64_reference() {
         assert!(agrees(expected), "{line}: not {expected:?}");
         let beside = view.sample(at[0], at[1] + 8).unwrap();
         assert!(!agrees(stretches(jacobian(beside.fine, level))), "{line}: 8 pixels below is as good");
-        // 96 pixels show one and a half times the longer axis, but 4 to 32 texels.
+        // The drawing's 96 pixels show one and a half times the longer axis, but at least 4 and at most 32 texels.
         let to_pixels = 96.0 / (1.5 * expected[0]).clamp(4.0, 32.0);
         let [x, y] = [reference.row(0), reference.row(1)].map(|row| row.length() * to_pixels);
         let [width, height] = drawn(&window.settled_picture());

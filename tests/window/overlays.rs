@@ -15,7 +15,7 @@ fn pixel(seen: &Seen, [x, y]: [u32; 2]) -> [u8; 3] {
 }
 
 #[test]
-fn levels_and_what_is_missing_of_them_colour_the_picture() {
+fn levels_and_their_shortfall_colour_the_picture() {
     let display = Display::start();
     // With this bias, each pixel shows a level one coarser than it requests, except at the coarsest level.
     let arguments = ["globe", "--size", "320x180", "--no-panels", "-D", FAST, "-D", "variant.level_bias=1"];
@@ -109,7 +109,7 @@ fn the_work_of_a_relief_colours_its_pixels() {
     window.until("work as colours", |window| count(&window.picture(), cold) > 5000);
     let work = window.settled_picture();
     window.press(key::G);
-    // As in the test of a globe's errors.
+    // The colours of errors, as in the test of the globe.
     let purple = |[r, g, b]: [u8; 3]| r > g.saturating_add(60) && b > g.saturating_add(20);
     let wanted = count(&work, purple) + 3000;
     window.until("the error of each pixel", |window| count(&window.picture(), purple) > wanted);

@@ -9,9 +9,10 @@ use ortelius::stats::Summary;
 use std::path::Path;
 use std::process::Command;
 
-/// Columns of a window of 560 pixels, whose panel is 330 points wide. The first three are the left end, middle and
-/// right end of a slider. The constants below are two columns on the numbers of the governor's rows.
+/// Columns of the left end, middle and right end of a slider, in a window of 560 pixels with a panel of 330 points.
 const SLIDER: [i16; 3] = [236, 290, 350];
+
+/// Two columns on the numbers of the governor's rows, in the same window.
 const NUMBER: [i16; 2] = [405, 430];
 
 /// A sweep with these settings, all on the front: (name, change, error).
@@ -45,7 +46,8 @@ fn trade(folder: &Path, scene: &str, settings: &[(&str, &str, f64)]) -> String {
     path.display().to_string()
 }
 
-/// Drags row after row of the panel until `word` is on stderr; returns the row. A drag clicks no button.
+/// Drags row after row of the panel until `word` is on stderr. Returns that row. A drag, unlike a press, clicks no
+/// button.
 fn drag_rows(window: &mut Program<'_>, [from, to]: [i16; 2], word: &str) -> i16 {
     for row in (30..500).step_by(5) {
         window.drag_in_steps([from, row], [to, row], 1);
@@ -65,7 +67,7 @@ fn selected(window: &Program<'_>) -> Vec<String> {
 fn the_trade_slider_moves_along_the_measured_front() {
     let display = Display::start();
     let folder = tempfile::tempdir().unwrap();
-    // Not in the order of the front.
+    // The file does not list the settings in the order of the front.
     let settings = [
         ("sharp", "", 0.001),
         ("coarsest", "variant.level_bias=4", 0.2),
@@ -77,7 +79,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     window.settled_picture();
     let [left, middle, right] = SLIDER;
     let row = drag_rows(&mut window, [middle, right], "setting: coarsest");
-    // Back to the least error: every setting of the front was selected on the way, in its order.
+    // Drags back to the least error. On the way, every setting of the front is selected, in the order of the front.
     window.drag_in_steps([right, row], [left, row], 12);
     window.until("the first setting", |window| selected(window).last().is_some_and(|name| name == "sharp"));
     let names = selected(&window);
@@ -91,7 +93,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     let png = window.printed(".png");
     window.press(key::ESCAPE);
     let folder = window.closed_in_silence();
-    // The picture is that of the setting's changes.
+    // The picture must be the one that `render` makes with the setting's changes.
     let render = |changes: &[&str], name: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         command.current_dir(&folder).args(["render", "globe", "--size", "560x520", "-D", FAST, "-o", name]);
@@ -116,7 +118,7 @@ fn the_governors_rows_set_its_budgets_and_take_them_back() {
     let faces: u64 = words.rsplit("governor.frame_faces = ").next().unwrap().trim().parse().unwrap();
     window.press(key::F12);
     let png = window.printed(".png");
-    // To the left end: no budget.
+    // At the left end, a row has no budget.
     window.drag_in_steps([NUMBER[0], row], [0, row], 1);
     window.until("no budget", |window| window.stderr().contains("governor.frame_faces: the scene's own"));
     window.press(key::ESCAPE);

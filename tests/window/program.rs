@@ -15,8 +15,8 @@ use x11rb::protocol::xproto::{
 };
 use x11rb::wrapper::ConnectionExt as _;
 
-/// Value of `-D` with a coarser grid than that of the shipped ellipsoids, 75,000 quads, which would take most of the time of
-/// a small picture.
+/// Value of `-D` for an ellipsoid with few quads. The shipped ellipsoids have 75,000 quads, which would take most of
+/// the time of a small picture.
 pub const COARSE: &str = "surface.land.geometry={kind='ellipsoid',columns=96,rows=48}";
 
 type Words = Arc<Mutex<String>>;
@@ -38,7 +38,7 @@ pub struct Program<'a> {
 pub struct Seen(pub Srgb8Picture);
 
 impl Seen {
-    /// True if it has more than 50 colours.
+    /// True if the picture has more than 50 colours.
     pub fn is_varied(&self) -> bool {
         let mut colours: Vec<_> = self.0.rgba.chunks_exact(4).collect();
         colours.sort();
@@ -180,8 +180,8 @@ impl<'a> Program<'a> {
         self.hold(key, 0);
     }
 
-    /// Presses a key until the last line that satisfies `holds` is printed. The values of a pixel arrive some
-    /// frames late.
+    /// Presses a key until a printed line satisfies `holds`. One press may not suffice, because the values of a pixel
+    /// arrive some frames late. Returns the last such line.
     pub fn press_until_printed(&mut self, key: u8, holds: impl Fn(&str) -> bool) -> String {
         wait_for("a printed line", || {
             self.press(key);

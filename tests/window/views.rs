@@ -19,7 +19,8 @@ fn all(window: &mut Program<'_>, key: u8, what: &str, first: &str) -> Vec<(Strin
     let mut shown: Vec<(String, Seen)> = Vec::new();
     while shown.last().is_none_or(|(name, _)| !name.ends_with(first)) {
         window.press(key);
-        // Not "opening view", which may come before. What was loaded again is in brackets.
+        // With INFO, this does not match "opening view", which may come before. The text in brackets, which names what
+        // was loaded again, is dropped.
         let said = window.said(&format!("INFO {what}"));
         let name = said.split(" (").next().unwrap_or_default();
         let name = name.rsplit(": ").next().unwrap_or_default().to_owned();

@@ -64,8 +64,8 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
     // Steps instead of seconds, so that the walk is the same on every machine.
     const STEPS: u32 = 96;
     let steps = std::env::var("ORTELIUS_WALK_STEPS").map_or(STEPS, |text| text.parse().unwrap());
-    // With one arena, memory that was freed by another thread is used again.
-    // Small caches are full after a few steps, so that they do not grow later.
+    // With one malloc arena, memory that one thread has freed is used again by the other threads. Small caches are full
+    // after a few steps, so that they do not grow later.
     let caches = ["-D", "cache.gpu_tiles=32", "-D", "cache.host_tiles=32"];
     let scene = [&["globe", "--size", "300x200", "-D", FAST][..], &caches].concat();
     let mut window = Program::start(&display, &scene, &[("MALLOC_ARENA_MAX", "1")]);
@@ -83,9 +83,9 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
         "device {device} -> {device_after}, resident {resident} -> {resident_after}, process {}",
         window.process()
     );
-    // Twice the device memory is one more renderer: the second half may end with two. Lavapipe's device memory is main
-    // memory. The second half may also open a variant or an overlay that the first did not. A leak of one frame's
-    // buffers (1 MB) exceeds both bounds within seconds.
+    // Twice the device memory is one more renderer: the second half may end with two renderers. Lavapipe's device
+    // memory is main memory. The second half may also open a variant or an overlay that the first did not. A leak of
+    // one frame's buffers (1 MB) exceeds both bounds within seconds.
     let another = device_after.saturating_sub(device);
     assert!(device_after <= 2 * device, "device: {device} bytes, then {device_after}");
     assert!(

@@ -35,7 +35,8 @@ choices! {
 }
 
 choices! {
-    /// How a pixel's colour is filtered from its tile (section 4). The order is that of `surface_filter_level.glsl`.
+    /// How a pixel's colour is filtered from its tile (section 4). The filters have the order of the constants in
+    /// `surface_filter_level.glsl`.
     pub enum Filtering {
         /// The paper's: at most `max_anisotropy` samples, each bilinear in two levels and interpolated between them.
         Trilinear = "trilinear",
@@ -69,8 +70,8 @@ choices! {
 }
 
 impl Filtering {
-    /// True for paper 3's ellipse and the published filters beside it. They fetch single texels through the page table,
-    /// so they need no border, and their footprint is bounded at a sphere's limb.
+    /// True for paper 3's ellipse and for the published filters after it. These filters fetch single texels through the
+    /// page table, so they need no border. Their footprint is bounded at a sphere's limb.
     pub fn is_of_paper_3(self) -> bool {
         self as u32 >= Filtering::Ellipse as u32
     }
@@ -83,7 +84,7 @@ impl Filtering {
 
 choices! {
     /// The ellipse that the weights of the filter `"ellipse"` follow: formula (4) of paper 3. The texels are always
-    /// those of the exact ellipse. The order is that of AXES in `ellipse.glsl`.
+    /// those of the exact ellipse. The values have the order of AXES in `ellipse.glsl`.
     pub enum FilterAxes {
         /// As printed: the axes are as long as the rows of the Jacobian.
         Rows = "rows",
@@ -97,18 +98,18 @@ choices! {
 }
 
 choices! {
-    /// The weight of a texel that the ellipse's edge cuts, by the distance d in texels from its centre to the edge: step
-    /// C of paper 3. The order is that of EDGE in `weights.glsl`.
+    /// The weight of a texel that the ellipse's edge cuts, by the distance d in texels from its centre to the edge:
+    /// step C of paper 3. The values have the order of EDGE in `weights.glsl`.
     pub enum FilterEdge {
         /// All or nothing, by the texel's centre.
         None = "none",
         /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`.
         Exact = "exact",
-        /// `0.5 + 2.151 d - 2.358 d^2`, for that volume.
+        /// `0.5 + 2.151 d - 2.358 d^2`, an approximation of `"exact"`.
         Quadratic = "quadratic",
-        /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`, for that volume.
+        /// `0.496 + 2.288 d - 3.074 d^2 + 0.956 d^3`, an approximation of `"exact"`.
         Cubic = "cubic",
-        /// Three linear pieces, for that volume.
+        /// Three linear pieces, an approximation of `"exact"`.
         PiecewiseLinear = "piecewise-linear",
         /// `0.5 + d`: the covered area.
         AreaRamp = "area-ramp",

@@ -2,9 +2,9 @@
 //! paper uses a geometry shader and transform feedback, and reads the list back. The other variants of [`Compaction`]
 //! use compute shaders.
 //!
-//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. If a
-//! frame has more triples, its mask is compacted again into a longer list, so no tile is lost. The host copies as many
-//! entries as a frame is likely to have. If there are more, it copies the list again.
+//! The paper's visible-tile list has room for one entry per pixel. Ours starts with `list_capacity` entries. If a frame
+//! has more triples, its mask is compacted again into a longer list, so no tile is lost. The host copies as many
+//! entries as a frame is likely to have. If the frame has more, the host copies the list again.
 
 use super::choices::Compaction;
 use super::tile_mask::{Mask, TileMask};
@@ -21,7 +21,7 @@ use crate::vk::{
 };
 use std::sync::Arc;
 
-/// Stage 3 of one variant. [`CompactPass::list`] creates its lists.
+/// Stage 3 of one variant. [`CompactPass::list`] creates the lists that it fills.
 pub struct CompactPass {
     step: CompactStep,
     entries: Entries,

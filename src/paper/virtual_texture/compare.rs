@@ -17,8 +17,8 @@ const RUNS: usize = 30;
 const WARM_UP: usize = 3;
 
 /// The times of the settled frame and of the plain frame, interleaved so that drift affects both alike. The plain frame
-/// takes one trilinear sample per pixel. The settled frame has the scene's filter, which `--compare-plain` sets to the
-/// same.
+/// takes one trilinear sample per pixel. The settled frame has the scene's filter, which `--compare-plain` also sets to
+/// one trilinear sample.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlainComparison {
     /// Time of the settled frame divided by the time of the same mesh with one plain texture, per run.
@@ -39,7 +39,8 @@ fn total(passes: &[PassTime]) -> Option<f64> {
 
 /// A settled frame, drawn once more.
 pub struct Again {
-    /// The visible-tile list: (q, i, j) in the grid of its tile addresses, in the order in which the method lists them.
+    /// The visible-tile list: triples (q, i, j) in the grid of the variant's tile addresses, in the order in which the
+    /// method lists them.
     pub triples: Vec<[u32; 3]>,
     pub times: Vec<PassTime>,
     /// The host's time to get or make the list.

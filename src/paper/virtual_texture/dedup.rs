@@ -1,6 +1,7 @@
-//! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of the request image into points,
-//! one for each triple that differs from the previous pixel's (the "memo"). A logic OR of `1 << q` merges equal triples
-//! in the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw.
+//! Stage 2, section 2.2: a geometry shader turns each block of `2^p x 2^p` pixels of the request image into points, one
+//! for each triple that differs from the previous pixel's (the "memo"). A logic OR of `1 << q` merges equal triples in
+//! the tile mask. The other variants of [`Dedup`] fill the same mask with compute shaders, or in the draw that textures
+//! the mesh.
 //!
 //! Differences: points are drawn at texel centres, because the printed corners lose the tiles of row 0 and of column 0.
 //! For p = 4 a block is split over two invocations, because 256 points of 5 components exceed the 1024 components that

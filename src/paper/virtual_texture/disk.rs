@@ -29,9 +29,10 @@ settings! {
 pub struct FaultyDisk {
     whole: Arc<dyn TileSource>,
     faults: Disk,
-    /// Time of the first read. The clock starts there, because opening a device may take longer than the outage.
+    /// Time of the first read. The clock of the faults starts then, because opening a device may take longer than the
+    /// outage.
     begun: OnceLock<Instant>,
-    /// Reads of each tile so far: each attempt is an independent draw.
+    /// Number of reads of each tile so far. Each attempt fails or succeeds independently of the others.
     attempts: Mutex<HashMap<TileId, u32>>,
     /// True if reads no longer take their extra time.
     hurries: Mutex<bool>,
@@ -139,9 +140,10 @@ mod tests {
         let (one, other) = (disk(faults.clone()), disk(faults.clone()));
         let first = outcomes(&one);
         assert_eq!(first, outcomes(&other));
-        assert_ne!(first, outcomes(&one), "the second attempt at a tile is another draw");
+        assert_ne!(first, outcomes(&one), "the second attempt at a tile is independent of the first");
         assert_ne!(first, outcomes(&disk(Disk { seed: 1, ..faults })));
-        // 512 draws of 1/4: 128 expected, with a standard deviation of 9.8; 5 standard deviations are 49.
+        // 512 reads that fail with a probability of 1/4: 128 failures are expected, with a standard deviation of 9.8. 5
+        // standard deviations are 49.
         let failed = first.iter().filter(|ok| !**ok).count();
         assert!((79..=177).contains(&failed), "{failed} of 512 failed");
     }

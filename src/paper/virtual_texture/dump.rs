@@ -13,7 +13,7 @@ use crate::vk::{self, Depth, Format, Gpu, Image, ImageInfo};
 pub struct FootprintPicture {
     /// s, t; NaN for the background.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy; for the filters of paper 3, after the limit on the footprint's length.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; for the filter `"ellipse"`, after the footprint was bounded at a sphere's limb.
     pub derivatives: Vec<[f32; 4]>,
     /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for the background.
     pub triples: Vec<[u32; 3]>,
@@ -108,7 +108,7 @@ impl Run<VirtualTexture> {
 
 /// These functions require that the last frame has ended, so that its depth is complete in the target.
 impl VirtualTexture {
-    /// The shapes of the last frame, drawn onto its own depth.
+    /// The shapes of the last frame, to be drawn onto that frame's depth.
     fn last_seen(&self, target: &Target) -> DrawList<'_> {
         self.seen(self.last_view(target.size())).onto(Onto::Drawn)
     }

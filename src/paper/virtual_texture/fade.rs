@@ -2,8 +2,8 @@
 //!
 //! id Software blends pages as they arrive (J. M. P. van Waveren, "Software Virtual Textures", 2012). Here a cell of
 //! the page table also holds the weight of the next coarser resident tile, which was shown before. The shader also
-//! samples that tile, and a third one if the second is fading. So the picture never jumps, however many levels lie
-//! between the tiles. A tile that is not fading takes one sample.
+//! samples the coarser tile, and a third tile if the coarser tile is fading in too. So the picture never jumps, however
+//! many levels lie between the tiles. For a tile that is not fading in, the shader samples only that tile.
 //!
 //! The fade counts frames instead of milliseconds, so the same frames show the same pictures on any machine.
 

@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(memory.add(&[tile(1), tile(0)]), [tile(0), tile(1)]);
         assert_eq!(memory.add(&[tile(1)]), [tile(0), tile(1)]);
         assert_eq!(memory.add(&[]), [tile(0), tile(1)]);
-        assert_eq!(memory.add(&[]), [tile(1)], "seen a frame later");
+        assert_eq!(memory.add(&[]), [tile(1)], "tile 1 was seen one frame after tile 0");
         assert_eq!(memory.add(&[tile(2)]), [tile(2)]);
         assert_eq!(SampleHistory::new(1).add(&[tile(2)]), [tile(2)]);
     }

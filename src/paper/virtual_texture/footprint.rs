@@ -1,9 +1,9 @@
-//! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile of its texture
-//! coordinate, and q the level for its footprint.
+//! Stage 1, section 2.1: writes the triple (q, i, j) of each pixel. (i, j) is the level-0 tile at the pixel's texture
+//! coordinate, and q is the level for the pixel's footprint.
 //!
 //! Differences from the paper: `floor(log2)` is the exponent of a float, so that q is exact. A footprint of length 0
-//! gives level 0; one that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface covers
-//! hold q = -1, [`BACKGROUND`].
+//! gives level 0. A footprint that is not finite gives the resident mip tail (the paper's G1). Pixels that no surface
+//! covers hold q = -1, [`BACKGROUND`].
 
 use super::{Config, RequestFormat, pyramid_constants, with};
 use crate::frame::{DrawList, Onto};
@@ -58,8 +58,8 @@ impl FootprintPass {
         FootprintPass::coarse(gpu, pyramid, config, size, 0)
     }
 
-    /// A request image of `size` pixels. Each represents `2^pixel_log2 x 2^pixel_log2` pixels of the picture and
-    /// requests the level that these pixels need.
+    /// A request image of `size` pixels. Each of its pixels represents `2^pixel_log2 x 2^pixel_log2` pixels of the
+    /// picture and requests the level that these pixels need.
     ///
     /// # Errors
     /// As [`FootprintPass::new`].
@@ -74,8 +74,8 @@ impl FootprintPass {
         FootprintPass::on(gpu, pyramid, config, (depth, Depth::Write), pixel_log2)
     }
 
-    /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth must be
-    /// complete.
+    /// A request image with a depth image that other passes also draw into. With [`Depth::Equal`] the depth image must
+    /// already be complete.
     ///
     /// # Errors
     /// As [`FootprintPass::new`].

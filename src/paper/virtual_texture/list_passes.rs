@@ -82,7 +82,8 @@ impl Stage3 {
         if self.appended { vec!["read-back"] } else { vec!["compact", "read-back"] }
     }
 
-    /// The list of the frame in `slot`, which has ended. If the list was too short, it is made again from `mask`.
+    /// The list of the frame in `slot`, which has ended. If the list was too short, a longer list is filled from
+    /// `mask`.
     ///
     /// # Errors
     /// Out of memory, device lost.

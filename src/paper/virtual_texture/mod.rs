@@ -10,7 +10,8 @@
 //!   baseline that copies a subset of the pixels;
 //! - [`list_passes`]: the passes of the chosen method;
 //! - [`streaming`], section 3: two caches, the update, the upload step and the loader;
-//! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: the resident tile that each tile is shown from;
+//! - [`tile_pool`]: the resident tiles in video memory; [`page_table`]: for each tile, the resident tile that is shown
+//!   for it;
 //! - [`fade`]: blends new tiles in over some frames (optional, not in the paper);
 //! - [`texturing`], section 4: the picture from the resident tiles; [`fused`]: stages 1, 2 and 4 in one draw;
 //!   [`prepass`]: culling for the depth-only draw before [`fused`];
@@ -40,8 +41,8 @@
 //! Differences from the printed paper (errata):
 //! - 2.2: points are drawn at texel centres, not corners.
 //! - 3: the page table is separate from the tile states.
-//! - 4: the weight `f` of level q + 1 is clamped when `q` is; the blend is `C = C1 (1-f) + C2 f`; the resident mip tail
-//!   (G1) uses the unclamped level `e`; tiles have a border.
+//! - 4: the weight `f` of level q + 1 is clamped whenever `q` is clamped; the blend is `C = C1 (1-f) + C2 f`; the
+//!   resident mip tail (G1) uses the unclamped level `e`; tiles have a border.
 
 pub mod choices;
 pub mod compact;

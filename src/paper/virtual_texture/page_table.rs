@@ -1,10 +1,10 @@
-//! The page table that the shader reads. Each tile of each level has a cell, which names the tile itself if it is in
-//! the tile pool, and otherwise the nearest coarser tile that is.
+//! The page table that the shader reads. Each tile of each level has a cell. The cell names the tile itself if the tile
+//! is in the tile pool, and otherwise the nearest coarser tile in the tile pool.
 //!
-//! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup
-//! and no search. The paper stores tile states in the same array (an erratum, see [`super::streaming`]); here they are
-//! separate. An evicted tile is removed from every cell that names it. This takes time on the host, because up to 4/3
-//! 4^q cells name a tile of level q.
+//! As in the paper, the cell of a missing tile names the tile that is shown instead, so the shader needs one lookup and
+//! no search. The paper stores tile states in the same array (an erratum, see [`super::streaming`]); here tile states
+//! and page table are separate. An evicted tile is removed from every cell that names it. This takes time on the host,
+//! because up to 4/3 4^q cells name a tile of level q.
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::ops::Range;
@@ -76,8 +76,8 @@ impl PageTable {
         }
     }
 
-    /// Writes a tile's cell. Then, level by level, every finer cell within it that does not show its own tile gets its
-    /// parent's word.
+    /// Writes a tile's cell. Then, level by level, every finer cell that lies within the tile and does not show its own
+    /// tile gets the word of its parent cell.
     fn fill(&mut self, tile: TileId, shown: u32) {
         let place = self.place(tile.level, tile.row, tile.column);
         self.words[place] = shown;
@@ -155,7 +155,7 @@ mod tests {
         tiles
     }
 
-    /// The definition: the tile itself if it is shown, otherwise the nearest coarser tile that is.
+    /// The definition of a cell: the tile itself if it is shown, otherwise the nearest coarser tile that is shown.
     fn nearest(shown: &HashMap<TileId, u32>, mut tile: TileId) -> u32 {
         while !shown.contains_key(&tile) {
             tile = TileId { level: tile.level + 1, row: tile.row >> 1, column: tile.column >> 1 };
@@ -205,7 +205,7 @@ mod tests {
         table.apply(&[(tile, 5), (within, 6), (tile, 0)]);
         let changes = table.take_changes();
         assert!(changes.windows(2).all(|pair| pair[0].end < pair[1].start), "{changes:?}");
-        // The tile's own cell, and two rows of two below it.
+        // The tile's own cell, and its 2 x 2 cells of level 0.
         assert_eq!(changes.iter().map(|range| range.len()).sum::<usize>(), 5);
         assert_eq!(table.words()[table.place(0, 3, 6)], word(0, 5, 0));
         assert_eq!(level_of(table.words()[table.place(0, 2, 6)]), 2);

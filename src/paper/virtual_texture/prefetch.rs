@@ -1,9 +1,9 @@
 //! Prefetch (optional, not in the paper): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
 //!
 //! The list comes from a draw, so it works for any mesh. The picture has a quarter of the width and height, a sixteenth
-//! of the pixels. A tile that falls between these pixels is found only when it comes nearer. The camera is extrapolated
-//! by repeating the rigid motion of its last frame. This is exact for a turn, an orbit around the globe and a straight
-//! line.
+//! of the pixels. A tile that falls between these pixels is found only when the camera comes nearer. The camera is
+//! extrapolated by repeating the rigid motion of its last frame. This extrapolation is exact for a turn, an orbit
+//! around the globe and a straight line.
 
 use super::list_passes::Stage3;
 use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::FootprintPass};
@@ -12,7 +12,7 @@ use crate::math::camera::Pose;
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Frame, Gpu, Result};
 
-/// A pixel of the small picture covers 4 x 4 pixels.
+/// A pixel of the small picture covers 4 x 4 pixels of the frame.
 const PIXEL_LOG2: u32 = 2;
 
 /// Stages 1 to 3 for the extrapolated camera.
@@ -30,7 +30,8 @@ impl Prefetch {
     /// # Errors
     /// A limit of the device; out of memory.
     pub fn new(gpu: &Gpu, pyramid: &Pyramid, config: &Config, size: [u32; 2]) -> Result<Prefetch> {
-        // The variant with the fewest device requirements. No figure compares its time.
+        // This variant has the fewest device requirements. It need not be the fastest, because no figure compares its
+        // time.
         let config = Config { dedup: Dedup::TestOr, compact: Compaction::Append, ..*config };
         let size = size.map(|side| side.div_ceil(1 << PIXEL_LOG2));
         let stage1 = FootprintPass::coarse(gpu, pyramid, &config, size, PIXEL_LOG2)?;

@@ -8,7 +8,7 @@
 //!   most twice x. Only clusters wholly inside the frustum are tested, because the pieces of a clipped triangle are
 //!   unknown.
 //!
-//! The shading draw covers the whole mesh. So does its baseline, the draw with a plain texture.
+//! The shading draw covers the whole mesh. The draw with a plain texture, its baseline, also covers the whole mesh.
 
 use crate::model::mesh::{CLUSTER_TRIANGLES, Cluster};
 use crate::vk::shader::View;
@@ -34,7 +34,7 @@ pub struct Culling {
     eye: DVec3,
     /// Unit normals into the frustum, and distances: left, right, top, bottom, near.
     planes: [DVec4; 5],
-    /// The clip coordinate w is the dot product of this and a position relative to the eye.
+    /// The clip coordinate w is the dot product of this vector and a position relative to the eye.
     depth: DVec3,
     /// Upper bound of the picture's pixels per metre at w = 1, including the change of w along that metre.
     px: f64,

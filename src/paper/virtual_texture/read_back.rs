@@ -106,13 +106,13 @@ impl HostList {
         })
     }
 
-    /// `reaches`: with each triple, the request image stores which neighbouring tiles the pixel's filter also reads
-    /// (reach.rs).
+    /// `reaches`: true if the request image stores, with each triple, which neighbouring tiles the pixel's filter also
+    /// reads ([`reach`]).
     pub fn reaching(self, reaches: bool) -> HostList {
         HostList { reaches, ..self }
     }
 
-    /// Lists each distinct triple of the streamed levels in `requests` once, in the grid of its tile addresses.
+    /// Lists each distinct triple of the streamed levels in `requests` once, in the grid of this list's tile addresses.
     pub fn list(&mut self, requests: &[u32]) -> Vec<[u32; 3]> {
         match self.pass {
             HostPass::Hash => self.by_hash(requests),
@@ -138,7 +138,7 @@ impl HostList {
         let [column_bits, row_bits] = [self.pyramid.width_log2(), self.pyramid.height_log2()]
             .map(|side| side - self.pyramid.tile_log2());
         let triple = match *texel {
-            // The background, all ones, decodes to a q beyond every level: `RequestFormat::fits` ensures that.
+            // The background, all ones, decodes to a q beyond every level. `RequestFormat::fits` ensures this.
             [_] => [
                 first >> (row_bits + column_bits),
                 first >> column_bits & !(!0 << row_bits),
@@ -260,7 +260,7 @@ mod tests {
                     let mut host = HostList::new(pass, &pyramid, format, address).unwrap();
                     let list = host.list(&stored(&picture, format));
                     let entries: BTreeSet<_> = list.iter().copied().collect();
-                    assert_eq!(entries.len(), list.len(), "{what}: an entry twice");
+                    assert_eq!(entries.len(), list.len(), "{what}: an entry is listed twice");
                     match address {
                         TileAddress::Level0 => assert_eq!(entries, triples, "{what}"),
                         TileAddress::OwnLevel => {
@@ -269,8 +269,8 @@ mod tests {
                             assert_eq!(own_level.collect::<BTreeSet<_>>(), tiles, "{what}");
                         }
                     }
-                    assert_eq!(host.list(&stored(&picture, format)), list, "{what}: again");
-                    assert_eq!(host.list(&[]), [[0; 3]; 0], "{what}: nothing is left over");
+                    assert_eq!(host.list(&stored(&picture, format)), list, "{what}: the second pass");
+                    assert_eq!(host.list(&[]), [[0; 3]; 0], "{what}: bits of the last pass are left over");
                 }
             }
         }

@@ -20,7 +20,7 @@ pub struct TextureFrameRecord {
     /// Length of the frame's own visible-tile list.
     pub triples: usize,
     /// The frame's distinct visible tiles before any bias, sorted. With subsampled feedback: the union of the last
-    /// frames.
+    /// frames' tiles.
     pub visible: Vec<TileId>,
     /// The tiles that are expected to be visible `cache.prefetch_frames` frames later, sorted.
     pub expected: Vec<TileId>,

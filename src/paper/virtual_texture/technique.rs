@@ -59,7 +59,7 @@ pub struct VirtualTexture {
     /// Direction towards the sun, for lit shapes.
     pub sun: DVec3,
     pub onto: Onto,
-    /// True to keep streaming the tiles that were visible when this was set, wherever the camera moves.
+    /// True to keep streaming the tiles that were visible when this flag was set, wherever the camera moves.
     pub frozen: bool,
     /// The list that is streamed while frozen: the first one available after `frozen` was set.
     frozen_list: Option<FrameTiles>,
@@ -75,7 +75,8 @@ pub struct VirtualTexture {
     lit: Option<LightColours>,
     /// The last frame's pose, and the first frame that had it.
     pose: Option<(Pose, u64)>,
-    /// The predicted pose, if the camera continues its motion.
+    /// The pose that is predicted from the motion of the camera; `None` without prefetch, or if the pose cannot be
+    /// predicted.
     expected: Option<Pose>,
     last_frame: u64,
     bias: u32,
@@ -285,8 +286,7 @@ impl VirtualTexture {
             let why = if report.oversubscribed {
                 "the visible tiles exceed cache.gpu_tiles"
             } else {
-                "the visible \
-                tiles fit cache.gpu_tiles"
+                "the visible tiles fit cache.gpu_tiles"
             };
             tracing::info!("frame {}: level bias {} -> {bias}: {why}", view.frame, self.bias);
             self.bias = bias;
@@ -407,7 +407,7 @@ impl Technique for VirtualTexture {
 
     fn progress(&self) -> Progress {
         let Some((_, since)) = self.pose else { return Progress::Arriving };
-        // The list that the last frame streamed came from the frame FRAMES_IN_FLIGHT before it.
+        // The last frame streamed the list of the frame FRAMES_IN_FLIGHT frames earlier.
         let listed = self.last_frame + 1 > since + FRAMES_IN_FLIGHT as u64 + self.frames_to_list() - 1;
         let report = &self.streamed[FrameSlot::of(self.last_frame)].report;
         if listed && self.streaming.settled() && self.fade.settled() {

@@ -80,9 +80,9 @@ impl Texturing {
         Texturing::built(gpu, pyramid, config, stage1, &constants(config, resident), (target, lit))
     }
 
-    /// An instrumented build. A pixel's colour is the number of texels that its filter reads: 8 for a sample of two
-    /// levels, 4 for a sample of one level, 1 for a random texel. For the ellipse, it is the number of texels with a
-    /// weight; for the published filters, the number of fetches.
+    /// An instrumented build of the pass. A pixel's colour is the number of texels that its filter reads: 8 for a
+    /// sample of two levels, 4 for a sample of one level, 1 for a random texel. For the ellipse, it is the number of
+    /// texels with a weight; for the published filters, the number of fetches.
     ///
     /// # Errors
     /// Out of memory.
@@ -151,8 +151,8 @@ pub struct PlainBaseline {
 }
 
 impl PlainBaseline {
-    /// Reads the finest level with at most 4096 texels a side, and all coarser ones. If `filter` is
-    /// one of paper 3's, the shader applies it. Otherwise the sampler takes one trilinear sample.
+    /// Reads the finest level with at most 4096 texels a side, and all coarser ones. If `filter` is a filter of paper
+    /// 3, the shader applies it. Otherwise the sampler takes one trilinear sample.
     ///
     /// # Errors
     /// Out of memory; a tile cannot be read; the source is BC1 and has no RGBA8 texels.

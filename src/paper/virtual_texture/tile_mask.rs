@@ -59,7 +59,7 @@ impl TileMask {
         }
     }
 
-    /// The image of the layout [`MaskLayout::Texels`]; `storage`: shaders store to it.
+    /// The image of the layout [`MaskLayout::Texels`]. `storage` is true if shaders store to the image.
     ///
     /// # Errors
     /// The image exceeds a limit of the device; out of memory.

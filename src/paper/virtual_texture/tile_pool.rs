@@ -2,8 +2,8 @@
 //! [`super::page_table`].
 //!
 //! The paper keeps the resident mip tail, the levels that are always in video memory, in a separate texture. Here it is
-//! also cut into tiles with borders. They follow the N1 streamed tiles in the array and are never replaced. So one
-//! lookup serves all levels, and borders continue the resident tail over the poles and the antimeridian.
+//! also cut into tiles with borders. These tiles follow the N1 streamed tiles in the array and are never replaced. So
+//! one lookup serves all levels, and borders continue the resident tail over the poles and the antimeridian.
 
 use super::page_table::PageTable;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -196,7 +196,7 @@ impl TilePool {
 }
 
 impl Uploads {
-    /// Removes what an earlier frame staged. The GPU must have finished that frame.
+    /// Removes the tiles and cells that an earlier frame staged. The GPU must have finished that frame.
     pub fn clear(&mut self) {
         self.tiles.clear();
         self.ranges.clear();

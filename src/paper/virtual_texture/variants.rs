@@ -37,7 +37,7 @@ impl Dedup {
         }
     }
 
-    /// True if the variant draws points into the mask. The others store from shaders.
+    /// True if the variant draws points into the mask. The shaders of all other variants store to the mask.
     pub fn draws(self) -> bool {
         matches!(self, Dedup::Geometry | Dedup::Points)
     }
@@ -47,7 +47,7 @@ impl Dedup {
         Dedup::ALL.iter().copied().filter(|dedup| !dedup.fused())
     }
 
-    /// Device features.
+    /// The device features that the variant needs.
     pub fn needs(self) -> Vec<Need> {
         let need = |feature| Need {
             feature,
@@ -68,7 +68,7 @@ impl Dedup {
 }
 
 impl Compaction {
-    /// Device features.
+    /// The device features that the variant needs.
     pub fn needs(self) -> Vec<Need> {
         let need = |feature| Need {
             feature,

@@ -56,7 +56,7 @@ pub(super) enum Fill {
 /// A draw with one vertex per block of 2^p x 2^p texels of the tile mask.
 pub(super) struct BlockDraw {
     pub pipeline: GraphicsPipeline,
-    /// p
+    /// The exponent p.
     pub block_log2: u32,
     /// Size of the tile mask.
     pub grid: [u32; 2],
@@ -66,7 +66,7 @@ pub(super) struct Dispatches {
     /// Runs first if the list is ordered.
     pub count: Option<Dispatch>,
     pub write: Dispatch,
-    /// Workgroups.
+    /// Number of workgroups along each axis.
     pub groups: [u32; 3],
 }
 
@@ -123,7 +123,7 @@ impl VisibleList {
         self.capacity
     }
 
-    /// Sets the stored length to 0, if the list stores one. Later commands of the pass see the empty list.
+    /// Sets the stored length to 0, if the list stores its length. Later commands of the pass see the empty list.
     pub(super) fn begin(&self, cmd: &mut Cmd<'_>) {
         cmd.fill(&self.triples, self.fill.header_bytes(), 0);
         cmd.sync();

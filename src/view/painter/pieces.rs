@@ -8,7 +8,7 @@ use ortelius::vk::ClippedSlice;
 /// The triangles of one shape.
 #[derive(PartialEq)]
 pub struct Piece {
-    /// The pixels that it may change: those within its clip rectangle, its bounds and the window.
+    /// The pixels that the piece may change: those within its clip rectangle, its bounds and the window.
     covers: Rectangle,
     clip: Rectangle,
     mesh: Mesh,
@@ -50,8 +50,8 @@ impl Pieces {
     pub fn of(context: &Context, shapes: Vec<ClippedShape>, size: [u32; 2], pixels_per_point: f32) -> Pieces {
         let options = context.tessellation_options(|options| *options);
         let atlas = context.fonts(|fonts| fonts.font_image_size());
-        // `Context::tessellate` joins shapes with the same clip rectangle. Without its prepared discs, circles are
-        // polygons.
+        // `Context::tessellate` would join shapes with the same clip rectangle. This tessellator lacks egui's prepared
+        // discs, so it draws circles as polygons.
         let mut tessellator = Tessellator::new(pixels_per_point, options, atlas, Vec::new());
         let window = Rectangle { at: [0; 2], end: size };
         let mut leaves = Vec::new();
@@ -81,8 +81,8 @@ impl Pieces {
         self.list.iter().map(|piece| piece.covers)
     }
 
-    /// Rectangles that hold all pixels in which this layout may differ from `last`. Elsewhere, both draw the same pieces
-    /// in the same order.
+    /// Rectangles that hold all pixels in which this layout may differ from `last`. Elsewhere, both layouts draw the
+    /// same pieces in the same order.
     pub fn changed_since(&self, last: &Pieces) -> Vec<Rectangle> {
         let (mut changed, mut rest) = (Vec::new(), &last.list[..]);
         for piece in &self.list {
@@ -143,7 +143,7 @@ impl Redraw {
     }
 }
 
-/// Adds the shape without nested lists.
+/// Adds the shape. A list of shapes is split into its members.
 fn split(clip_rect: Rect, shape: Shape, into: &mut Vec<ClippedShape>) {
     match shape {
         Shape::Vec(shapes) => shapes.into_iter().for_each(|shape| split(clip_rect, shape, into)),

@@ -38,7 +38,7 @@ impl Rectangle {
         (0..2).all(|axis| at[axis] < end[axis]).then_some(Rectangle { at, end })
     }
 
-    /// The smallest rectangle that holds both.
+    /// The smallest rectangle that holds both rectangles.
     pub fn with(&self, other: &Rectangle) -> Rectangle {
         Rectangle {
             at: [0, 1].map(|axis| self.at[axis].min(other.at[axis])),
@@ -46,7 +46,7 @@ impl Rectangle {
         }
     }
 
-    /// At most four disjoint rectangles that hold the pixels of this one outside `hole`.
+    /// At most four disjoint rectangles that hold the pixels of this rectangle outside `hole`.
     pub fn without(&self, hole: &Rectangle) -> Vec<Rectangle> {
         let Some(hole) = self.within(hole) else { return vec![*self] };
         let ([left, top], [right, bottom]) = (self.at, self.end);
@@ -60,8 +60,8 @@ impl Rectangle {
     }
 }
 
-/// Disjoint rectangles that hold all `parts`. Two rectangles become one if they overlap, or if this adds at most
-/// `slack` pixels.
+/// Disjoint rectangles that hold all `parts`. Two rectangles become one if they overlap, or if their union has at most
+/// `slack` additional pixels.
 pub fn disjoint(parts: impl IntoIterator<Item = Rectangle>, slack: u64) -> Vec<Rectangle> {
     let mut found: Vec<Rectangle> = Vec::new();
     for mut next in parts {

@@ -11,7 +11,7 @@ use egui::{Align2, Color32, FontId, FullOutput, Pos2, RawInput, Rect, Vec2, pos2
 use ortelius::scene::camera::Camera;
 use ortelius::vk::{Feature, GpuOptions, Watched};
 
-/// Lays out, draws what differs, then draws all.
+/// Lays out the panels and draws them twice: first only the parts that differ from the last layout, then all of them.
 struct Twice<'a> {
     gpu: &'a Watched,
     context: Context,
@@ -33,7 +33,7 @@ impl Twice<'_> {
         self.context.run_ui(RawInput { screen_rect, ..RawInput::default() }, show)
     }
 
-    /// Draws over one colour. Returns the layer and the target.
+    /// Draws the panels over a picture of one colour. Returns the layer and the target.
     fn draw(&mut self) -> [Vec<u8>; 2] {
         let color = ColorTarget { image: &self.target, clear: Clear::Float([0.3, 0.5, 0.7, 1.0]) };
         let mut frame = self.gpu.frame().unwrap();
@@ -45,7 +45,7 @@ impl Twice<'_> {
         [layer, &self.target].map(|image| self.gpu.read_image(image).unwrap())
     }
 
-    /// Returns the pixels that are drawn again because the layout differs from the last one.
+    /// Returns the number of pixels that are drawn again because the layout differs from the last one.
     fn step(&mut self, name: &str, show: impl FnMut(&mut egui::Ui)) -> u64 {
         let (output, size) = (self.lay_out(show), self.target.info().size);
         let shown = (&output.textures_delta, output.shapes.clone());

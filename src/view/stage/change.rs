@@ -34,14 +34,14 @@ pub(super) struct PendingChange {
 /// A change whose preparation has ended.
 pub struct FinishedChange {
     pub is_reload: bool,
-    /// Its variant on the left.
+    /// The variant on the left.
     pub variant: usize,
-    /// `None` if a later request has taken the change back.
+    /// What was kept; `None` if a later request has taken the change back.
     pub kept: anyhow::Result<Option<Kept>>,
 }
 
 impl Stage {
-    /// Starts the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
+    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
     /// while the thread works is handled after the thread has ended.
     pub(super) fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
         let plans = self.plan(&self.wanted)?;
@@ -70,7 +70,7 @@ impl Stage {
         }
     }
 
-    /// The left side of a choice, and the right side if it has one.
+    /// Plans the left side of a choice, and the right side if the choice has one.
     fn plan(&self, choice: &ShownVariants) -> anyhow::Result<Vec<Side<SidePlan>>> {
         let second = self.second.as_ref().map(|second| (&second.scene, &second.renderer));
         let sides = [(Some(choice.left), Some((&self.scene, &self.renderer))), (choice.right, second)];
@@ -196,11 +196,11 @@ impl Stage {
         choice.right.is_some() == self.second.is_some() && self.plan(choice).is_ok_and(stays)
     }
 
-    /// Opens both sides again, for example for new shaders. Requires that nothing is being opened. On an error, both
-    /// stay.
+    /// Opens both sides again, for example for new shaders. Requires that no scene is being opened. On an error, both
+    /// sides stay as they are.
     ///
     /// # Errors
-    /// No thread.
+    /// A thread cannot be created.
     pub fn reopen(&mut self) -> anyhow::Result<()> {
         assert!(self.opening.is_none(), "one scene is opened at a time");
         let second = self.second.as_ref().map(|second| second.scene.clone());
@@ -214,7 +214,8 @@ fn fit(renderer: &mut Renderer, size: [u32; 2]) -> Result<(), RenderError> {
     if renderer.size() == size { Ok(()) } else { renderer.resize(size) }
 }
 
-/// Gives a renderer what it needs for another scene; `None` if it needs nothing. On an error, it stays as it was.
+/// Gives a renderer what it needs for another scene. Returns `None` if it needs nothing. On an error, the renderer
+/// stays as it was.
 fn bring(renderer: &mut Renderer, ready: Ready) -> Result<Option<Kept>, RenderError> {
     match ready {
         Ready::Nothing => Ok(None),

@@ -21,7 +21,7 @@ use ortelius::vk::Gpu;
 /// One scene on one device.
 pub struct Stage {
     gpu: Gpu,
-    /// At least one.
+    /// At least one view.
     pub views: Vec<OpenView>,
     deterministic: bool,
     shown: ShownVariants,
@@ -32,7 +32,7 @@ pub struct Stage {
     pub scene: Scene,
     pub renderer: Renderer,
     pub second: Option<Second>,
-    /// The next opening waits for a message or the sender's end.
+    /// The next opening of a scene waits until a message arrives or the sender is dropped.
     #[cfg(test)]
     gate: Option<std::sync::mpsc::Receiver<()>>,
 }
@@ -48,17 +48,17 @@ pub struct Second {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct ShownVariants {
     view: usize,
-    /// The view's variants.
+    /// Indices of the variants on the left and on the right; `None` without a right side.
     left: usize,
     right: Option<usize>,
-    /// The changes of the selected Pareto point. They override those of the variants.
+    /// The changes of the selected Pareto point. They override the changes of the variants.
     front: Vec<String>,
-    /// Manual changes as (key, value). They override those of the variants and of the Pareto point.
+    /// Manual changes as (key, value). They override the changes of the variants and of the Pareto point.
     changes: Vec<(String, String)>,
 }
 
 impl Stage {
-    /// One view.
+    /// A stage with one view.
     #[cfg(test)]
     pub fn new(
         gpu: &Gpu,
@@ -102,7 +102,7 @@ impl Stage {
         })
     }
 
-    /// Index of the shown view, and of the one that was requested last.
+    /// Index of the shown view, and of the view that was requested last.
     pub fn view(&self) -> [usize; 2] {
         [self.shown.view, self.wanted.view]
     }
@@ -152,7 +152,7 @@ impl Stage {
         &self.shown.front
     }
 
-    /// Requests a variant. On an error, the current one stays.
+    /// Requests a variant. On an error, the current variant stays.
     ///
     /// `None`: the change is prepared on a thread, and [`Stage::take_opened`] shows it. The same holds for
     /// the other requests.
@@ -168,7 +168,7 @@ impl Stage {
         (variant + 1) % self.variants().len()
     }
 
-    /// Requests the next variant on the right, or closes the one on the right.
+    /// Requests the next variant on the right. If a variant is already on the right, closes it instead.
     ///
     /// # Errors
     /// As [`Renderer::open`].
@@ -185,7 +185,7 @@ impl Stage {
         self.request(|wanted| wanted.right = Some(variant))
     }
 
-    /// Replaces the selected Pareto point. On an error, the current one stays.
+    /// Replaces the selected Pareto point. On an error, the current point stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].

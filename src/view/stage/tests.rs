@@ -70,7 +70,7 @@ fn the_old_picture_stays_until_the_new_scene_is_open_and_later_requests_wait_or_
     assert_eq!(opened(&mut stage).unwrap(), None);
     assert!(stage.second.is_none() && has(&stage, texture, "border", 8));
 
-    // A scene that cannot be opened leaves the picture; the next change does not ask for it again.
+    // A scene that cannot be opened leaves the picture unchanged. The next change does not request that scene again.
     let nowhere = "{kind='virtual', source='file', path='/nowhere.tiles'}";
     assert_eq!(stage.set("surface.land.texture", nowhere).unwrap(), None);
     let words = format!("{:#}", opened(&mut stage).unwrap_err());
@@ -182,7 +182,7 @@ fn settings_change_in_place_and_show_the_picture_of_a_scene_that_was_just_opened
     assert!(loads(&mut stage.renderer) > 0);
     stage.show_beside(1).unwrap();
     opened(&mut stage).unwrap();
-    assert!(loads(&mut stage.second.as_mut().unwrap().renderer) > 0, "it has caches of its own");
+    assert!(loads(&mut stage.second.as_mut().unwrap().renderer) > 0, "the right side has its own caches");
     let changes = [
         ("variant.level_bias", "1", Kept::Everything),
         ("variant.level_bias", "0", Kept::Everything),

@@ -165,7 +165,7 @@ impl RequestFormat {
     /// The format to use: as configured, or the first that the device renders to.
     ///
     /// # Errors
-    /// [`Error::Limit`] if the configured format is not available; it names those that are.
+    /// [`Error::Limit`] if the configured format is not available. The error names the available formats.
     pub fn choose(
         gpu: &Gpu,
         wanted: Option<RequestFormat>,
@@ -203,8 +203,8 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
-/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border.
-/// If the texture is a file, pyramid and border are known only after it is opened.
+/// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. If
+/// the texture is a file, pyramid and border are known only after the file is opened.
 ///
 /// # Errors
 /// [`SceneError`] at the invalid key.
@@ -228,9 +228,9 @@ impl Filter {
     /// The paper's filter with NA = 1: one trilinear sample per pixel.
     pub const ONE_SAMPLE: Filter = Filter { max_anisotropy: 1, ..Filter::DEFAULT };
 
-    /// The narrowest border of a tile, in texels. With several samples, each looks up its own tile and reads both of
-    /// the tile's levels, up to 2 texels beyond the tile. A single sample works without a border but shows seams, as
-    /// the paper's tiles do. Filters that fetch single texels need no border.
+    /// The narrowest border of a tile, in texels. With several samples, each sample looks up its own tile and reads
+    /// both of the tile's levels, up to 2 texels beyond the tile. A single sample works without a border but shows
+    /// seams, as the paper's tiles do. Filters that fetch single texels need no border.
     pub fn least_border(&self) -> u32 {
         match (self.kind, self.max_anisotropy) {
             (Filtering::Trilinear | Filtering::Bilinear, 2..) => 2,
@@ -238,7 +238,7 @@ impl Filter {
         }
     }
 
-    /// The invalid key and the reason, if tiles with this border and payload do not suffice.
+    /// The invalid key and the reason, if tiles with this border and payload do not suffice for the filter.
     pub fn beyond(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
         let least = self.least_border();
         if border < least {
@@ -280,7 +280,7 @@ impl Filter {
         ]
     }
 
-    /// The same, and those of `surface_filter.glsl`.
+    /// The constants of [`Filter::level_constants`], and the specialization constants of `surface_filter.glsl`.
     pub fn constants(&self) -> Vec<(&'static str, u32)> {
         // Random texels of the ellipse have the probabilities of the usual EWA filter.
         let kernel = if self.kind == Filtering::Ellipse { self.kernel } else { FilterKernel::Ewa };
@@ -326,8 +326,8 @@ fn with_filter(scene: &Scene, filter: &str) -> std::result::Result<Scene, SceneE
     }
 }
 
-/// A shipped scene with paper 1's filter instead of its own, which is paper 3's: trilinear samples along the footprint,
-/// at most 16.
+/// A shipped scene with the filter of paper 1: at most 16 trilinear samples along the footprint. The scene's own filter
+/// is that of paper 3.
 ///
 /// # Errors
 /// No shipped scene has this name.

@@ -29,8 +29,8 @@ pub fn distinct_triples(requests: &[[u32; 3]], pyramid: &Pyramid) -> BTreeSet<[u
         .collect()
 }
 
-/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row). These may lie beyond the
-/// texture's edges: columns wrap, and beyond a pole the rows of the opposite meridian follow.
+/// The tiles of a streamed level that hold the texels from `first` to `last` (column, row). These texels may lie beyond
+/// the texture's edges: columns wrap, and beyond a pole the rows of the opposite meridian follow.
 pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i64; 2]) -> BTreeSet<TileId> {
     let [width, height] = pyramid.level_size(level).map(i64::from);
     let side = i64::from(pyramid.tile_size());
@@ -50,8 +50,8 @@ pub fn tiles_of_texels(pyramid: &Pyramid, level: u32, first: [i64; 2], last: [i6
 }
 
 /// The number of points that stage 2's geometry shader emits (section 2.2) for a request image with `width` pixels per
-/// row: one per pixel of a streamed level. With `memo`, a pixel emits none if its triple equals the last one that its
-/// block emitted.
+/// row: one per pixel of a streamed level. With `memo`, a pixel emits no point if its triple equals the last triple
+/// that its block emitted.
 pub fn emitted_points(
     requests: &[[u32; 3]],
     width: u32,
@@ -93,7 +93,7 @@ pub struct PixelDerivatives {
 /// The result of section 2.1 for one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triple {
-    /// e: the unclamped level; minus infinity if the footprint is a point, NaN if it is not finite.
+    /// e: the unclamped level; minus infinity if the footprint is a point, NaN if the footprint is not finite.
     pub e: f64,
     pub q: u32,
     pub i: u32,
@@ -183,14 +183,14 @@ mod tests {
         Pyramid::new(18, 17, 9, 4, None).expect("the paper's")
     }
 
-    /// A square footprint of this many texels of level 0 at the texture's middle.
+    /// A square footprint in the texture's middle. Its side is `texels` texels of level 0.
     fn square(texels: f64) -> PixelDerivatives {
         let [w, h] = pyramid().level_size(0).map(f64::from);
         PixelDerivatives { s: 0.5, t: 0.5, dsdx: texels / w, dtdx: 0.0, dsdy: 0.0, dtdy: texels / h }
     }
 
     #[test]
-    fn a_footprint_of_one_texel_requests_level_0_and_of_two_level_1() {
+    fn a_footprint_of_one_texel_requests_level_0_and_one_of_two_texels_level_1() {
         for (texels, q) in [(1.0, 0), (1.999, 0), (2.0, 1), (3.999, 1), (4.0, 2), (0.01, 0), (1e9, 9)] {
             assert_eq!(triple(&square(texels), &pyramid(), 1).q, q, "{texels} texels");
         }
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_level_0_and_not_finite_is_the_first_resident_level() {
+    fn a_footprint_of_0_gives_level_0_and_one_that_is_not_finite_the_first_resident_level() {
         assert_eq!(triple(&square(0.0), &pyramid(), 16).q, 0);
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(triple(&square(bad), &pyramid(), 16).q, 9);

@@ -184,7 +184,7 @@ pub fn sides(sample: &Sample, pyramid: &Pyramid) -> Parallelogram {
     sides_of(sample, pyramid.level_size(0))
 }
 
-/// The same in a texture of `size` texels.
+/// A sample's footprint in texels of a texture with `size` texels.
 pub fn sides_of(sample: &Sample, size: [u32; 2]) -> Parallelogram {
     let [w, h] = size.map(f64::from);
     let d = &sample.fine;

@@ -78,7 +78,8 @@ pub enum StreamingError {
 }
 
 /// Maximum number of tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A
-/// texture of 2^20 x 2^20 texels has a third more tiles of 128 texels, or a third as many tiles of 256.
+/// texture of 2^20 x 2^20 texels exceeds this number by a third if its tiles have 128 x 128 texels. With tiles of 256 x
+/// 256 it has a third of this number.
 pub const MOST_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
@@ -92,7 +93,7 @@ impl StreamingConfig {
         let mut counts = vec![
             ("gpu_tiles", self.gpu_tiles),
             ("host_tiles", self.host_tiles),
-            // Checked in any mode: it is also the capacity of a frame's staging memory.
+            // Checked in any mode, because it is also the capacity of a frame's staging memory.
             ("upload_tiles_per_frame", self.upload_tiles_per_frame),
         ];
         if self.deterministic {
@@ -103,7 +104,8 @@ impl StreamingConfig {
                 return Err(StreamingError::NoTime { setting });
             }
         }
-        // The tables store a slot as an i32, which allows more. 2^20 slots of the smallest RGBA8 tile take 1.25 GiB.
+        // The tables store a slot as an i32, which would allow more slots. 2^20 slots of the smallest RGBA8 tile take
+        // 1.25 GiB.
         let most = 1 << 20;
         if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=most).contains(value)) {
             return Err(StreamingError::OutOfRange { setting, value, most });

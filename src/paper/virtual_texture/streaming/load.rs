@@ -111,9 +111,9 @@ impl Streaming {
         self.loader.grant(if unlimited { Duration::MAX } else { self.config.load_budget() });
     }
 
-    /// A slot of the host cache for a load. If all are pinned, the latest load whose tile the frame does not want (a
-    /// prefetched tile counts as not wanted) is cancelled to free its slot. The latest load is the least likely to have
-    /// begun.
+    /// A slot of the host cache for a load. If all slots are pinned, a load is cancelled to free its slot: the latest
+    /// load whose tile the frame does not want. A prefetched tile counts as not wanted. The latest load is the least
+    /// likely to have begun.
     fn host_claim(&mut self) -> Option<AvailableSlot> {
         if let Some(claim) = self.host_cache.slots.claimable(u64::MAX) {
             return Some(claim);

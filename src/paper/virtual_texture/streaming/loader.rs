@@ -16,7 +16,8 @@ use std::time::Duration;
 pub struct Request {
     pub tile: TileId,
     pub slot: u32,
-    /// The slot's generation when it was reserved. If it has changed on return, the load is stale.
+    /// The slot's generation when the slot was reserved. If the generation has changed when the load returns, the load
+    /// is stale.
     pub generation: u64,
     /// Counts requests; results may arrive in another order.
     pub sequence: u64,
@@ -51,7 +52,7 @@ impl Tokens {
     }
 
     /// Subtracts the CPU time of a load. The result may be a debt, because a load cannot be stopped halfway. Later
-    /// grants pay it first.
+    /// grants pay the debt first.
     fn spend(&mut self, spent: Duration) {
         self.left_ns = self.left_ns.saturating_sub(nanoseconds(spent));
     }
@@ -90,7 +91,7 @@ impl Pace {
     }
 }
 
-/// The loader threads. Dropping it joins them; loads that have not begun are skipped.
+/// The loader threads. Dropping the loader joins the threads; loads that have not begun are skipped.
 pub struct Loader {
     /// `None` only while dropping.
     requests: Option<Sender<Request>>,
@@ -109,7 +110,8 @@ impl Loader {
     /// A thread cannot be created.
     pub fn new(source: &Arc<dyn TileSource>, threads: usize, capacity: usize) -> std::io::Result<Self> {
         let (request_in, request_out) = bounded::<Request>(capacity);
-        // There is room for all requests under way. So no thread blocks on sending a result, and joining ends.
+        // The channel has room for the results of all requests under way. So no thread blocks on sending a result, and
+        // joining ends.
         let (result_in, result_out) = bounded(capacity);
         let pace = Pace { state: Mutex::new((Tokens { left_ns: 0 }, false)), changed: Condvar::new() };
         let mut loader = Self {
@@ -235,7 +237,7 @@ mod tests {
     use crate::math::pyramid::Pyramid;
     use crate::texture::source::TileFormat;
 
-    /// Reads end in descending order of their columns, however the threads run.
+    /// A source whose reads end in descending order of their columns, in whatever order the threads run.
     struct Gate {
         /// Number of reads begun; and 1 + the lowest column whose read may end.
         state: Mutex<(usize, u32)>,
@@ -348,7 +350,7 @@ mod tests {
         let pace = Arc::clone(&loader.pace);
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                // The loads under way end once the loader is being dropped. Their threads then look for more.
+                // The loads under way end once the loader is being dropped. Their threads then look for more requests.
                 while !pace.lock().1 {
                     std::thread::yield_now();
                 }

@@ -1,6 +1,7 @@
 //! Least recently used order, as a doubly linked list in an array of slots. Paper 1, section 3: "the pair with the
 //! least t gives up its slot". The list is sorted by t, so each operation takes constant time. The exception is a use
-//! with an earlier t than the latest one, which must pass all later uses. The paper's priority queue takes log N.
+//! whose t is earlier than the latest t in the list: it must pass all later uses. The paper's priority queue takes log
+//! N.
 
 const NONE: u32 = u32::MAX;
 
@@ -47,7 +48,7 @@ impl Lru {
         self.links[slot as usize] = Link { older, newer, last_use, listed: true };
     }
 
-    /// Takes `slot` out of the list, if it is in it.
+    /// Takes `slot` out of the list if the list contains it.
     pub fn remove(&mut self, slot: u32) {
         let link = self.links[slot as usize];
         if !link.listed {

@@ -2,31 +2,32 @@
 //! tiles to read, upload and evict, and which changes the page table gets. [`Uploader`] writes the texels in video
 //! memory.
 //!
-//! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both evict
-//! the least recently used tile. The update changes the states of the wanted tiles. The upload step empties the upload
-//! queue within the frame's time budget. The loader empties the load queue in its own threads, within its own budget.
-//! The table of [`super`] has the paper's letters. Differences, and decisions that the paper leaves open:
+//! As in the paper, the tile pool holds N1 tiles in video memory and the host cache N2 tiles in main memory. Both
+//! caches evict the least recently used tile. The update changes the states of the wanted tiles. The upload step
+//! empties the upload queue within the frame's time budget. The loader empties the load queue in its own threads,
+//! within its own budget. The module [`super`] has a table of the paper's letters. Differences, and decisions that the
+//! paper leaves open:
 //!
 //! - States and page table are separate (erratum: the paper writes a coarser tile's slot into the state of a missing
 //!   tile). [`StreamingCounts::display`] lists the tiles that enter or leave the tile pool; the page table finds the
-//!   nearest coarser ones.
+//!   nearest coarser tile of each missing tile.
 //! - A tile that loses its slot returns to state -2 (absent), and its cell of the page table is cleared.
-//! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not, all
-//!   tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving picture
-//!   this bias rises at once and falls late ([`LevelBias`]), so that it does not flicker.
+//! - A visible tile in the tile pool is never evicted, so the visible set must fit into N1 slots. If it does not fit,
+//!   all tiles are requested coarser, by the smallest number of levels that fits ([`fitting_bias`]). In a moving
+//!   picture this bias rises at once and falls late ([`LevelBias`]), so that the picture does not flicker.
 //! - The queues hold only tiles that this frame needs. All other queued tiles return to state -2 before the upload
 //!   step and the loader run, and are requested again when they are seen again. A tile in the upload queue is
 //!   pinned in the host cache until it is uploaded or dropped from the queue.
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Visible tiles have the latest time of use, so they are evicted last.
-//! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the
-//!   bias is raised. Such a tile also gets a new time of use, older than that of the wanted tiles. It is evicted after
-//!   all tiles that are not shown, and before the wanted ones.
+//! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the bias
+//!   is raised. Such a tile also gets a new time of use, older than that of the wanted tiles. It is evicted after all
+//!   tiles that are not shown, and before the wanted tiles.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
 //!   a visible tile takes the slot of a load that is no longer wanted.
 //! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
-//!   [`Streaming::forget_failures`], or for [`StreamingConfig::retry_after`].
+//!   [`Streaming::forget_failures`] is called, or for the time [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
 //!   into slots without a visible tile. Their time of use is older than that of this frame's tiles, so wrongly
 //!   predicted ones are evicted first.
@@ -65,8 +66,8 @@ use std::time::{Duration, Instant};
 use tables::StateTable;
 use upload::Waiting;
 
-/// Maximum number of loads under way. Loads are sent once per frame, so a frame also gets at most this many: 32 tiles
-/// of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
+/// Maximum number of loads under way. Loads are sent once per frame, so a frame receives at most this many loads. 32
+/// tiles of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
 const MOST_UNDER_WAY: u32 = 32;
 
 /// The two caches, their state tables and queues, and the loader. One instance per texture.
@@ -110,11 +111,12 @@ pub struct Streaming {
 }
 
 impl Streaming {
-    /// Creates empty caches for `source` and 1 to 8 loader threads: as many as the machine has cores if frames wait for
-    /// their loads, otherwise one less.
+    /// Creates empty caches for `source`, and 1 to 8 loader threads. If frames wait for their loads, there is one
+    /// thread for each core of the machine, otherwise one thread less.
     ///
     /// # Errors
-    /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or no thread.
+    /// [`StreamingError`]: settings with which no tile could be shown, too many tiles, or a thread that cannot be
+    /// created.
     pub fn new(source: Arc<dyn TileSource>, config: StreamingConfig) -> Result<Self, StreamingError> {
         let pyramid = source.pyramid();
         config.check(&pyramid)?;

@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 /// Replacement policy: which tile is evicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// Belady's optimum: a tile that is never used again, or else the one whose next use is latest. Needs the whole
+    /// Belady's optimum: a tile that is never used again, or else the tile whose next use is latest. Needs the whole
     /// path.
     Optimum,
     /// The tile that was wanted least recently.
@@ -36,7 +36,7 @@ impl Rule {
     }
 }
 
-/// The visible tiles of a frame, and the tiles that it wants: the same, or coarser ones if they do not fit.
+/// The visible tiles of a frame, and the tiles that it wants: the visible tiles, or coarser ones if these do not fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FrameLists {
     pub visible: Vec<TileId>,

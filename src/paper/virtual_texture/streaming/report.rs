@@ -19,7 +19,7 @@ pub struct StreamingCounts {
     pub triples: usize,
     /// Distinct entries of the visible list.
     pub tiles: usize,
-    /// Tiles to stream for those entries, after bias and failures: `hits + misses`.
+    /// Tiles to stream for the visible list, after bias and failures: `hits + misses`.
     pub wanted: usize,
     /// Wanted tiles that the update found in the tile pool.
     pub hits: usize,
@@ -58,7 +58,7 @@ pub struct StreamingCounts {
     pub queued_uploads: usize,
     pub queued_loads: usize,
     pub loads_under_way: u64,
-    /// Cells of the page table to write, in this order, once this frame's uploads have been copied: the tile's slot in
-    /// the tile pool, or `None` if it was evicted.
+    /// Cells of the page table to write, in this order, after this frame's uploads have been copied. Each entry has a
+    /// tile and the tile's slot in the tile pool, or `None` if the tile was evicted.
     pub display: Vec<(TileId, Option<u32>)>,
 }

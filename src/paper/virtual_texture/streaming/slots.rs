@@ -31,7 +31,7 @@ impl Slots {
         }
     }
 
-    /// Empty slots that replace these. Their generations are higher than all present ones.
+    /// `capacity` empty slots that replace these slots. The new generations are higher than all present ones.
     pub fn after(&self, capacity: u32) -> Self {
         let generation = self.generations.iter().max().map_or(0, |latest| latest + 1);
         Self { generations: vec![generation; capacity as usize], ..Slots::new(capacity) }

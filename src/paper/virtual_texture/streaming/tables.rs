@@ -7,8 +7,8 @@ pub const QUEUED: i32 = -1;
 /// The paper's -2: absent and not queued.
 pub const ABSENT: i32 = -2;
 
-/// The states of one cache for every streamed level q: the cell `(i', j')` holds the slot `k >= 0` of that tile,
-/// [`QUEUED`] or [`ABSENT`].
+/// The states of one cache for every streamed level q: the cell `(i', j')` holds the state of the tile `(i', j')`. The
+/// state is the tile's slot `k >= 0`, [`QUEUED`] or [`ABSENT`].
 ///
 /// The shader reads the page table, not these states. The paper writes a coarser tile's slot into the cell of a missing
 /// tile; the update would then treat the missing tile as present.

@@ -45,10 +45,10 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
 /// Frames in a row for which a lower bias must fit before it is applied.
 pub const LOWER_AFTER: u32 = 30;
 
-/// The level bias over the frames. Each change shows in the whole picture, so a set near the capacity must not change
-/// it every few frames. It rises at once, because the wanted tiles must fit. It falls after [`LOWER_AFTER`] frames in a
-/// row in which a lower bias fits into 90 % of the capacity. If the visible set does not change, a lower bias only has
-/// to fit, so a camera at rest gets the smallest bias that fits.
+/// The level bias over the frames. Each change of the bias is visible in the whole picture, so a visible set near the
+/// capacity must not change the bias every few frames. The bias rises at once, because the wanted tiles must fit. The
+/// bias falls after [`LOWER_AFTER`] frames in a row in which a lower bias fits into 90 % of the capacity. If the
+/// visible set does not change, a lower bias only has to fit, so a camera at rest gets the smallest bias that fits.
 #[derive(Default)]
 pub struct LevelBias {
     bias: u32,
@@ -84,9 +84,9 @@ impl LevelBias {
     }
 }
 
-/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor by `bias` levels, or its
-/// nearest coarser tile that has not failed. Failures never add tiles: each tile has one substitute, which several may
-/// share.
+/// The tiles to stream for `visible`, each once, in the order of `visible`: the ancestor that is `bias` levels coarser,
+/// or, if that tile has failed, its nearest coarser tile that has not failed. Failures never add tiles: each tile has
+/// one substitute, which several tiles may share.
 pub fn wanted_tiles(
     visible: &[TileId],
     bias: u32,
@@ -131,7 +131,7 @@ mod tests {
             distinct_tiles(&paper, TileAddress::Level0, 5),
             distinct_tiles(&own_level, TileAddress::OwnLevel, 5)
         );
-        // With the wrong address they name other tiles.
+        // With the wrong address, the same triples name other tiles.
         assert_ne!(
             distinct_tiles(&paper, TileAddress::OwnLevel, 5),
             distinct_tiles(&own_level, TileAddress::OwnLevel, 5)
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn the_bias_rises_at_once_and_falls_after_30_frames_with_a_margin() {
-        // Each frame has another count than the one before.
+        // Successive frames have different counts.
         let moving = |low: u32, frames: usize| (0..frames).map(move |n| low + n as u32 % 2);
         let counts: Vec<u32> = moving(17, 5).chain([21]).chain(moving(17, 40)).collect();
         let found = biases(&counts);

@@ -1,6 +1,6 @@
-//! Upload and load budgets (section 3). They change how soon a frame settles, but not the settled frame. So they are
-//! not points of the Pareto front. With each budget, a session settles from empty caches, and its settled picture
-//! is compared with that of the scene's own setting.
+//! Upload and load budgets (section 3). These budgets change how soon a frame settles, but not the settled frame. So
+//! budgets are not points of the Pareto front. With each budget, a session settles from empty caches, and its settled
+//! picture is compared with that of the scene's own setting.
 
 use super::{SweepResources, TradeSweep};
 use crate::figure::{Bench, Budgeted, Contender};
@@ -12,7 +12,7 @@ use std::time::Instant;
 
 /// Upload budgets in milliseconds per frame, with all tiles in memory.
 const UPLOAD_MS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-/// Load budgets in milliseconds per frame. The tiles are synthesised or read again.
+/// Load budgets in milliseconds per frame. With each of them, the tiles are synthesised or read again.
 const LOAD_MS: [f64; 3] = [2.0, 8.0, 32.0];
 
 /// For each budget: the change of the scene, and true if tiles are read again.

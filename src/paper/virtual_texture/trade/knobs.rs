@@ -67,7 +67,7 @@ impl Knob {
         }
     }
 
-    /// `at`, then copies of it with each other value of the knob.
+    /// The values `at`, then a copy of `at` for each value of the knob.
     fn turned(self, at: Values) -> Vec<Values> {
         let mut all = vec![at];
         match self {
@@ -107,7 +107,7 @@ impl Knob {
                     ..at
                 }));
             }
-            // A border costs memory and loading; 0 shows its benefit.
+            // A border costs memory and loading time. A border of 0 shows what the border is worth.
             Knob::Border => all.extend(BORDERS.map(|border| Values { border, ..at })),
             Knob::List => {
                 let feedback = FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at });
@@ -186,11 +186,13 @@ impl Values {
             Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
             // Trilinear samples along a footprint are better than bilinear ones.
             Filtering::Bilinear => self.max_anisotropy == 1,
-            // Few taps along a long footprint show only noise; their tiles need no border.
+            // Few taps along a long footprint show only noise. Taps need no border, so other borders are not tried with
+            // them.
             Filtering::Stochastic => {
                 (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
             }
-            // Paper 3's filters are tried alone; some ignore max_anisotropy.
+            // A filter of paper 3 that is not the scene's own is not combined with changes of other settings. Some of
+            // these filters ignore max_anisotropy.
             filter => {
                 let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
                 let distinct = match filter {
@@ -206,8 +208,8 @@ impl Values {
                 (filter, numbers(own)) == (self.filter, numbers(&self)) || alone && distinct
             }
         };
-        // Two kinds of values are tried alone: subsampled lists, which delay the complete picture but do not change
-        // it, and borders other than 0 and the scene's own.
+        // Two kinds of values are not combined with other changes: subsampled lists, which delay the complete picture
+        // but do not change it, and borders other than 0 and the scene's own.
         let (list, feedback_log2) = (own.list, own.feedback_log2);
         let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
             || Values { list, feedback_log2, ..self } == *own;
@@ -220,7 +222,8 @@ impl Values {
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
         let border = border_for(&filter, self.border, texture).ok()?;
         // Another format is tried with all filters but the stochastic one, at the scene's own bias, list and border,
-        // and only if the border is a whole number of BC1 blocks. A smaller tile pool is tried alone.
+        // and only if the border is a whole number of BC1 blocks. A smaller tile pool is not combined with other
+        // changes.
         let format = self.format == own.format
             || (self.filter != Filtering::Stochastic
                 && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)

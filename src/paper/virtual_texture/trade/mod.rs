@@ -27,8 +27,8 @@ use anyhow::Context;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Number of settings that are timed in turn, together with the scene's own. Each has its own tile pool: 260 MB for
-/// 192 tiles.
+/// Number of settings that are timed in turn, together with the scene's own setting. Each has its own tile pool: 260 MB
+/// for 192 tiles.
 const TOGETHER: usize = 4;
 
 /// The error measure of the Pareto front.

@@ -10,14 +10,15 @@ use crate::stats::{Summary, median, median_interval};
 use crate::vk::Gpu;
 use anyhow::Context;
 
-/// Settings run until their medians are known, for at most this multiple of the usual number of rounds.
+/// A batch is timed until the medians of its settings are known (`KNOWN`), for at most this multiple of the usual
+/// number of rounds.
 pub const MOST: usize = 6;
 
 /// A median is known if its confidence interval is at most this wide, relative to its middle. The Pareto front treats
 /// times as equal up to the same difference.
 const KNOWN: f64 = 0.05;
 
-/// A batch of settings that were timed in turn with the scene's own.
+/// A batch of settings that were timed in turn with the scene's own setting.
 pub struct Batch {
     /// Milliseconds of the scene's own frame in each round.
     own_ms: Vec<f64>,
@@ -61,7 +62,8 @@ fn known(timed: &Timed, own: &Timed) -> bool {
     })
 }
 
-/// A setting's time divided by the scene's own, in each round; `None` if the device has no timestamps.
+/// A setting's time divided by the time of the scene's own setting, in each round; `None` if the device has no
+/// timestamps.
 fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
     Some(timed.total_of_rounds()?.iter().zip(own_ms).map(|(ms, own_ms)| ms / own_ms).collect())
 }
