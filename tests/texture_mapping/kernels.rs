@@ -112,7 +112,7 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
     let linear = [4, 16, 64].map(|entries| nmse(entries, 16, true));
     println!("radial maps: nearest of 4, 16, 64, 256 {nearest:?}, linear of 4, 16, 64 {linear:?}");
     assert!(linear[2] <= 5e-6, "{linear:?}");
-    // With the nearest entry, 4 times as many entries give 1/16 of the error.
+    // If the nearest entry is taken, 4 times as many entries give 1/16 of the error.
     assert!(nearest.windows(2).all(|pair| (4.0..64.0).contains(&(pair[0] / pair[1]))), "{nearest:?}");
     assert!(nmse(64, 8, true) < 1e-5);
 }
@@ -129,7 +129,7 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
     assert!((0.0070..0.0100).contains(&quadratic), "{quadratic}");
     assert!((0.0040..0.0050).contains(&cubic), "{cubic}");
     assert!((0.0065..0.0100).contains(&linear), "{linear}");
-    // The parts inside and outside add up to a whole texel.
+    // The parts of a texel on both sides of the edge add up to the whole texel.
     for edge in Edge::ALL {
         for d in [0.01, 0.2, 0.33, 0.49] {
             let sum = ellipse::kept(edge, d) + ellipse::kept(edge, -d);

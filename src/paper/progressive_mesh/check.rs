@@ -31,10 +31,10 @@ macro_rules! hold {
 pub(super) type FaceCorner = (u32, u32, u32);
 
 impl ProgressiveMesh {
-    /// Checks that every level can be reached. Levels grow, and every slot and vertex is in range and live
-    /// when used. A split's slots contain its `splitVert`. Welded vertices have equal positions. The cycles
-    /// of a permutation share no slot, and splits and cycles are in the normal form of [`super::mesh`]. All
-    /// faces have three different live vertices. With births in place, no face has an area before its level.
+    /// Checks that every level can be reached. Levels grow, and every slot and vertex is in range and live when used. A
+    /// split's slots contain its `splitVert`. Welded vertices have equal positions. The cycles of a permutation share
+    /// no slot, and splits and cycles are in the normal form of [`super::mesh`]. All faces have three different live
+    /// vertices. With births in place, no face has an area before the level at which it appears.
     ///
     /// # Errors
     /// The first flaw, in one line.

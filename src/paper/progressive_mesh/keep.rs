@@ -1,5 +1,6 @@
 //! Keeps the meshes that are built for scenes as `.pmesh` files, which are lossless. A build takes seconds to minutes;
-//! its result depends only on the model, the options and the version of the builder. A hash of these names the file.
+//! its result depends only on the model, the options and the version of the builder. The file's name is a hash of these
+//! three.
 
 use super::choices::FaceOrder;
 use super::file::{LoadedFile, PmeshError};
@@ -12,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Version of the simplifier and of the orders. Increase it if one of them gives a different mesh: kept files of
-/// earlier versions are then ignored. A test compares a hash of a built mesh.
+/// Version of the simplifier and of the orders. Increase it if the simplifier or an order gives a different mesh: kept
+/// files of earlier versions are then ignored. A test compares a hash of a built mesh.
 const VERSION: u32 = 1;
 
 /// Receives the number of finished faces, and the number of all faces.
@@ -154,7 +155,7 @@ mod tests {
         builds.mesh("test", model, &SimplifyOptions::default(), order)
     }
 
-    /// Debug text distinguishes all bits of a float that is a number.
+    /// The debug text of a mesh. The texts of two floats differ if any bit differs, except for NaN.
     fn text(mesh: &ProgressiveMesh) -> String {
         format!("{mesh:?}")
     }

@@ -68,7 +68,8 @@ pub struct Vertices {
     pub attributes: Attributes,
 }
 
-/// For each vertex that level 0 does not have: the vertex that it replaces, and in which slots.
+/// For each vertex that level 0 does not have: the vertex that the new vertex replaces, and the slots in which it does
+/// so.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.
@@ -84,7 +85,7 @@ pub struct Swaps {
     /// Levels with permutations, ascending. A permutation is executed after the splits that lead up to its level, and
     /// inverted before the collapses that lead down from it.
     pub levels: Vec<u32>,
-    /// For each of `levels` the number of cycles up to and including it.
+    /// For each of `levels`, the number of cycles of this level and all earlier levels.
     pub cycle_ends: Vec<u32>,
     /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Normal form: each
     /// cycle begins with its lowest slot, and the cycles of a level are sorted by this slot.
@@ -102,9 +103,9 @@ impl ProgressiveMesh {
 }
 
 impl ProgressiveMesh {
-    /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that
-    /// replaces none takes the predecessor of another new vertex of its level. If no new vertex of the level
-    /// replaces one, its predecessor is vertex 0.
+    /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that replaces no
+    /// vertex has the predecessor of another new vertex of its level. If no new vertex of the level replaces a vertex,
+    /// the predecessor is vertex 0.
     pub fn predecessors(&self) -> Vec<u32> {
         let first = self.levels.first().map_or(0, |level| level.vertices);
         let mut predecessors: Vec<u32> = (0..first).collect();

@@ -19,14 +19,15 @@ pub struct PreparedBaseline {
     skip: Vec<SkipList>,
     /// For each slot of the classical order, the rank of its face in meshoptimizer's order of the full mesh.
     ranks: Vec<u32>,
-    /// The index that represents each vertex: its own, or that of the first vertex at its position.
+    /// For each vertex, the index that represents it: the vertex's own index, or the index of the first vertex at its
+    /// position.
     space: Vec<u32>,
     levels: Vec<Level>,
 }
 
 impl PreparedBaseline {
-    /// `space` has the index that represents each vertex: its own, or (for [`Vertices::welded`]) that of the
-    /// first vertex at its position.
+    /// `space` has the index that represents each vertex: the vertex's own index, or (for [`Vertices::welded`]) the
+    /// index of the first vertex at its position.
     ///
     /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
     ///

@@ -1,7 +1,7 @@
 //! One level of the file: its error, its splits, its new faces and its permutation.
 //!
-//! Written once for both directions (see [`super::coder`]). When writing, the values come from `source`. When
-//! reading, they come from the coder, and each is checked before use.
+//! The code of this module is written once for both directions (see [`super::coder`]). When writing, the values come
+//! from `source`. When reading, they come from the coder, and each is checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, Marks, RingFace};

@@ -16,11 +16,11 @@ use crate::vk::{
 pub enum Output {
     /// A bilinear sample of the image, RGBA8: one word. All other outputs have four words.
     Texels,
-    /// u w, v w and w; integers are converted to f32.
+    /// u w, v w and w. The integers of [`Form::Integer`] are converted to f32.
     Terms,
     /// u and v.
     Coordinates,
-    /// du/dx, dv/dx, du/dy and dv/dy. [`DerivativeMethod::Differences`] needs [`Form::Textbook`]; the others
+    /// du/dx, dv/dx, du/dy and dv/dy. [`DerivativeMethod::Differences`] needs [`Form::Textbook`]; the other two methods
     /// need [`Form::RowConstants`] or [`Form::Walk`].
     Derivatives(DerivativeMethod),
 }

@@ -1,7 +1,7 @@
 //! Compares a method's picture on the GPU with the f64 reference, pixel by pixel.
 //!
 //! Coordinates and Jacobians are compared with the plane's in f64. The reference filter then takes the GPU's
-//! coordinates and Jacobian as its input, so that its result differs only by the filter's own rounding.
+//! coordinates and Jacobian as its input, so that the two results differ only by the filter's own rounding.
 
 use crate::paper::texture_mapping::method::{Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::reference::Mean;

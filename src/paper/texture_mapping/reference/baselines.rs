@@ -11,9 +11,9 @@ pub const SAMPLER: f64 = 5.0 / 256.0;
 
 /// A texture, and how a surface reads it.
 pub struct Texture<'a> {
-    /// The level of one texel.
+    /// The number of the level that has one texel.
     pub coarsest: u32,
-    /// A texel, 0 to 1, by level, column and row. Column and row may lie outside the level.
+    /// The value of a texel, 0 to 1, by level, column and row. Column and row may lie outside the level.
     pub texel: &'a dyn Fn(u32, i64, i64) -> f64,
     /// Maximum distance along an axis from the pixel's centre to a sample, in texels of the level. Samples farther away
     /// raise the level. For an ellipse: the maximum sum of its semi-axes.
@@ -90,7 +90,7 @@ fn probes(
 ) -> FilteredTexel {
     let coarsest = f64::from(texture.coarsest);
     let raised = texture.raised(level, reach[0].hypot(reach[1]));
-    // Rounding decides on which side of 0 a level lies. A raised level is an integer without rounding.
+    // Rounding decides on which side of 0 a level near 0 lies. A raised level is an exact integer.
     let near_0 = raised == level && level.abs() < 2f64.powi(-16);
     let undecided = if near_0 { 4 * probes.len() as u32 } else { 0 };
     let level = raised.clamp(0.0, coarsest);
@@ -167,7 +167,7 @@ fn pbrt(pixel: &PixelCentre, texture: &Texture<'_>, longer: [f64; 2], shorter: [
     let part = lod - lod.floor();
     FilteredTexel {
         value: finer.value * (1.0 - part) + coarser.value * part,
-        // Error of the level's fraction in f32, in addition to each level's own.
+        // Error of the level's fraction in f32, in addition to the error of each level's value.
         slack: finer.slack + coarser.slack + 2f64.powi(-18),
         fetched: finer.fetched + coarser.fetched,
         undecided: finer.undecided + coarser.undecided,
@@ -241,7 +241,7 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// The level that the minor axis selects: two different ones if rounding decides.
+/// The level that the minor axis selects. The two entries differ if rounding decides between two levels.
 pub fn stochastic_levels(pixel: &PixelCentre, texture: &Texture<'_>) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();

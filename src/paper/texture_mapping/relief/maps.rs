@@ -53,7 +53,7 @@ pub struct Fan {
 }
 
 impl Fan {
-    /// For reliefs of at most this depth, which bounds all distances.
+    /// Offsets and sectors for reliefs of at most this depth. The depth bounds all distances.
     pub fn new(depth: f32, holds: Holds) -> Fan {
         let radius = depth.ceil() as i32 + 1;
         let mut fan = Fan { holds, starts: vec![0], squares: Vec::new(), near: Vec::new(), radius };
@@ -130,7 +130,8 @@ fn squares_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
     squares.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): first and count.
+/// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): the first sector and
+/// the number of sectors.
 fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     let centre = f64::from(b).atan2(f64::from(a));
     let sector = |angle: f64| ((angle + centre + 0.5 * TAU) * SECTORS as f64 / TAU).floor();
@@ -142,7 +143,7 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     };
     let corners = reach.map(|[x, y]| {
         let angle = f64::from(b + y).atan2(f64::from(a + x)) - centre;
-        // Maps the angle to within half a turn of the centre's.
+        // Maps the angle to within half a turn of the angle of the cell's centre.
         angle - (angle / TAU).round() * TAU
     });
     let (low, high) = corners.iter().fold((0f64, 0f64), |(low, high), &c| (low.min(c), high.max(c)));
@@ -223,10 +224,10 @@ pub fn inverse(distance: usize) -> f32 {
     (1.0 / distance as f64) as f32
 }
 
-/// The largest f32 whose rounded square is at most `square`. Every device finds the same number, whatever its own
-/// square root.
+/// The largest f32 whose rounded square is at most `square`. Every device finds the same number, however the device
+/// rounds square roots.
 pub fn exact_root(square: f32) -> f32 {
-    // Below this the squares underflow.
+    // Squares of smaller roots underflow.
     if square < f32::MIN_POSITIVE {
         return 0.0;
     }
@@ -245,7 +246,7 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
     let (side, bounds) = (relief.side, bounds(relief, fan.holds));
     let lows = fan.lows(&bounds, side);
     let thickness = relief.depth / layers as f32;
-    // As a share of a layer's thickness.
+    // The heights between which the distance must hold, as shares of a layer's thickness.
     let [lowest, highest] = match fan.holds {
         Holds::AtCentres => [0.5, 0.5],
         Holds::Everywhere => [0.0, 1.0],
