@@ -64,7 +64,7 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
     }
 }
 
-/// What to do after a stop. `ortelius demo` always resumes, and has no option for it.
+/// What to do after a stop. `ortelius demo` always resumes, and has no option --resume.
 const fn advice(resumes: bool) -> &'static str {
     match resumes {
         true => "run the same command again; it keeps the measured cells",
@@ -136,7 +136,7 @@ fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     match (status.code(), status.signal()) {
         (Some(0), _) => Ok(()),
         (Some(code), _) => std::process::exit(code),
-        // Ctrl-C reaches both processes, this one perhaps later.
+        // Ctrl-C reaches the child and this process. It may reach this process later.
         (None, Some(signal)) if interrupt::SIGNALS.contains(&signal) => {
             interrupt::stop(signal, Some(advice(args.resume)))
         }

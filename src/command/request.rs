@@ -109,7 +109,7 @@ impl SceneArgs {
     }
 
     /// If a figure is named: its views, each as a shipped scene with the view's changes and its camera or path. The
-    /// camera of the command line is that of the first view.
+    /// camera of the command line applies to the first view only.
     ///
     /// # Errors
     /// The figure has no picture.
@@ -166,7 +166,7 @@ impl RunRequest {
         Ok(RunRequest { scene, run })
     }
 
-    /// Only the scene and its camera; the frames are those of an earlier run.
+    /// A request without options for frames. If the scene is a report, the frames are the frames of the report's run.
     ///
     /// # Errors
     /// As [`RunRequest::of`].

@@ -8,9 +8,8 @@ pub struct Claim {
     pub id: &'static str,
     pub text: &'static str,
     pub from: Origin,
-    /// True for a claim about time of the host or the device. On a software device, the verdict of such a
-    /// claim has another name ("holds here" instead of "reproduced"), because the times do not predict a
-    /// GPU's.
+    /// True for a claim about time of the host or the device. On a software device, the verdict of such a claim has
+    /// another name ("holds here" instead of "reproduced"), because its times do not predict the times of a GPU.
     pub timed: bool,
     pub places: Places,
     pub tests: &'static [Test],
@@ -21,7 +20,7 @@ pub struct Claim {
 /// Who makes the claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The paper, with section. Judged on the paper's variant.
+    /// The paper, with its section. Such a claim is judged on the paper's variant.
     Paper(&'static str),
     /// This project.
     Ours,
@@ -33,7 +32,7 @@ pub struct Places {
     /// Empty: all scenes of the figure.
     pub scenes: &'static [&'static str],
     pub except: &'static [&'static str],
-    /// Values of the sweep, both ends included.
+    /// Least and greatest value of the sweep, both included.
     pub x: [f64; 2],
     /// True if the scenes' numbers are averaged before the comparison. There is no mean if one scene has no
     /// number.
@@ -54,7 +53,7 @@ pub enum Term {
     /// For interleaved measurements: the median of the per-round ratios. 0 / 0 is left out.
     Ratio(Pick, Pick),
     Difference(Pick, Pick),
-    /// Value at the largest x over value at the smallest x, divided by (ratio of both x)^power.
+    /// Value at the largest x over value at the smallest x, divided by (largest x / smallest x)^power.
     Growth(Pick, f64),
     /// Value at each x over the value at the next smaller x.
     Steps(Pick),
@@ -65,7 +64,7 @@ pub enum Term {
 pub struct Pick {
     pub quantity: &'static str,
     pub who: Who,
-    /// The scene, if it is not the place's.
+    /// The scene, if it differs from the scene of the place.
     pub scene: Option<&'static str>,
     pub x: At,
     pub part: Statistic,
@@ -75,10 +74,10 @@ pub struct Pick {
 #[derive(Clone, Copy)]
 pub enum Who {
     One(&'static str),
-    /// The variant with the least median. With repeated measurements it is chosen on every second round and
+    /// The variant with the least median. If measurements are repeated, the variant is chosen on every second round and
     /// judged on the other rounds.
     Best(fn() -> Vec<String>),
-    /// All of them, each judged separately.
+    /// All these variants, each judged separately.
     Each(fn() -> Vec<String>),
     /// All variants that have the quantity, except this one.
     Others(&'static str),
@@ -87,7 +86,7 @@ pub enum Who {
 /// The value of the sweep.
 #[derive(Clone, Copy, PartialEq)]
 pub enum At {
-    /// The place's own.
+    /// The value of the place.
     Place,
     X(f64),
     /// The value at which the quantity is smallest.

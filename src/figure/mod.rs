@@ -135,7 +135,7 @@ pub enum Verdict {
     /// It holds in some places and fails in others.
     InPart,
     NotReproduced,
-    /// Verdicts on a claim about time on a software device. They stand for [`Verdict::Reproduced`] or better,
+    /// Verdicts on a claim about time on a software device. They correspond to [`Verdict::Reproduced`] or better,
     /// [`Verdict::InPart`] and [`Verdict::NotReproduced`].
     HoldsHere,
     InPartHere,
@@ -310,7 +310,8 @@ impl Verdict {
         }
     }
 
-    /// The verdict of a claim about time on a software device: its times do not predict a GPU's.
+    /// The verdict of a claim about time on a software device: the times of such a device do not predict the times of a
+    /// GPU.
     fn here(self) -> Verdict {
         match self {
             Verdict::Reproduced | Verdict::BetterThanStated => Verdict::HoldsHere,

@@ -7,8 +7,8 @@ use super::Figure;
 #[derive(Clone, Copy)]
 pub struct Show {
     pub views: Views,
-    /// Variants of the figure that are settings of its views, in the figure's order. If there are none, the window has
-    /// the variants of the view's scene.
+    /// Variants of the figure that can be selected by settings in its views, in the figure's order. If there are none,
+    /// the window has the variants of the view's scene.
     pub variants: fn() -> Vec<Setting>,
 }
 

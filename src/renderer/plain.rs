@@ -130,7 +130,7 @@ impl PlainSurfaces {
                 let resources = self.resources(surface);
                 let of_filter = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
                 let pipeline =
-                    &of_filter.expect("each has pipelines").1[usize::from(shape.normals.is_some())];
+                    &of_filter.expect("each filter has pipelines").1[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;
             }
             Ok(())

@@ -1,5 +1,5 @@
-//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow;
-//! the window's error overlay computes it beside the frames.
+//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light.
+//! Computing this picture is slow; the window's error overlay computes it while frames continue.
 //!
 //! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, regardless of its level
 //! in the frame.
@@ -66,7 +66,7 @@ struct PlainTruth {
 }
 
 impl<'a> SceneTruth<'a> {
-    /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
+    /// Loads the scene's meshes and plain textures; `tiles` are the tiles of the scene's virtual texture.
     ///
     /// # Errors
     /// A file that cannot be read, or content that the reference cannot show.

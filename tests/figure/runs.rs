@@ -249,7 +249,7 @@ fn a_quick_run_is_judged_without_the_scenes_of_full_runs_and_names_them() {
     assert_eq!(claims[whole], (Verdict::Reproduced, "2 of 2 equal to 1 (not in quick runs: globe)".into()));
     let why = "no size was measured (not in quick runs: globe)";
     assert_eq!(claims[globe], (Verdict::NotMeasured, why.into()));
-    // In a full run, a scene that is not fetched leaves both unmeasured.
+    // In a full run, a scene that is not fetched leaves both claims unmeasured.
     let (left_out, claims) = judged(Effort::Full);
     assert_eq!(left_out, 1);
     for (verdict, why) in claims {
@@ -269,7 +269,7 @@ fn a_damaged_result_is_named() {
     assert!(line.contains("cells/made.bars/plane.json") && line.contains("remove the file"), "{line}");
 }
 
-/// Measures each of `of` parts in its own folder; `change` changes its machine.
+/// Measures each of `of` parts in its own folder. `change` changes the machine of a part.
 fn parts(figures: &[&'static Figure], of: usize, change: fn(usize, &mut Machine)) -> Vec<TempDir> {
     let part = |index| {
         let folder = folder();
@@ -349,7 +349,7 @@ fn incompatible_folders_are_not_merged() {
     let empty = folder();
     let line = refused(&[commits[0].path(), empty.path()]);
     assert!(line.contains("holds no result"), "{line}");
-    // Measured twice, on different machines.
+    // The same cell was measured twice, on different machines.
     let twice = [folder(), folder()];
     for (folder, cores) in twice.iter().zip([2, 4]) {
         let mut again = a_run(&[&SWEPT], folder.path());

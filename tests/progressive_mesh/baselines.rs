@@ -98,7 +98,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
 struct Shown {
     level: u32,
     drawn: u64,
-    /// The drawn faces as vertices; `None` if only the device has them.
+    /// The drawn faces as numbers of vertices; `None` if only the device has the faces.
     faces: Option<Vec<[u32; 3]>>,
     picture: Vec<u8>,
 }
@@ -163,7 +163,7 @@ fn skip_lists_send_the_changed_blocks_or_a_whole_list_when_they_switch() {
         lists += u32::from(sent == whole);
     }
     assert!((2..20).contains(&lists), "{lists} lists were copied");
-    // After one more split, the picture equals that of an instance that went to this level directly.
+    // After one more split, the picture equals the picture of an instance that went to this level directly.
     walked.frame(&pose).unwrap();
     assert!(walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap());
 }

@@ -25,8 +25,9 @@ impl Random {
     }
 }
 
-/// A torus of `around` x `along` squares. With seams, each of its two seams doubles its wedges, and four
-/// wedges meet where the seams cross. `tetrahedra` tetrahedra are separate components beside it.
+/// A torus of `around` x `along` squares. With `seams`, the torus has two seams. Each position on a seam has two
+/// wedges, and the position where the seams cross has four. `tetrahedra` tetrahedra are separate components beside the
+/// torus.
 pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Model {
     let mut model = Model::default();
     let mut wedges = BTreeMap::new();
@@ -125,7 +126,8 @@ fn at(model: &Model, position: u32) -> impl Iterator<Item = u32> {
     (0u32..).zip(&model.wedge_positions).filter(move |(_, at)| **at == position).map(|(wedge, _)| wedge)
 }
 
-/// Moves a position onto a neighbour, along a seam if it lies on one. `None` if a wedge would have no target.
+/// Moves a position onto a neighbour. A position on a seam moves along the seam. `None` if a wedge would have no
+/// target.
 fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option<Step> {
     let mut gone = Vec::new();
     let (mut targets, mut left) = (BTreeMap::new(), BTreeSet::new());

@@ -6,7 +6,7 @@ use ortelius::paper::progressive_mesh::misses::{MissCounter, PIECE, REPLAYED};
 use ortelius::vk::{BufferUse, GpuOptions, IndexType, Watched};
 use std::collections::VecDeque;
 
-/// The misses of each face after the vertices of `before`.
+/// The misses of each face in a FIFO that has already received the vertices of `before`.
 fn fifo(before: &[[u32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
     let mut cache = VecDeque::new();
     let mut misses = |face: &[u32; 3]| {

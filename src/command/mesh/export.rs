@@ -73,7 +73,7 @@ fn level(args: &ExportArgs, mesh: &ProgressiveMesh) -> Result<u32, Usage> {
     }
 }
 
-/// The level whose face count is nearest to `faces`; of two, the coarser.
+/// The level whose face count is nearest to `faces`; of two equally near levels, the coarser level.
 fn nearest(levels: &[Level], faces: u32) -> u32 {
     let distance = |level: &Level| level.faces.abs_diff(faces);
     let nearest = levels.iter().enumerate().min_by_key(|(_, level)| distance(level));
@@ -112,9 +112,9 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     }
 }
 
-/// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the one with the fewest digits, at least
-/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose
-/// seventeen digits are noise.
+/// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the number with the fewest digits, at least
+/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose seventeen digits
+/// are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;

@@ -268,7 +268,7 @@ mod tests {
         coloured.attributes.coordinates = (0..count).map(|n| [part(n), part(n + 5)]).collect();
         let appearance = SimplifyOptions { metric: ErrorMetric::Appearance, ..SimplifyOptions::default() };
         bytes.extend(counted(None).0.mesh("test", &coloured, &appearance, ORDER).to_bytes().0);
-        // Two components, one an eighth of the other's size.
+        // Two components. One has an eighth of the size of the other.
         let mut two = grid.clone();
         let (positions, wedges) = (two.positions.len() as u32, two.wedge_positions.len() as u32);
         two.positions.extend(grid.positions.iter().map(|at| *at * 0.125 + DVec3::new(9.0, 0.0, 0.0)));

@@ -15,7 +15,7 @@ pub use super::simplify::NOWHERE;
 /// A mesh at every level of detail. Level i has i splits applied; level 0 is M0, level n the full mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProgressiveMesh {
-    /// The paper's V for all levels: level i uses the first `levels[i].vertices` of them.
+    /// The paper's V for all levels: level i uses the first `levels[i].vertices` vertices.
     pub vertices: Vertices,
     /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. Each
     /// other slot holds its face with the corners that the face has when a split adds it.
@@ -52,7 +52,7 @@ pub struct Level {
     pub vertices: u32,
     /// `CurNumTris`: the live prefix of F, in faces.
     pub faces: u32,
-    /// Deviation from the full mesh in object units; never increases with the level, 0 at the last.
+    /// Deviation from the full mesh in object units. It never increases with the level, and is 0 at the last level.
     pub error: f32,
 }
 

@@ -3,8 +3,8 @@
 //! Each miss depends on all faces before it, so a single thread would take long for a large mesh. Here each thread
 //! simulates a piece of the faces. It first simulates some faces before the piece, from an empty cache. That usually
 //! gives the right cache, but not always. A second round therefore compares the cache before each piece with the cache
-//! after the preceding piece. Where the caches differ, one thread simulates the piece again. The counts are those of
-//! one cache for all faces.
+//! after the preceding piece. Where the caches differ, one thread simulates the piece again. The counts are the same as
+//! the counts of one cache for all faces.
 
 use crate::vk::shader::FaceRange;
 use crate::vk::shader::progressive_mesh::misses_comp;

@@ -12,7 +12,7 @@
 //! | M0, Mn | the coarsest mesh; the full mesh, after n splits | [`mesh`] |
 //! | V, F | vertex buffer; index buffer | [`mesh`] |
 //! | ecol | edge collapse: removes one vertex and the faces at the edge | [`simplify`] |
-//! | vsplit | vertex split, the inverse of ecol: appends a vertex and up to two faces, rewrites corners around it | [`run`] |
+//! | vsplit | vertex split, the inverse of ecol: adds a vertex and up to two faces, rewrites corners | [`run`] |
 //! | tswap | a cyclic permutation of faces in the index buffer; inverted for ecol | [`order`], [`run`] |
 //! | group | the splits between two sets of tswaps | [`order`] |
 //! | transforms per vertex | vertex cache misses per vertex (FIFO of 16 entries unless stated) | [`cache`] |

@@ -5,8 +5,8 @@
 //! camera shows a length `e` at distance `d`, perpendicular to the axis in the middle of the picture, as `f e / d`
 //! pixels. So `p` pixels are `p d / f` metres at the nearest point of the instance's bounding sphere. Dividing by the
 //! instance's scale gives object units. Away from the middle the same length appears longer, by a factor of at most 1 /
-//! cos^2 of its angle from the axis. In the corner this is 2.4 for a vertical field of view of 60 degrees at 16:9. The
-//! bound holds in the middle and may be exceeded by that factor in the corners.
+//! cos^2 of its angle from the axis. In the corner, this factor is 2.4 for a vertical field of view of 60 degrees at
+//! 16:9. The bound holds in the middle and may be exceeded by that factor in the corners.
 
 use super::choices::UpAxis;
 use super::config::ProgressiveSurface;
@@ -81,8 +81,8 @@ impl Placement {
         self.centre + self.rotation * (position * self.scale)
     }
 
-    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges it is also true for some
-    /// spheres just outside.
+    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges, the result is also true for
+    /// some spheres just outside.
     pub fn is_seen(&self, pose: &Pose, size: [u32; 2]) -> bool {
         let to_centre = self.centre - pose.eye;
         let ahead_m = to_centre.dot(pose.forward);

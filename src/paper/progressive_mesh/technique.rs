@@ -1,5 +1,5 @@
-//! Paper 2's part of a frame. It brings every visible instance to the level for its distance and updates the index
-//! buffers. Then it draws all instances, or passes them as shapes to the technique that textures them.
+//! Paper 2's part of a frame. The technique brings every visible instance to the level for its distance and updates the
+//! index buffers. Then it draws all instances, or passes them as shapes to the technique that textures them.
 //!
 //! Vertices are shaded as in a plain renderer: the shaders do not depend on levels. The exception is
 //! geomorphing, where new vertices move to their positions: see [`vertices`](super::surface::vertices).

@@ -15,8 +15,8 @@ pub enum FilterBaseline {
     /// Jouppi, "Feline: fast elliptical lines for anisotropic texture mapping", SIGGRAPH 1999).
     Feline(u32),
     /// This many Gaussian taps along the major axis (Mavridis and Papaioannou, "High quality elliptical texture
-    /// filtering on GPU", I3D 2011). A tap is the mean of up to 16 trilinear samples; in the paper it is a
-    /// sample of the hardware's anisotropic sampler.
+    /// filtering on GPU", I3D 2011). A tap is the mean of up to 16 trilinear samples; in the paper, a tap is a sample
+    /// of the hardware's anisotropic sampler.
     Mavridis(u32),
     /// pbrt-v4's EWA: a reconstruction term of one texel, an axis ratio of at most 8, a mix of two levels (Pharr, Jakob
     /// and Humphreys, "Physically based rendering", 4th edition, section 10.4.5).

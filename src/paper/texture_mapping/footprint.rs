@@ -5,7 +5,8 @@
 //! Our matrix is `V = s J J^T + k I` with the kernel's squared radius s and a reconstruction term k. We compute `det V`
 //! from positive terms only. The minor axis selects the level of detail, and the axis ratio is limited.
 
-/// The ellipse that the weights of formula (4) follow. The contributing texels are always those of the exact ellipse.
+/// The ellipse that the weights of formula (4) follow. The contributing texels are always the texels of the exact
+/// ellipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     /// As the thesis prints them: axis lengths from the rows of J, rotated by the angle of the first row.
@@ -52,8 +53,8 @@ pub struct FootprintSettings {
     pub minor_texels: f32,
     /// An ellipse with a greater axis ratio is widened to this ratio.
     pub most_ratio: f32,
-    /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level. The box is
-    /// that of the ellipse without k. A larger box raises the level.
+    /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level. The ellipse is
+    /// taken without k. A larger box raises the level.
     pub most_reach: f32,
 }
 

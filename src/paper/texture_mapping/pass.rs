@@ -343,7 +343,7 @@ impl FilterPass {
         targets: &Targets,
         push: &PlanePush,
     ) -> Result<()> {
-        assert_eq!(self.coarsest, texture.coarsest, "the coarsest level of the pass and of the texture");
+        assert_eq!(self.coarsest, texture.coarsest, "coarsest level of the pass and the texture");
         let resources = [
             (glsl::ellipse_frag::TEXTURE_OF, Resource::Sampled(&texture.image, &self.sampler)),
             (glsl::ellipse_frag::WEIGHT_MAP, Resource::Buffer(&self.weight_map)),

@@ -152,7 +152,7 @@ fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
 
 fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     let full = of_level(mesh, space, mesh.last_level());
-    // Two faces with different wedges may have equal positions; each keeps its own slot.
+    // Two faces with different wedges may have equal positions. Each of these faces keeps its own slot.
     let mut slots: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     full.iter().enumerate().for_each(|(slot, face)| slots.entry(*face).or_default().push(slot as u32));
     let mut ranks = vec![NOWHERE; full.len()];

@@ -1,10 +1,11 @@
 //! Baselines: other methods to draw a mesh at every level of detail, for comparison with the paper's orders.
 //!
 //! Each baseline uses a progressive mesh in [classical](super::order::classical) order, in which a face keeps its slot.
-//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports its transforms, the
-//! faces copied when levels change, and the memory of its lists. This function counts all wedges of a position as one
-//! vertex ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface selects a baseline with `order`:
-//! see `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the device.
+//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports a baseline's
+//! transforms, the faces copied when levels change, and the memory of the baseline's lists. This function counts all
+//! wedges of a position as one vertex ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface
+//! selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the
+//! device.
 
 pub mod compaction;
 mod lists;

@@ -1,5 +1,5 @@
 //! One skip list (T. Forsyth, "Comparison of VIPM Methods", Game Programming Gems 2, 2001). While a level change stays
-//! within a list, it writes the changed corners, including those of degenerate faces.
+//! within a list, it writes the changed corners, including corners of degenerate faces.
 
 use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};

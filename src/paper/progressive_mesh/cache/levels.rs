@@ -53,7 +53,7 @@ pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> 
 /// As [`level_costs`], for a program. `shared` has the index that represents each vertex.
 ///
 /// # Panics
-/// If a level is beyond the last.
+/// If a level is beyond the program's last level.
 pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     // Each part of the levels is reached by a walk up from level 0. The walk is cheap compared with counting,
     // which visits every face of every level.

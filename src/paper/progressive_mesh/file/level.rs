@@ -221,14 +221,14 @@ impl<'a> Growing<'a> {
             let &(_, place) = known.get(at).filter(|(corners, _)| *corners == lowest)?;
             let [a, b, c] = suggestions[place as usize].1;
             let rotation = [[a, b, c], [b, c, a], [c, a, b]].iter().position(|&corners| corners == want);
-            Some((place as usize, rotation.expect("a rotation of it is wanted")))
+            Some((place as usize, rotation.expect("the suggestion has the same corners")))
         });
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
         let place = models.place[usize::from(later)].code(coder, place as u32);
         let vertices = self.live.around.len() as u32;
         let corners = match suggestions.get(place as usize) {
             Some(&(_, mut corners)) => {
-                // The tree can code 3, which rotates like 0.
+                // Two coded bits can be 3, which rotates like 0.
                 corners.rotate_left(tree(coder, &mut models.rotation, 2, rotation as u32) as usize % 3);
                 corners
             }
@@ -269,8 +269,8 @@ fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     places
 }
 
-/// The newest vertex and the vertices around it, without those beyond the first `old` vertices. Each is listed once, in
-/// the order of the newest vertex's faces.
+/// The newest vertex and the vertices around it, without vertices beyond the first `old` vertices. Each vertex is
+/// listed once, in the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
@@ -289,8 +289,8 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 }
 
 /// Suggests faces that close the gap between the taken faces (in which the new vertex t replaces the split vertex s)
-/// and the kept faces. The suggested faces have the corners s and t. The number before each orders them, most likely
-/// first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
+/// and the kept faces. The suggested faces have the corners s and t. The number of a suggestion orders the suggestions,
+/// most likely first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

@@ -22,7 +22,7 @@ pub(super) struct Live {
     seconds: Marks,
 }
 
-/// A face at vertex s, rotated to start there: corners (s, first, second).
+/// A face at vertex s, rotated to start at s: corners (s, first, second).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RingFace {
     pub face: u32,
@@ -55,9 +55,10 @@ impl Live {
         self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
-    /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open
-    /// fans come first, ordered by their first faces; then closed rings, each from its lowest face. Takes time
-    /// linear in the faces around `vertex`. Each has a bit in the file, so a small file cannot cause much work.
+    /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open fans come
+    /// first, ordered by their first faces; then closed rings, each from its lowest face. The time is linear in the
+    /// number of faces around `vertex`. Each of these faces has a bit in the file, so a small file cannot cause much
+    /// work.
     pub(super) fn ring(&mut self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];

@@ -23,7 +23,7 @@ pub(super) struct Moving {
     /// The slots that get another face, ascending, and their faces before the permutation.
     pub slots: Vec<u32>,
     pub faces: Vec<u32>,
-    /// For each slot of the mesh and for each face, its index in these lists.
+    /// For each slot of the mesh, its index in `slots`; for each face, its index in `faces`.
     pub at_slot: Vec<u32>,
     at_face: Vec<u32>,
     /// The faces' corners, with vertices renumbered by first use; the old number of each vertex, and its new
@@ -37,7 +37,7 @@ pub(super) struct Moving {
     starts: Vec<u32>,
     ends: Vec<u32>,
     around: Vec<u32>,
-    /// For each face the last search that suggested it; [`PLACED`] once it is placed.
+    /// For each face the last search that suggested it; [`PLACED`] once the face is placed.
     suggested: Vec<u32>,
     /// Number of searches so far.
     searches: u32,

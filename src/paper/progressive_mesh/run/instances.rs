@@ -22,7 +22,7 @@ pub struct Instances<I: Index = u32> {
 }
 
 impl Instances {
-    /// With indices of 32 bits.
+    /// `count` instances with indices of 32 bits, all at level 0.
     ///
     /// # Errors
     /// [`TooMany`].

@@ -124,7 +124,7 @@ fn value(
     judge(agreement, place, "value", error, truth.slack);
 }
 
-/// Records an error above its bound. NaN always counts as above.
+/// Records an error above its bound. NaN always counts as an error above the bound.
 fn judge(agreement: &mut Agreement, place: &str, what: &str, error: f64, bound: f64) {
     if error > 0.0 {
         agreement.worst_share = agreement.worst_share.max(error / bound);

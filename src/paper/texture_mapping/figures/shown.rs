@@ -77,7 +77,7 @@ fn generated() -> impl Iterator<Item = View> {
     ReliefKind::ALL.into_iter().map(view)
 }
 
-/// The shipped reliefs, then the generated ones.
+/// The shipped reliefs, then the generated reliefs.
 pub fn reliefs() -> Vec<View> {
     let shipped = ["relief-brick/low", "relief-rock/low", "relief-brick/above", "relief-rock/above"];
     shipped.map(|scene| View::new(scene, scene, NONE)).into_iter().chain(generated()).collect()

@@ -81,8 +81,8 @@ impl Stages {
         texture: &Uploaded,
         targets: &Targets,
     ) -> Result<()> {
-        assert_eq!(of.push.coarsest, texture.coarsest, "the coarsest level of the polygons and of the texture");
-        assert_eq!(of.push.size, targets.size, "the picture size of the polygons and of the targets");
+        assert_eq!(of.push.coarsest, texture.coarsest, "coarsest level of the polygons and the texture");
+        assert_eq!(of.push.size, targets.size, "picture size of the polygons and the targets");
         let resources = of.resources(texture);
         let push = bytemuck::bytes_of(&of.push);
         let of_fragments = group_line(of.push.capacity.div_ceil(64).into());

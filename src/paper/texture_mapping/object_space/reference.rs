@@ -67,8 +67,8 @@ fn rotation([nx, ny, nz]: Vec3) -> [Vec3; 3] {
 /// A pixel's state between the two passes: its sums and its nearest planes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and those that
-    /// may count.
+    /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and the
+    /// fragments that may count.
     certain: f64,
     near: f64,
     possible: f64,

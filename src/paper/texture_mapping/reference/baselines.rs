@@ -194,7 +194,7 @@ fn pbrt_level(
     let (width, height) = (c.sqrt() + 1.0, a.sqrt() + 1.0);
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
-    // The quadratic form r2 cancels terms of up to a c / f, which multiplies its rounding error by that factor. Two
+    // The quadratic form r2 cancels terms of up to a c / f, which multiplies the rounding error of r2 by a c / f. Two
     // neighbouring entries of the weight table differ by 2/127 in the exponent.
     let rounding = 2f64.powi(-21) * (a * c / f);
     // Both semi-axes are at least one texel, so that r2 has a slope of at most 2 per texel.

@@ -20,7 +20,7 @@ impl Symmetric {
     }
 }
 
-/// The ellipse of a pixel at a level, and a square root of its inverse.
+/// The ellipse of a pixel at a level, and a square root of the inverse of its matrix.
 struct Shaped {
     v: Symmetric,
     det: f64,
@@ -46,7 +46,7 @@ fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
 }
 
-/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]; its value is then the texture's mean.
+/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]. The pixel's value is then the texture's mean.
 fn sees_all(v: Symmetric) -> bool {
     v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
 }

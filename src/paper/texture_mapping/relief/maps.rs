@@ -41,7 +41,8 @@ impl Holds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fan {
     pub holds: Holds,
-    /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH, and one past the last.
+    /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH. The last entry is the
+    /// number of squares.
     pub starts: Vec<u32>,
     /// Squares of cells, each given by the offset of its first cell. They cover the cells that may contain a point at
     /// that distance from a point of cell (0, 0), and no others.
@@ -314,7 +315,7 @@ const MARCH: u32 = 32;
 
 /// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. Inside a
 /// relaxed cone a ray may enter the solid once. For each other texel, a ray starts on the top plane above the cone's
-/// own texel and passes through the other one. The point at which this ray leaves the solid limits the relaxed cone.
+/// own texel and passes through the other texel. The point at which this ray leaves the solid limits the relaxed cone.
 pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
     let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));

@@ -156,7 +156,7 @@ impl Lines<'_> {
         sum.possible(instead)
     }
 
-    /// Adds the texels with a <= x < b. If `visible`, adds only those that nothing hides.
+    /// Adds the texels with a <= x < b. If `visible`, adds only texels that nothing hides.
     fn add(&self, sum: &mut Sum, [a, b]: [[f64; 2]; 2], y: f64, visible: bool) {
         let first = a[0].ceil() as i64;
         // Texels farther away than a ray's whole descent hide nothing.

@@ -75,8 +75,8 @@ impl Tracer<'_> {
 }
 
 /// Traces a ray. The distances of a [`DistanceMap`] are used as stored; the number of bits per cell has no effect here.
-/// `step` receives each step's start, its end, and true if the map guarantees that the step hits nothing (it allows at
-/// least [`LEAST_STEP`]).
+/// `step` receives each step's start, its end, and true if the map guarantees that the step hits nothing (the map
+/// allows a step of at least [`LEAST_STEP`]).
 pub fn traced(
     relief: &Relief,
     tracer: &Tracer<'_>,
