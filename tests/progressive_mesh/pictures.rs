@@ -222,8 +222,7 @@ fn a_morphing_surface_is_within_the_wanted_error_of_the_full_mesh() {
     for part in [2, 5, 20] {
         let level = mesh.levels.partition_point(|level| level.faces < full.len() as u32 / part);
         let wanted = f64::from(mesh.levels[level].error);
-        // The distance for an error that is an octave ahead, as the surface is drawn, and for an error that is an
-        // octave late, which the test must reject.
+        // An error that is an octave ahead, as the surface is drawn, and an error that is an octave too late.
         let [ahead, late] = [-band, 1.0].map(|octaves| distance(wanted * octaves.exp2()));
         assert!(ahead <= wanted, "1/{part}: {ahead}, wanted {wanted}");
         assert!(late > wanted, "1/{part}: {late}, wanted {wanted}");

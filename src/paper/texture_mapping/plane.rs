@@ -54,8 +54,8 @@ impl Tilt {
         let up = [roll_sin, -roll_cos, 0.0];
         let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
         // The origin of the plane's coordinates is the point that is visible at the picture's centre. Their unit is the
-        // width of a pixel at that point. In these coordinates the ray (right, up, focal) meets the plane at (right, up
-        // / cos) * focal cos / (focal cos - up sin).
+        // width of a pixel at that point. In these coordinates the ray (right, up, focal) meets the plane at
+        // (right, up / cos) * focal cos / (focal cos - up sin).
         let scale = self.texels_per_pixel;
         let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
         let (across, along) = (form(scale, 0.0, 0.0), form(0.0, scale / cos, 0.0));

@@ -35,12 +35,11 @@
 //!   more at the levels after it. With 15 entries the mean falls from 1.54 to 1.52.
 //! - Each order is optimized for the level half-way to the next tswap (`ahead`). This saves 0.01 at 23 moved faces per
 //!   split and 0.04 at 10, and makes the levels more even.
-//! - No split follows the last level, so this level gets the best of eight greedy orders. Small meshes try each of
-//!   these orders from seven starting faces. The full mesh of a torus then costs 1.29; with one starting face 1.44,
-//!   with one order 1.78.
+//! - No split follows the last level, so it gets the best of eight greedy orders. Small meshes try each order from
+//!   seven starting faces. The full mesh of a torus then costs 1.29; with one starting face 1.44, with one order 1.78.
 //! - With few groups, `regions` are reordered in turns. If tswaps reorder all faces, the levels just before a tswap
-//!   cost 0.8 more than the levels after it; with regions, these levels cost 0.3 more. A region's borders cost
-//!   transforms: with 1, 2, 3, 4 and 8 regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
+//!   cost 0.8 more than the levels after it; with regions, 0.3 more. A region's borders cost transforms: with 1, 2, 3,
+//!   4 and 8 regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
 //!
 //! pm.moves compares other groups and regions, and pm.average compares meshoptimizer's orders.
 
