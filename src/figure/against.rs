@@ -47,9 +47,9 @@ pub struct ValueChange {
 }
 
 impl Changes {
-    /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ if their p5
-    /// .. p95 intervals are disjoint. Two curves differ if their intervals at any common x are disjoint, or if they
-    /// have no common x. Other values differ unless they are equal.
+    /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ if their
+    /// intervals from p5 to p95 are disjoint. Two curves differ if their intervals at any common x are disjoint, or if
+    /// they have no common x. Other values differ unless they are equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {

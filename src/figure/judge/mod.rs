@@ -14,8 +14,8 @@ use super::{Finding, Table, Verdict};
 use crate::stats::{median, median_interval};
 use sample::{FoundSamples, Sample, SceneAt, places};
 
-/// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 2 x 2^-5 = 6
-/// % of all cases.
+/// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
+/// cases (2 x 2^-5).
 const LEAST_ROUNDS: usize = 6;
 
 /// Largest number of items that are listed one by one. More are reported as a range; failing items are named.

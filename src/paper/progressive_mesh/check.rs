@@ -67,8 +67,8 @@ impl ProgressiveMesh {
         }
     }
 
-    /// Checks births in place: at the level before the level at which a face appears, the face must have two corners at
-    /// one position. Wedges of one position must have predecessors at one position.
+    /// Checks births in place: one level before a face appears, two of its corners must be at one position. Wedges of
+    /// one position must have predecessors at one position.
     fn check_births(&self) -> Result<(), MeshFlaw> {
         let (predecessors, welded) = (self.predecessors(), &self.vertices.welded);
         let before = |vertex: u32| welded[predecessors[vertex as usize] as usize];

@@ -37,7 +37,7 @@ impl ProgressiveMesh {
     ///
     /// # Panics
     /// If the mesh breaks a rule of its type. Such a mesh is detected because the encoder rebuilds the mesh, and the
-    /// result is compared with it.
+    /// result is compared with the original.
     pub fn to_bytes(&self) -> (Vec<u8>, Contents) {
         let attributes = &self.vertices.attributes;
         let has = Has {

@@ -16,8 +16,8 @@
 //!   at their coarsest level.
 //! - The plan does not ring. A frame of n faces takes a + b n, but the plan assumes c n, where c = b + a / n comes from
 //!   earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies the estimate's
-//!   relative error by a's share of the budget, and the error keeps its sign. If a alone exceeds the budget, the plan
-//!   ends at the coarsest level.
+//!   relative error by a's share of the budget, and the error keeps its sign. If the fixed time a exceeds the budget,
+//!   the plan ends at the coarsest level.
 
 mod integral;
 
