@@ -68,8 +68,8 @@ pub struct Vertices {
     pub attributes: Attributes,
 }
 
-/// For each vertex that level 0 does not have: the vertex that the new vertex replaces, and the slots in which it does
-/// so.
+/// For each vertex that level 0 does not have: the vertex that it replaces, and the slots in which it replaces that
+/// vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.
