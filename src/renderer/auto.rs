@@ -110,7 +110,10 @@ fn select<'a>(
     };
     found.ok_or_else(|| {
         let nearest = nearest.map_or_else(String::new, |nearest| describe(nearest));
-        scene.fault(&["surface", surface, key], format!("no filter satisfies it; the nearest is {nearest}"))
+        scene.fault(
+            &["surface", surface, key],
+            format!("no filter satisfies this bound; the nearest is {nearest}"),
+        )
     })
 }
 

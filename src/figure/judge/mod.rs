@@ -35,7 +35,7 @@ enum BoundRelation {
 /// A number compared with a bound.
 #[derive(Clone, Debug)]
 struct Item {
-    /// Where the claim holds or fails with this number.
+    /// The place in which the claim holds or fails with this number.
     at: SceneAt,
     place: String,
     /// The compared variants, if the test chooses among several.
@@ -43,7 +43,7 @@ struct Item {
     unit: String,
     value: f64,
     interval: [f64; 2],
-    /// Rounds behind the interval; 0 for an exact number.
+    /// Number of rounds from which the interval is computed; 0 for an exact number.
     rounds: usize,
     outcome: BoundRelation,
 }
@@ -75,7 +75,7 @@ impl Claim {
                 return Finding::new(Verdict::NotMeasurable, numbers, why);
             }
         }
-        // A test without a number leaves the claim open, whatever the other tests say.
+        // If a test has no number, the claim has no judgement, whatever the results of the other tests are.
         if let Some(empty) = found.iter().position(|items| items.items.is_empty()) {
             return match found[empty].why_not.first() {
                 Some(why) => Finding::new(Verdict::NotMeasurable, numbers, why),
@@ -107,8 +107,8 @@ impl Claim {
     }
 }
 
-/// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails if one
-/// misses its bound.
+/// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails in a place
+/// if a number there misses its bound.
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {
