@@ -54,7 +54,7 @@ pub struct Figure {
     /// Family and name: `vt.dedup`.
     pub id: &'static str,
     pub title: &'static str,
-    /// The question, and the paper's answer in words and numbers, with its section.
+    /// The question, and the paper's answer in words and numbers, with the section of the paper.
     pub about: &'static str,
     /// Views by name, resolved by [`Figure::measure`]: `earth/oblique`.
     pub scenes: &'static [&'static str],
@@ -78,7 +78,7 @@ pub struct Figure {
 /// The quantity along a figure's horizontal axis.
 #[derive(Clone, Copy)]
 pub struct Sweep {
-    /// With its unit: "picture height, pixels".
+    /// The name of the quantity with its unit: "picture height, pixels".
     pub name: &'static str,
     pub quick: &'static [f64],
     pub full: &'static [f64],
@@ -102,7 +102,7 @@ pub struct Cell {
     pub x: Option<f64>,
 }
 
-/// A plot of a figure's rows; one is drawn for each scene.
+/// A plot of a figure's rows. A plot is drawn for each scene.
 pub struct Plot {
     /// The quantity on the vertical axis.
     pub quantity: &'static str,
@@ -130,9 +130,9 @@ pub enum Axis {
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     Reproduced,
-    /// Beyond the stated range, on its better side, everywhere.
+    /// In every place, the numbers are beyond the stated range, on its better side.
     BetterThanStated,
-    /// It holds in some places and fails in others.
+    /// The claim holds in some places and fails in other places.
     InPart,
     NotReproduced,
     /// Verdicts on a claim about time on a software device. They correspond to [`Verdict::Reproduced`] or better,
@@ -154,7 +154,7 @@ pub struct Finding {
     pub verdict: Verdict,
     /// Our numbers, with units.
     pub numbers: String,
-    /// The reason: the bound that was met or missed, or why it was not measured.
+    /// The reason: the bound that was met or missed, or why the claim was not measured.
     pub why: String,
 }
 

@@ -25,10 +25,10 @@ const LEVELS: usize = 6;
 /// The results of one run, or of several merged runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Version of the format from which they were read.
+    /// Version of the format from which these results were read.
     #[serde(skip)]
     pub format_version: u32,
-    /// Version of the program that gathered them; empty if the file does not state it.
+    /// Version of the program that gathered these results; empty if the file does not state a version.
     #[serde(default)]
     pub program_version: String,
     pub effort: Effort,

@@ -1,5 +1,5 @@
-//! Relief: maps built on the GPU equal the CPU's to the bit, guaranteed maps never step past the surface, and the
-//! GPU's tracers find the hits of the f64 reference.
+//! Relief: maps built on the GPU equal maps built on the CPU to the bit, guaranteed maps never step past the surface,
+//! and the GPU's tracers find the hits of the f64 reference.
 
 use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
 use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
@@ -43,8 +43,8 @@ fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
         let hit = reference::first_hit(relief, &ray);
         for (tracer, past) in tracers.iter().zip(&mut past) {
             trace::traced(relief, tracer, &ray, |from, to, by_map| {
-                // Positions in f32 are within 2^-18 texels here; at 15 degrees the distance to a hit errs by 4 times
-                // as much.
+                // Positions in f32 have an error of at most 2^-18 texels here. At 15 degrees, the error of the distance
+                // to a hit is 4 times as large.
                 let long = by_map || to - from > 1.01 * LEAST_STEP;
                 *past += usize::from(long && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
             });
@@ -163,7 +163,7 @@ fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
     );
 }
 
-/// All rays of a direction with the GPU's results.
+/// All rays of one direction, each with the GPU's result.
 fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Vec<(Ray, Traced)> {
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
     let trace = Trace::new(gpu, relief, tracer, direction, COLUMNS).unwrap();

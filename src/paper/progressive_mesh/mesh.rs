@@ -83,7 +83,7 @@ pub struct Splits {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Swaps {
     /// Levels with permutations, ascending. A permutation is executed after the splits that lead up to its level, and
-    /// inverted before the collapses that lead down from it.
+    /// inverted before the collapses that lead down from this level.
     pub levels: Vec<u32>,
     /// For each of `levels`, the number of cycles of this level and all earlier levels.
     pub cycle_ends: Vec<u32>,

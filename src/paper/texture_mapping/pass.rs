@@ -33,7 +33,7 @@ pub struct Targets {
     pub size: [u32; 2],
 }
 
-/// A method's pipeline and its inputs apart from the texture.
+/// The pipeline of a method, and the inputs of the pipeline except the texture.
 pub struct FilterPass {
     pipeline: GraphicsPipeline,
     sampler: Sampler,

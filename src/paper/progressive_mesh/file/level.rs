@@ -1,7 +1,7 @@
 //! One level of the file: its error, its splits, its new faces and its permutation.
 //!
 //! The code of this module is written once for both directions (see [`super::coder`]). When writing, the values come
-//! from `source`. When reading, they come from the coder, and each is checked before use.
+//! from `source`. When reading, the values come from the coder, and each value is checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, Marks, RingFace};
@@ -9,8 +9,8 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
-/// Maximum number of suggestions: once a level has this many, further splits add none. Otherwise
-/// a small file could cause much work: each kept face of a hub can be a suggestion for every split, and costs only a
+/// Maximum number of suggestions: once a level has this many, further splits add no suggestions. Without this limit, a
+/// small file could cause much work: each kept face of a hub can be a suggestion for every split, and costs only a
 /// hundredth of a bit.
 const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
@@ -162,7 +162,7 @@ impl<'a> Growing<'a> {
             .ok_or(LevelFault("a split names a vertex that does not exist"))
     }
 
-    /// Codes the faces in which the vertex is replaced, and suggests new faces for the gap.
+    /// Codes the faces in which the split vertex is replaced, and suggests new faces for the gap.
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
@@ -253,15 +253,15 @@ impl<'a> Growing<'a> {
     }
 }
 
-/// A face's corners from the lowest one on.
+/// A face's corners, rotated so that the lowest corner comes first.
 fn turned(mut corners: [u32; 3]) -> [u32; 3] {
     let lowest = (0..3).min_by_key(|&at| corners[at]).expect("three corners");
     corners.rotate_left(lowest);
     corners
 }
 
-/// The suggestions with their places, sorted. A hub's split may suggest tens of thousands of faces, too many to
-/// search for each new face.
+/// The suggestions with their indices, sorted by corners. The split of a hub may suggest tens of thousands of faces,
+/// too many for a linear search for each new face.
 fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     let numbered = (0..).zip(suggestions);
     let mut places: Vec<_> = numbered.map(|(place, &(_, corners))| (turned(corners), place)).collect();

@@ -5,7 +5,7 @@
 //! late. The controller neither overshoots nor rings if its gain `g` satisfies `g k <= d^d / (d + 1)^(d + 1)` for a
 //! delay of `d` frames; this is 4/27 for two frames. An exponential mean with weight one half smooths noise, and inside
 //! a dead band the factor does not move. The controller cannot detect that all instances are at their coarsest level.
-//! In this case its factor winds up, to at most [`MOST_LOG2`].
+//! In this case the controller's factor winds up, to at most [`MOST_LOG2`].
 
 use super::MOST_LOG2;
 

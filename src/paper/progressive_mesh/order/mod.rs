@@ -69,8 +69,8 @@ pub use groups::Groups;
 pub struct OrderOptions {
     /// Entries of the FIFO vertex cache that the order is optimized for, at least 4.
     pub cache_entries: u32,
-    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse
-    /// with the first split after it. Not in the paper (0).
+    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse with the
+    /// first split after it. The paper spares no entry (0).
     pub spare_entries: u32,
     pub groups: Groups,
     /// Where faces are drawn between two tswaps. With births in place, `regions` and `ahead` have no effect.
@@ -79,8 +79,8 @@ pub struct OrderOptions {
     /// regions` of the live faces; 1 reorders all live faces at once. More than 1 requires
     /// [`Groups::Budget`].
     pub regions: u32,
-    /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for
-    /// the last level. Not in the paper.
+    /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for the last
+    /// level. The paper does neither.
     pub ahead: bool,
     pub weights: Weights,
     /// Count wedges at the same position as one vertex, as the paper does. A device shares no vertex across a

@@ -98,7 +98,7 @@ impl<I: Index> Instances<I> {
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + kept
     }
 
-    /// Brings an instance to a level by [`Program::change`]. The instance gets another slice if its own is too small,
+    /// Brings an instance to a level by [`Program::change`]. The instance gets another slice if its slice is too small,
     /// or more than four times too large.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ pub struct Corners {
     pub words: Vec<u32>,
     /// The vertex that a split writes.
     pub up: Vec<u32>,
-    /// The vertex that its collapse writes: `splitVert`.
+    /// The vertex that the collapse of this split writes: `splitVert`.
     pub down: Vec<u32>,
 }
 

@@ -64,7 +64,7 @@ pub fn face_normals(mesh: &ProgressiveMesh, faces: &[[u32; 3]], shared: &[u32]) 
     shared.iter().map(unit).collect()
 }
 
-/// Each vertex with its birth.
+/// Each vertex with the error at which it appears, and with its split vertex.
 pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<MorphVertex> {
     let first = mesh.levels[0].vertices;
     let mut births: Vec<(f32, u32)> = (0..first).map(|vertex| (ALWAYS_LOG2, vertex)).collect();

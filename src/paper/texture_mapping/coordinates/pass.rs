@@ -69,7 +69,7 @@ fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
     rows.iter().flat_map(words).collect()
 }
 
-/// The set-up of a band's rows, in the layout of its form's shader.
+/// The set-up of a band's rows, in the layout that the shader of `form` reads.
 pub fn set_up(form: Form, plane: &TiltedPlane, band: Band) -> Vec<u32> {
     let [width, height] = band.size;
     let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();

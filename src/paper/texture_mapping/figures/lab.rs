@@ -30,7 +30,7 @@ pub const FORMULA_4: PixelKernel = PixelKernel::Gaussian { sigma: 0.4, radius: 1
 /// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
 
-/// A pattern on a device, and the targets for pictures of it.
+/// A pattern on a device, and the targets for pictures of this pattern.
 pub struct Lab {
     pub gpu: Gpu,
     pub size: [u32; 2],

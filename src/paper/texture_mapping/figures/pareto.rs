@@ -224,8 +224,8 @@ fn front(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points
 }
 
-/// For every other method whose texels are counted: 0 if one of our settings has no more texels and no larger error,
-/// else 1.
+/// For every method that is not ours and whose texels are counted: 0 if one of our settings has no more texels and no
+/// larger error, else 1.
 fn ahead(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()

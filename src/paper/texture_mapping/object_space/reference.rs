@@ -294,7 +294,7 @@ fn splat(own: &RotatedTriangle<'_>, size: [u32; 2], texels: &GreyMipmap, mut add
     }
 }
 
-/// The level's value at a position in its own texels.
+/// The bilinear value of a level at a position in texels of this level.
 fn bilinear(texels: &GreyMipmap, level: u32, [u, v]: [f64; 2]) -> f64 {
     let ([i, j], [fx, fy]) =
         ([(u - 0.5).floor(), (v - 0.5).floor()], [u - 0.5, v - 0.5].map(|c| c - c.floor()));

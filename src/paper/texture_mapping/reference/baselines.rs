@@ -70,7 +70,7 @@ struct Probe {
     weight: f64,
 }
 
-/// The level's value at a position in its own texels.
+/// The bilinear value of a level at a position in texels of this level.
 fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
     let (x, y) = (u - 0.5, v - 0.5);
     let (right, down) = (x - x.floor(), y - y.floor());
@@ -120,7 +120,7 @@ fn feline(pixel: &PixelCentre, texture: &Texture<'_>, most: u32) -> FilteredTexe
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
     let count = wanted.floor().clamp(1.0, f64::from(most));
-    // With too few probes, each is widened to fill the gaps.
+    // If there are too few probes, each probe is widened to fill the gaps.
     let minor = minor.max(2.0 * major / (count + 1.0));
     let reach = (major - minor).max(0.0);
     let probe = |n: u32| {

@@ -1,4 +1,4 @@
-//! A relief below a plane of a scene: the inputs of its shader.
+//! A relief below a plane of a scene: the inputs of the relief's shader.
 //!
 //! The plane is the relief's top and rays descend from it, so the plane's outline stays straight. The relief repeats
 //! beyond the outline. Projected widths treat the view as parallel within each pixel. Long descents are searched in
