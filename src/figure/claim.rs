@@ -59,7 +59,7 @@ pub enum Term {
     Steps(Pick),
 }
 
-/// A quantity of one variant, or of several.
+/// A quantity of one variant, or of several variants.
 #[derive(Clone, Copy)]
 pub struct Pick {
     pub quantity: &'static str,
@@ -79,7 +79,7 @@ pub enum Who {
     Best(fn() -> Vec<String>),
     /// All these variants, each judged separately.
     Each(fn() -> Vec<String>),
-    /// All variants that have the quantity, except this one.
+    /// All variants that have the quantity, except this variant.
     Others(&'static str),
 }
 
@@ -188,7 +188,7 @@ pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
     Pick::of(quantity, Who::One(variant))
 }
 
-/// A quantity of the variant for which it is smallest.
+/// A quantity of the variant for which the quantity is smallest.
 pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
     Pick::of(quantity, Who::Best(variants))
 }
@@ -198,12 +198,12 @@ pub const fn each(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick
     Pick::of(quantity, Who::Each(variants))
 }
 
-/// A quantity of every variant that has it, except one.
+/// A quantity of every variant that has the quantity, except one variant.
 pub const fn others(quantity: &'static str, but: &'static str) -> Pick {
     Pick::of(quantity, Who::Others(but))
 }
 
-/// A quantity of every variant that has it.
+/// A quantity of every variant that has the quantity.
 pub const fn every(quantity: &'static str) -> Pick {
     others(quantity, "")
 }

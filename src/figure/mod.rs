@@ -209,7 +209,8 @@ impl Figure {
         claims: &[],
     };
 
-    /// The CSS class of a variant, with a space before it: the paper's own, ours, or none.
+    /// The CSS class of a variant, with a leading space: one for the paper's own variants, one for ours. Empty for all
+    /// other variants.
     fn highlight(&self, variant: &str) -> &'static str {
         match (self.paper.contains(&variant), self.ours.contains(&variant)) {
             (true, _) => " cited",

@@ -219,7 +219,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_choice_that_is_clearly_slower_is_another_front() {
-        // One setting of 40 changed by more than the noise of all others.
+        // One setting of 40 changed by more than the noise of all other settings.
         let many = |ms| {
             let names: Vec<String> = (0..36).map(|n| format!("slow {n}")).collect();
             let slow = names.iter().map(|name| (&**name, 20.0, 0.5));

@@ -168,7 +168,7 @@ impl Table {
 }
 
 impl Machine {
-    /// A software device: its times do not predict GPU rankings.
+    /// True for a software device. The times of such a device do not predict GPU rankings.
     pub fn is_software(&self) -> bool {
         self.device_kind == "cpu"
     }

@@ -26,7 +26,7 @@ pub struct Trade {
     /// Least and greatest median of the scene's own setting, milliseconds: the drift of times during the
     /// sweep.
     pub drift_ms: [f64; 2],
-    /// Sorted by the number of scene keys that they change, fewest first.
+    /// The settings, sorted by the number of scene keys that a setting changes, fewest first.
     pub settings: Vec<Traded>,
     pub refused: Vec<Refused>,
     /// Empty if budgets were not varied.

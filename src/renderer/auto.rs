@@ -1,7 +1,7 @@
 //! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief. The surface's bound selects the
 //! setting from the Pareto front of time and error, measured on this device. The front is kept in the user's cache
-//! folder, one file for a scene, size and pose. It is measured again on another device, with another driver, or by
-//! another commit of the program.
+//! folder, one file for a scene, size and pose. The front is measured again on another device, with another driver, or
+//! by another commit of the program.
 
 use super::sections::LANGUAGES;
 use super::trade;

@@ -206,7 +206,7 @@ impl<'a> HostScene<'a> {
         surfaces.into_iter().map(carrier).collect()
     }
 
-    /// The surfaces with a plain texture, and those without any texture that are not progressive meshes.
+    /// The surfaces with a plain texture, and the surfaces without any texture that are not progressive meshes.
     fn plain(&self, gpu: &Gpu) -> Result<Vec<PlainSurface>, RenderError> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();

@@ -1,5 +1,5 @@
-//! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by a filter of paper 3, or by
-//! its relief.
+//! Surfaces with a plain texture or without a texture. Each surface is one draw, filtered by the sampler, by a filter
+//! of paper 3, or by its relief.
 
 use crate::frame::{Allocations, DrawList, Onto, Shape, Target};
 use crate::math::light::LightColours;

@@ -1,4 +1,4 @@
-//! The keys of one surface: which are refused, its filter, its relief and its plain texture.
+//! The keys of one surface: refuses keys without an effect, and reads the filter, the relief and the plain texture.
 
 use super::RenderError;
 use super::plain::{ALBEDO, PlainFilter};

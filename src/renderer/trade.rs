@@ -31,7 +31,7 @@ const RAYS: u32 = 12;
 /// settings.
 ///
 /// # Errors
-/// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
+/// A scene with nothing to vary, or without a reference; an unavailable device, or a device without timestamps.
 pub fn run(
     sweep: &TradeSweep<'_>,
     only: Option<&str>,

@@ -139,7 +139,7 @@ impl<'a> SceneTruth<'a> {
         Some(self.lit(colour, normal))
     }
 
-    /// The mean over those rays of a pixel that meet a relief. Each ray samples the finest level of the texture.
+    /// The mean over all rays of a pixel that meet a relief. Each ray samples the finest level of the texture.
     fn mean_of_rays(
         &self,
         layer: &Layer<'_>,

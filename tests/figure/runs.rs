@@ -10,7 +10,8 @@ use std::time::Duration;
 /// Environment variable with the folder of the child process.
 const FOLDER: &str = "ORTELIUS_TEST_FOLDER";
 
-/// If run directly, measures into a folder of its own. The test below starts it as the run that is killed.
+/// `a_run_that_is_killed_resumes_without_loss` starts this test as the run that is killed. If it is run directly, it
+/// measures into a folder of its own.
 #[test]
 fn a_run_measures_every_cell_once() {
     let own = folder();
@@ -23,7 +24,7 @@ fn a_run_measures_every_cell_once() {
     assert_eq!(run(&resumed).unwrap().kept, 24, "a run that is resumed when it is done measures nothing");
 }
 
-/// The run above in a process of its own, which measures at most `most` cells.
+/// Starts `a_run_measures_every_cell_once` in a process of its own, which measures at most `most` cells.
 fn measuring(folder: &Path, most: usize) -> Child {
     Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "runs::a_run_measures_every_cell_once"])
@@ -40,7 +41,8 @@ fn a_run_that_is_killed_resumes_without_loss() {
     run(&a_run(&[&SLOW], undisturbed.path())).unwrap();
     // All files are readable at any time: nothing is half-written.
     let stored = || Store::at(killed.path()).all(&[&SLOW]).unwrap().len();
-    // Six processes measure at most three of the 24 cells each. Each is killed during these cells or after them.
+    // Six processes measure at most three of the 24 cells each. Each process is killed during these cells or after
+    // them.
     for kill in 0..6 {
         let before = stored();
         let mut child = measuring(killed.path(), 3);
@@ -65,7 +67,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
 /// Environment variable with the first cell of the child process below, and `+` for a resumed run.
 const FROM: &str = "ORTELIUS_TEST_FROM";
 
-/// If run directly, does nothing. The test below starts it as the worker that crashes.
+/// If it is run directly, this test does nothing. `outlived` starts it as the worker that crashes.
 #[test]
 fn a_worker_measures_from_its_cell_on() {
     let (Some(folder), Some(from)) = (std::env::var_os(FOLDER), std::env::var_os(FROM)) else { return };

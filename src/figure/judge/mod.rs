@@ -18,7 +18,7 @@ use sample::{FoundSamples, Sample, SceneAt, places};
 /// cases (2 x 2^-5).
 const LEAST_ROUNDS: usize = 6;
 
-/// Largest number of items that are listed one by one. More are reported as a range; failing items are named.
+/// Largest number of items that are listed one by one. More items are reported as a range; failing items are named.
 const MOST_LISTED: usize = 8;
 
 /// A number's relation to its bound.
@@ -465,7 +465,7 @@ fn numbers(tests: &[Test], found: &[Items]) -> String {
     tests.iter().zip(found).filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// The bounds, and the places that miss them or are undecided.
+/// The bounds, and the places in which a number misses its bound or is undecided.
 fn why(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
         let met = items.iter().filter(|item| item.met()).count();

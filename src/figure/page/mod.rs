@@ -192,7 +192,7 @@ fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<
     Ok(environment.get_template(name)?.render(Serde(values))?)
 }
 
-/// The text before a pair of backticks, between them, and after.
+/// The text before a pair of backticks, the text between the backticks, and the text after them.
 fn pair(text: &str) -> Option<[&str; 3]> {
     let (before, from) = text.split_once('`')?;
     let (word, after) = from.split_once('`')?;
