@@ -22,7 +22,8 @@ use std::path::Path;
 pub struct SceneArgs {
     /// A scene file, or a shipped scene: earth, globe, pole, antimeridian, plane, ruler, bunny, herd, valley,
     /// plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock. Or a figure (`ortelius list`): `view` shows
-    /// all of its views, other commands the first. Or a report: its run is repeated, and options override it
+    /// all of its views, other commands show the first view. Or a report: its run is repeated, and options override the
+    /// settings of the run
     pub scene: String,
     /// Size of the picture in pixels, as WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
@@ -55,7 +56,7 @@ pub struct EyeArgs {
     /// Height of the camera above the ellipsoid or the plane
     #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
-    /// Heading of the camera, clockwise from north. When it looks straight down: the direction that is up in the
+    /// Heading of the camera, clockwise from north. If the camera looks straight down: the direction that is up in the
     /// picture
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,

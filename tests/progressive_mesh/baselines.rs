@@ -44,8 +44,8 @@ fn different_pixels(a: &[u8], b: &[u8]) -> usize {
     a.chunks_exact(16).zip(b.chunks_exact(16)).filter(|(a, b)| a != b).count()
 }
 
-/// Pixels that may show another face: if two faces have the same f32 depth, the first one drawn stays. This
-/// happens at silhouettes, where a back face meets a front face.
+/// Pixels that may show another face: if two faces have the same f32 depth, the face drawn first stays. This happens at
+/// silhouettes, where a back face meets a front face.
 const TIES: usize = 4;
 
 #[test]
@@ -66,7 +66,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
         };
         let (mut classical, positions, pose) = opened(FaceOrder::Classical);
-        // Up, down and up again; then a near miss, which must give another picture.
+        // The level rises, falls and rises again. The picture of another level must differ.
         let errors = [8.0, 1.0, 3.0, 0.0, 3.0];
         let expected: Vec<_> = errors.iter().map(|&pixels| shown(&mut classical, &pose, pixels)).collect();
         let set = |shown: &Shown, positions: &[[f32; 3]]| as_a_set(shown.faces.as_ref().unwrap(), positions);

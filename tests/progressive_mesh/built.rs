@@ -120,8 +120,8 @@ fn a_jump_over_many_levels_gives_the_bits_of_its_steps_in_every_order() {
 
 #[test]
 fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
-    // A closed model, one with a boundary, and one with seams. The last is simplified only from 4096 to 3900 faces,
-    // because the time to build every level from scratch is proportional to splits x faces.
+    // A closed model, a model with a boundary, and a model with seams. The last model is simplified only from 4096 to
+    // 3900 faces, because the time to build every level from scratch is proportional to splits x faces.
     for (name, target_faces) in [("sphere:4", 20), ("grid:12", 20), ("solid:4", 3900)] {
         let (model, collapses) = built(name, target_faces);
         for (order, mesh) in orders(&model, &collapses) {

@@ -99,7 +99,7 @@ pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
 
 type Step = (Vec<[u32; 2]>, Vec<u32>);
 
-/// The connected component of a position: its faces and their wedges. `None` if it has more than `most`
+/// The connected component of a position: its faces and their wedges. `None` if the component has more than `most`
 /// faces.
 fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usize) -> Option<Step> {
     let positions = |face: [u32; 3]| face.map(|wedge| model.wedge_positions[wedge as usize]);
@@ -207,8 +207,8 @@ pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: 
     Made { mesh, wedges }
 }
 
-/// For each wedge of each collapse the faces that still use it, and for each face the collapse that removes
-/// it.
+/// For each wedge of each collapse, the faces that still use the wedge, and for each face, the collapse that removes
+/// the face.
 struct Taken {
     faces: Vec<Vec<Vec<u32>>>,
     at_birth: Vec<[u32; 3]>,

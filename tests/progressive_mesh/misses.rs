@@ -43,8 +43,8 @@ fn strip(count: u32, random: &mut Random) -> Vec<[u32; 3]> {
     (0..count).map(|n| [0; 3].map(|_| n / 2 + random.below(12) as u32)).collect()
 }
 
-/// Faces among 14 vertices, of which one is replaced every 100 faces. The cache holds all 14, so its order depends on
-/// faces long ago, which a replay of a few faces does not see.
+/// Faces among 14 vertices, of which one is replaced every 100 faces. The cache holds all 14 vertices, so the order of
+/// its entries depends on much earlier faces, which a replay of a few faces does not include.
 fn stubborn(count: u32, random: &mut Random) -> Vec<[u32; 3]> {
     let mut vertices: Vec<u32> = (0..14).collect();
     let face = |n: u32| {

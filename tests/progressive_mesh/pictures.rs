@@ -262,7 +262,7 @@ fn a_herd_after_a_walk_equals_a_fresh_one() {
     assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a still camera changes nothing");
 }
 
-/// The same mesh with 65,536 unused vertices before its own: its indices need 32 bits.
+/// The same mesh with 65,536 unused vertices before its own vertices, so that its indices need 32 bits.
 fn widened(mesh: &ProgressiveMesh) -> ProgressiveMesh {
     const MORE: usize = 1 << 16;
     let mut wide = mesh.clone();

@@ -8,7 +8,7 @@ use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::reference::pattern::Pattern;
 
-/// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer one is rotated by `degrees`.
+/// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer axis is rotated by `degrees`.
 fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> PixelCentre {
     let (sin, cos) = f64::to_radians(degrees).sin_cos();
     let jacobian = [[cos * minor * ratio, -sin * minor], [sin * minor * ratio, cos * minor]];
@@ -30,7 +30,7 @@ fn covariance(method: &EllipseFilter, pixel: &PixelCentre, texels: u32) -> [f64;
 }
 
 /// The whitened covariance of a filter with this edge, kernel and axis ratio, divided by the kernel's variance: (1 0 1)
-/// if the filter spreads as its kernel does.
+/// if the filter has the covariance of its kernel.
 fn whitened(edge: Edge, kernel: EllipseKernel, ratio: f64, degrees: f64) -> [f64; 3] {
     let method = EllipseFilter::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
     let mut mean = [0.0; 3];

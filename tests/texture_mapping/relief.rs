@@ -269,8 +269,9 @@ impl Rounded<'_> {
         })
     }
 
-    /// Two numbers of rays: those whose steps or hit (by more than 1e-3 texels) differ from the twin's although
-    /// rounding does not change the twin's result, and those for which rounding changes it.
+    /// Two numbers of rays. The first counts rays whose steps or hit (by more than 1e-3 texels) differ from the twin's
+    /// result, although rounding does not change this result. The second counts rays for which rounding changes the
+    /// twin's result.
     fn differ(&self, relief: &Relief, found: &[(Ray, Traced)]) -> [usize; 2] {
         let same = |a: &Traced, b: &Traced| a.steps == b.steps && (a.distance - b.distance).abs() <= 1e-3;
         let mut counts = [0; 2];

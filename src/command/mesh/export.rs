@@ -68,7 +68,7 @@ fn level(args: &ExportArgs, mesh: &ProgressiveMesh) -> Result<u32, Usage> {
         (_, Some(error), _) if error >= 0.0 => Ok(level_for_error(&mesh.levels, error)),
         (_, Some(error), _) => Err(Usage(format!("--error {error}: it must be 0 or more"))),
         (.., Some(faces)) => Ok(nearest(&mesh.levels, faces)),
-        // clap requires one of the group.
+        // clap requires one option of the group.
         (None, None, None) => Ok(last),
     }
 }
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_coordinate_is_written_with_the_fewest_digits_that_identify_the_stored_number() {
-        // Coordinates as in a text file, with the centre; they are recovered exactly.
+        // Coordinates as in a text file, each with the centre. These coordinates are recovered exactly.
         for (place, centre) in
             [(0.1, 0.0), (0.1, 3.7), (-12.345678, 5.0), (1e6 + 0.25, 1e6), (7e-20, 0.0), (0.0, 0.1)]
         {
