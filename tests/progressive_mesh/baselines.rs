@@ -66,7 +66,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
         };
         let (mut classical, positions, pose) = opened(FaceOrder::Classical);
-        // The level rises, falls and rises again. The picture of another level must differ.
+        // The level rises and falls twice. Pictures of different levels must differ.
         let errors = [8.0, 1.0, 3.0, 0.0, 3.0];
         let expected: Vec<_> = errors.iter().map(|&pixels| shown(&mut classical, &pose, pixels)).collect();
         let set = |shown: &Shown, positions: &[[f32; 3]]| as_a_set(shown.faces.as_ref().unwrap(), positions);
