@@ -73,7 +73,7 @@ impl Live {
         let (firsts, seconds) = (&mut self.firsts, &mut self.seconds);
         firsts.clear(self.around.len());
         seconds.clear(self.around.len());
-        // Of several faces with the same `first`, the lowest is kept.
+        // Of several faces with the same `first`, the face with the lowest number is kept.
         for (at, face) in faces.iter().enumerate().rev() {
             firsts.set(face.first, at as u32);
             seconds.set(face.second, at as u32);
@@ -98,12 +98,12 @@ impl Live {
 #[derive(Default)]
 pub(super) struct Marks {
     turn: u32,
-    /// For each vertex the turn in which it got its number, and the number.
+    /// For each vertex, the value of `turn` at which the vertex got its number, and the number.
     numbers: Vec<(u32, u32)>,
 }
 
 impl Marks {
-    /// Forgets all numbers; from now on vertices below `count` may get one.
+    /// Forgets all numbers; from now on vertices below `count` may get a number.
     pub(super) fn clear(&mut self, count: usize) {
         if self.turn == u32::MAX {
             (self.turn, self.numbers) = (0, Vec::new());

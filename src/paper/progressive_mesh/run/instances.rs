@@ -77,7 +77,7 @@ impl<I: Index> Instances<I> {
         first..first + self.live(self.levels[instance]) as usize
     }
 
-    /// The index buffer of all instances. Never shrinks.
+    /// The index buffer of all instances. It never shrinks.
     pub fn buffer(&self) -> &[[I; 3]] {
         &self.faces
     }

@@ -67,12 +67,12 @@ impl Slices {
         self.of_instances.is_empty()
     }
 
-    /// Where an instance's faces begin, in faces.
+    /// The number of the first face of an instance's slice in the whole buffer.
     pub fn first(&self, instance: usize) -> u32 {
         self.of_instances[instance].first
     }
 
-    /// Faces of the whole buffer. Never shrinks.
+    /// Number of faces in the whole buffer. This number never falls.
     pub fn end(&self) -> u32 {
         self.end
     }
@@ -101,7 +101,7 @@ impl Slices {
         Ok(Some([old.first, new.first]))
     }
 
-    /// Makes returned slices reusable. Called once their faces have been copied.
+    /// Makes returned slices reusable. Must be called only after the faces of these slices have been copied.
     pub fn release(&mut self) {
         for FreeFaces { first, size } in self.given_back.drain(..) {
             self.free.entry(size).or_default().push(first);
