@@ -70,7 +70,7 @@ pub struct Pick {
     pub part: Statistic,
 }
 
-/// Which variants.
+/// The variants of a pick.
 #[derive(Clone, Copy)]
 pub enum Who {
     One(&'static str),
@@ -170,7 +170,7 @@ impl Places {
         Places { scenes, mean: true, ..Places::ALL }
     }
 
-    /// Only these values of the sweep.
+    /// The same places, limited to values of the sweep from `low` to `high`.
     pub const fn x(self, low: f64, high: f64) -> Places {
         Places { x: [low, high], ..self }
     }

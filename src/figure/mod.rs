@@ -281,7 +281,7 @@ impl Effort {
 }
 
 impl Verdict {
-    /// In the order in which counts are shown.
+    /// All verdicts, in the order in which their counts are shown.
     pub const ALL: [Verdict; 10] = [
         Verdict::Reproduced,
         Verdict::BetterThanStated,
@@ -295,7 +295,7 @@ impl Verdict {
         Verdict::NotMeasured,
     ];
 
-    /// As shown to users.
+    /// The name of the verdict as shown to users.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Reproduced => "reproduced",

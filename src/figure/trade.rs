@@ -44,7 +44,7 @@ pub struct Traded {
     pub ms: Summary,
     /// Interval of the median ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],
-    /// By the chosen measure.
+    /// The error by the chosen measure.
     #[serde(with = "any_f64")]
     pub error: f64,
     pub errors: Errors,

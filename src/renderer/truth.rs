@@ -47,7 +47,7 @@ struct Layer<'a> {
     paint: Paint<'a>,
     /// The relief below a plane with a plain texture.
     relief: Option<Below>,
-    /// For each vertex, if the surface is lit.
+    /// The normal of each vertex, if the surface is lit.
     normals: Option<Vec<DVec3>>,
 }
 

@@ -16,9 +16,9 @@ pub struct Weights {
     /// Added for each corner, divided by the number of the corner's faces that are not drawn yet. The paper has no such
     /// term (0).
     pub valence: f64,
-    /// For the face that is already in place.
+    /// The term of the face that is already in place.
     pub in_place: f64,
-    /// For a face in CPU cache lines that are touched already.
+    /// The term of a face in CPU cache lines that are touched already.
     pub line: f64,
 }
 

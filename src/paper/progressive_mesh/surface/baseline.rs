@@ -23,7 +23,7 @@ pub struct Baselines {
     program: Arc<Program>,
     prepared: PreparedBaseline,
     compaction: Option<Box<FaceCompaction>>,
-    /// Where each mesh of a discrete chain begins in the index buffer, in faces.
+    /// The first face of each mesh of a discrete chain in the index buffer.
     meshes: Vec<u32>,
     members: Vec<BaselineInstance>,
     slices: Slices,
@@ -44,11 +44,11 @@ struct BaselineInstance {
 
 /// Where an instance's faces are kept.
 enum Shown {
-    /// On the device only, or in the discrete chain.
+    /// The faces are on the device only, or in the discrete chain.
     Elsewhere,
-    /// Shared by the instances at the same level.
+    /// The faces are shared by the instances at the same level.
     Level(Faces),
-    /// In the instance's own list.
+    /// The faces are in the instance's own list.
     Skip(Box<Skip>),
 }
 

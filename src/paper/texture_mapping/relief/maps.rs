@@ -79,7 +79,7 @@ impl Fan {
         fan
     }
 
-    /// For each cell, row by row, the least height in the square of cells that starts there.
+    /// For each cell, row by row, the least height in the square of cells that starts at this cell.
     pub fn lows(&self, bounds: &[[f32; 2]], side: usize) -> Vec<f32> {
         let square = self.holds.square();
         let low = |at: usize| {

@@ -21,9 +21,10 @@ pub const LINEAR_STEPS: u32 = 64;
 pub enum Tracer<'a> {
     /// [`LINEAR_STEPS`] equal steps to the floor, then [`HALVINGS`] bisections.
     Linear,
-    /// By a distance map with this many bits per cell.
+    /// Steps by the distances of a distance map with this many bits per cell.
     Distances(&'a DistanceMap, u32),
-    /// By a cone map; a cell uses the smallest cone of its corners. Between texels the surface may reach into a cone.
+    /// Steps by the cones of a cone map; a cell uses the smallest cone of its corners. Between texels the surface may
+    /// reach into a cone.
     Cones(&'a [f32]),
     /// As `Cones`; a step may end below the surface and is then bisected back.
     RelaxedCones(&'a [f32]),
