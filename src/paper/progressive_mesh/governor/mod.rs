@@ -171,7 +171,7 @@ impl Planned {
     }
 }
 
-/// log2 of the smallest factor that draws at most `most_faces`. If no factor draws so few faces, log2 of the smallest
+/// log2 of the smallest factor that draws at most `most_faces`. If every factor draws more faces, log2 of the smallest
 /// factor that draws the fewest faces.
 fn least_log2(most_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
     let faces_at = |log2: f64| faces_at(log2.exp2()) as f64;

@@ -67,8 +67,7 @@ struct Search {
     none: u32,
     around: Vec<u32>,
     entries: usize,
-    /// For each number of undrawn faces: what a cached vertex with so many undrawn faces adds to the score of its
-    /// faces.
+    /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
     worths: [PerValence; MOST_LEFT + 1],
     /// For each vertex, true if the vertex is in the cache.
     cached: Vec<bool>,
