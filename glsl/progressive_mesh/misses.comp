@@ -16,7 +16,7 @@ layout(push_constant, scalar) uniform FaceRange {
     uint first;  // first face in the index buffer
     uint count;
     uint first_piece;  // number of the range's first piece in `caches`
-    uint corrects;     // 0: simulate all pieces; 1: simulate the pieces that began with a wrong cache again
+    uint corrects;     // 0: simulate all pieces; 1: simulate again the pieces that began with a wrong cache
 } range;
 
 const uint ENTRIES = 16;
