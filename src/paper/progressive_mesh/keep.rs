@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use xxhash_rust::xxh3::Xxh3;
 
-/// Version of the simplifier and of the orders. Increase it if the simplifier or an order gives a different mesh: kept
-/// files of earlier versions are then ignored. A test compares a hash of a built mesh.
+/// Version of the simplifier and of the orders. Increase it if one of them gives a different mesh: kept files of
+/// earlier versions are then ignored. A test compares a hash of a built mesh.
 const VERSION: u32 = 1;
 
 /// Receives the number of finished faces, and the number of all faces.
