@@ -11,8 +11,8 @@
 #include "texture_mapping/baseline_level.glsl"
 #include "texture_mapping/surface_filter_level.glsl"
 
-// One plain texture, for surfaces without a virtual texture and as the baseline for virtual ones. The filter is the
-// sampler with implicit derivatives, or one of paper 3's.
+// One plain texture, for surfaces without a virtual texture and as the baseline for virtual textures. The filter is the
+// sampler with implicit derivatives, or a filter of paper 3.
 const float MOST_REACH = 1024.0;
 
 layout(binding = 0) uniform sampler2D plain;

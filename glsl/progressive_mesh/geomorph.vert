@@ -7,17 +7,17 @@
 // A vertex with the split that created it: see surface/vertices.rs.
 struct MorphVertex {
     vec3 position;
-    float birth_log2;   // log2 of the chosen error (surface.glsl) below which it appears; 1000 for level 0
+    float birth_log2;   // log2 of the chosen error (surface.glsl) below which the vertex appears; 1000 for level 0
     vec3 normal;
-    uint split_vertex;  // the vertex at whose position it starts; its own index for vertices of level 0
+    uint split_vertex;  // the vertex at whose position this vertex starts; its own index for a vertex of level 0
 };
 
 layout(binding = 0, scalar) readonly buffer Morph { MorphVertex vertices[]; } morph;
 
 layout(location = 0) out vec3 object_normal;
 
-// Progress of a vertex from its split vertex's position to its own: 0 at birth, 1 once the chosen error has fallen by
-// the factor 2^band_log2.
+// Progress of a vertex from its split vertex's position to its own position: 0 at birth, 1 once the chosen error has
+// fallen by the factor 2^band_log2.
 float arrived(MorphVertex vertex) {
     return clamp((vertex.birth_log2 - view.wanted_log2) / view.band_log2, 0.0, 1.0);
 }

@@ -3,20 +3,20 @@
 #include "common/extensions.glsl"
 
 // Counts each face's vertices that miss in a FIFO cache of 16 entries, which is empty at the first face (as in
-// cache/mod.rs). misses.rs has the two rounds: threads simulate pieces, then one workgroup corrects them.
+// cache/mod.rs). misses.rs explains the two rounds: threads simulate pieces, then one workgroup corrects the pieces.
 layout(local_size_x = 64) in;
 layout(constant_id = 2) const uint PIECE = 512;     // faces of a piece
-layout(constant_id = 3) const uint REPLAYED = 128;  // faces before it that are simulated first
+layout(constant_id = 3) const uint REPLAYED = 128;  // faces before the piece that are simulated first
 layout(binding = 0, scalar) readonly buffer Indices { uint words[]; } indices;
 #include "progressive_mesh/indices.glsl"
 layout(binding = 1, scalar) writeonly buffer Misses { uint faces[]; } misses;
-// Two caches for each piece: before its first face and after its last one.
+// Two caches for each piece: before its first face and after its last face.
 layout(binding = 2, scalar) buffer Caches { uint entries[]; } caches;
 layout(push_constant, scalar) uniform FaceRange {
     uint first;  // first face in the index buffer
     uint count;
     uint first_piece;  // number of the range's first piece in `caches`
-    uint corrects;     // 0: simulate all pieces; 1: simulate those again that began with a wrong cache
+    uint corrects;     // 0: simulate all pieces; 1: simulate again the pieces that began with a wrong cache
 } range;
 
 const uint ENTRIES = 16;

@@ -1,7 +1,7 @@
 #include "progressive_mesh/indices.glsl"
 
-// Requires that no other invocation writes the same index. Another one may write the other half of the word at the same
-// time.
+// Requires that no other invocation writes the same index. Another invocation may write the other half of the word at
+// the same time.
 void set_index(uint n, uint vertex) {
     if (INDICES_PER_WORD == 1) {
         indices.words[n] = vertex;
@@ -11,7 +11,7 @@ void set_index(uint n, uint vertex) {
     }
 }
 
-// Replaces an index by the largest (or the smallest) of itself and all values that invocations write, in any order.
+// Replaces an index by the largest (or the smallest) of the index and all values that invocations write, in any order.
 void limit_index(uint n, uint vertex, bool largest) {
     if (INDICES_PER_WORD == 1) {
         if (largest) {

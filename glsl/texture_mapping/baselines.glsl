@@ -77,9 +77,9 @@ PbrtMean pbrt_mean(PbrtAxes axes, uint level, float part, uint coarsest) {
     return PbrtMean(colour, finer.fetched + coarser.fetched);
 }
 
-// Random single texels (Pharr, Wronski, Salvi and Fajardo, "Filtering after shading with stochastic texture
-// filtering", I3D 2024). The truncated Gaussian selects a position in the footprint; the bilinear weights select one
-// of its four texels. `seed`: pixel and frame.
+// Random single texels (Pharr, Wronski, Salvi and Fajardo, "Filtering after shading with stochastic texture filtering",
+// I3D 2024). The truncated Gaussian selects a position in the footprint; the bilinear weights select one of the four
+// texels around this position. `seed`: pixel and frame.
 vec3 ellipse_taps_mean(vec4 jacobian, uint level, uint samples, uvec3 seed) {
     float half_power = power_of_half(level);
     Spot spot = spot_at(level);

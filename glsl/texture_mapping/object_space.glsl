@@ -20,7 +20,7 @@ struct RotatedTriangle {
     vec4 turn;      // cos a, sin a, cos b, sin b
     float z;        // of the rotated plane, pixels
     ivec2 first;
-    ivec2 count;    // columns and rows of its bounding box; 0: not drawn
+    ivec2 count;    // columns and rows of the triangle's bounding box; 0: not drawn
     vec3 edges[3];  // linear forms in (i, j, 1), at least 0 inside
     vec3 u;         // linear form in (i, j, 1), texels of the level
     vec3 v;

@@ -1,4 +1,5 @@
-// The largest float whose rounded square is at most `square`. Every device finds the same one, whatever its sqrt.
+// The largest float whose rounded square is at most `square`. Every device finds the same float, however the device
+// rounds sqrt.
 float exact_root(float square) {
     if (square < 1.17549435e-38) return 0.0;
     float root = sqrt(square);

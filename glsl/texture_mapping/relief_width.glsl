@@ -10,7 +10,7 @@ struct Sum {
     float texels;   // visited
 };
 
-// Limits loops; the strides below need fewer.
+// Limits the iterations of a loop. The strides below need fewer iterations.
 const uint MOST_TEXELS = 4096;
 // A deep relief in an oblique, near view has descents of thousands of steps, nearly all of them hidden. A descent takes
 // at most this many of the longest strides. If it has at most this many steps, every stride is one step.
@@ -20,7 +20,7 @@ const float MOST_SHARE = 1.0 / 64.0;
 
 int longest_stride() { return 1 << uint(ceil(clamp(log2(max(descent() / MOST_STRIDES, 1.0)), 0.0, 20.0))); }
 
-// Strides end at their multiples, so that neighbouring pixels sample the same positions.
+// A stride ends at a multiple of its length, so that neighbouring pixels sample the same positions.
 int after(int x, int stride) { return (x | (stride - 1)) + 1; }
 
 // The x at which the ray that enters at `s` hits the line of texels at y.

@@ -28,7 +28,7 @@ Line line_of(vec4 jacobian, float det, float most_reach) {
 
 // The level of a published filter; its fraction is the weight of the next coarser one.
 float baseline_level(vec4 jacobian, float det, float most_reach, uint coarsest) {
-    // Also if the footprint is not finite.
+    // The condition also holds for a footprint that is not finite.
     if (!(dot(jacobian, jacobian) < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return float(coarsest);
     float level = FILTER == PBRT         ? pbrt_axes(jacobian, most_reach).level
                 : FILTER == ELLIPSE_TAPS ? ellipse_taps_level(jacobian, det, most_reach)
@@ -37,7 +37,7 @@ float baseline_level(vec4 jacobian, float det, float most_reach, uint coarsest) 
 }
 
 // Half sides of a box around the pixel's centre that holds all texels which the filter reads, in texels of a level. A
-// sample reads texels up to 3 texels away: those of the next coarser level are 2 texels wide.
+// sample reads texels up to 3 texels away, because texels of the next coarser level are 2 texels wide.
 vec2 baseline_half_sides(vec4 jacobian, float det, float most_reach, uint level) {
     float scale = power_of_half(level);
     if (FILTER == ELLIPSE_TAPS) return sqrt(spread(jacobian).xz) * scale + 0.5;

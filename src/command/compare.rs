@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Measures the difference between picture A and picture B, or the difference of each from a reference. All measures
 /// except FLIP use linear light. Alpha is ignored; the number of pixels with different alpha is printed. Red, green and
-/// blue are compared as stored. In an EXR they are usually premultiplied by alpha, in a PNG never.
+/// blue are compared as stored. In an EXR, the colours are usually premultiplied by alpha; in a PNG, they never are.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     /// A picture, .png or .exr

@@ -9,8 +9,8 @@ use ortelius::scene::{self, markdown, schema};
 
 #[derive(Args)]
 pub struct KeysArgs {
-    /// List only keys that start with this, for example `surface.NAME.texture` or `cache`. If there are none: keys that
-    /// contain it
+    /// List only keys that start with this, for example `surface.NAME.texture` or `cache`. If no key starts with this,
+    /// list the keys that contain it
     #[arg(default_value = "")]
     prefix: String,
     /// Print docs/scenes.md

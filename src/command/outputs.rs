@@ -1,5 +1,5 @@
-//! The files that `render` writes. All paths are checked before rendering. Each file is written atomically, except that
-//! of `--records`, which grows line by line.
+//! The files that `render` writes. All paths are checked before rendering. Each file is written atomically, except the
+//! file of `--records`, which grows line by line.
 
 use super::Usage;
 use anyhow::{Context, bail};

@@ -1,4 +1,4 @@
-//! The progress bar: work done, total work, time left. Only on a terminal, and not with --quiet.
+//! The progress bar: work done, total work, time left. The bar appears only on a terminal, and not with --quiet.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use ortelius::file::cache_folder;

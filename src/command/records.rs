@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The first line. The others are entries of the report's `frames`.
+/// The format in the first line. The other lines are entries of the report's `frames`.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-records", 1);
 
 /// A file of JSON Lines.

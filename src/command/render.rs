@@ -22,13 +22,13 @@ use std::path::PathBuf;
 #[derive(Args)]
 pub struct RenderArgs {
     /// Write the picture: .png (sRGB) or .exr (linear light). With {frame} in the name, write every frame, then the
-    /// settled one
+    /// settled frame
     #[arg(short, long, value_name = "PICTURE")]
     output: Option<PathBuf>,
     #[command(flatten)]
     pub(super) run: RunArgs,
-    /// Compare the time of the settled frame with that of the same mesh with one plain texture. Both take one trilinear
-    /// sample per pixel. Not for bc1 tiles
+    /// Compare the time of the settled frame with the time of a frame with one plain texture on the same mesh. Both
+    /// frames take one trilinear sample per pixel. Not for bc1 tiles
     #[arg(long)]
     compare_plain: bool,
     #[command(flatten)]
@@ -97,7 +97,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     let last = poses.last().expect("there is at least one pose");
     outputs.write_last(&mut renderer, request.settles().then_some(frames))?;
     if let Some(path) = outputs.visible() {
-        // With --settle, only the last frame is written: the settled one.
+        // With --settle, only the last frame is written, which is the settled frame.
         write_visible(path, &renderer.records, request.settles())?;
     }
     outputs.write_footprint(&renderer)?;

@@ -31,8 +31,8 @@ enum FailOn {
     NotMeasured,
 }
 
-/// Hidden option that `reproduce` gives to its child process, followed by the first cell to measure. Both are
-/// the last arguments, so that reports can leave them out.
+/// Hidden option that `reproduce` gives to its child process, followed by the first cell to measure. The option and the
+/// number are the last arguments, so that reports can leave them out.
 pub const WORKER: &str = "--worker";
 
 /// Limit of printed changes; the page lists all.

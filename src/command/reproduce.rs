@@ -37,7 +37,7 @@ pub struct ReproduceArgs {
     /// The report's folder, created if absent
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     output: PathBuf,
-    /// Measure one of N parts, the I-th, for example 2/8. `ortelius merge` joins the parts
+    /// Measure only part I of N parts, for example 2/8. `ortelius merge` joins the parts
     #[arg(long, value_name = "I/N", value_parser = parse_partition)]
     partition: Option<Partition>,
     /// Keep the cells in DIR and measure the rest. (A cell is a scene at one value of the sweep.) Failed and left-out
@@ -64,7 +64,7 @@ fn parse_partition(text: &str) -> Result<Partition, String> {
     }
 }
 
-/// What to do after a stop. `ortelius demo` always resumes, and has no option for it.
+/// What to do after a stop. `ortelius demo` always resumes, and has no option --resume.
 const fn advice(resumes: bool) -> &'static str {
     match resumes {
         true => "run the same command again; it keeps the measured cells",
@@ -117,8 +117,8 @@ fn warning(load: Option<f64>) -> Option<String> {
     ))
 }
 
-/// Starts a new child after each crash, until one ends without crashing. If that child failed, it has already printed
-/// the error; its exit code becomes ours.
+/// Starts a new child after each crash, until a child ends without crashing. If this child failed, it has already
+/// printed the error. Its exit code becomes the exit code of this process.
 fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let worker = |from: usize| {
@@ -136,7 +136,7 @@ fn watch(args: &ReproduceArgs, line: &[OsString]) -> anyhow::Result<()> {
     match (status.code(), status.signal()) {
         (Some(0), _) => Ok(()),
         (Some(code), _) => std::process::exit(code),
-        // Ctrl-C reaches both processes, this one perhaps later.
+        // Ctrl-C reaches the child and this process. It may reach this process later.
         (None, Some(signal)) if interrupt::SIGNALS.contains(&signal) => {
             interrupt::stop(signal, Some(advice(args.resume)))
         }

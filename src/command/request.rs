@@ -22,7 +22,8 @@ use std::path::Path;
 pub struct SceneArgs {
     /// A scene file, or a shipped scene: earth, globe, pole, antimeridian, plane, ruler, bunny, herd, valley,
     /// plane-tilt, sphere, tunnel, zone-plate, relief-brick, relief-rock. Or a figure (`ortelius list`): `view` shows
-    /// all of its views, other commands the first. Or a report: its run is repeated, and options override it
+    /// all of its views, other commands show the first view. Or a report: its run is repeated, and options override the
+    /// settings of the run
     pub scene: String,
     /// Size of the picture in pixels, as WIDTHxHEIGHT; default: the scene's size
     #[arg(long, value_parser = parse_size)]
@@ -55,7 +56,7 @@ pub struct EyeArgs {
     /// Height of the camera above the ellipsoid or the plane
     #[arg(long, value_name = "METRES", conflicts_with = "path", allow_negative_numbers = true)]
     alt: Option<f64>,
-    /// Heading of the camera, clockwise from north. When it looks straight down: the direction that is up in the
+    /// Heading of the camera, clockwise from north. If the camera looks straight down: the direction that is up in the
     /// picture
     #[arg(long, value_name = "DEGREES", conflicts_with = "path", allow_negative_numbers = true)]
     heading: Option<f64>,
@@ -109,7 +110,7 @@ impl SceneArgs {
     }
 
     /// If a figure is named: its views, each as a shipped scene with the view's changes and its camera or path. The
-    /// camera of the command line is that of the first view.
+    /// camera of the command line applies to the first view only.
     ///
     /// # Errors
     /// The figure has no picture.
@@ -166,7 +167,7 @@ impl RunRequest {
         Ok(RunRequest { scene, run })
     }
 
-    /// Only the scene and its camera; the frames are those of an earlier run.
+    /// A request without options for frames. If the scene is a report, the frames are the frames of the report's run.
     ///
     /// # Errors
     /// As [`RunRequest::of`].

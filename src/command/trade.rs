@@ -200,7 +200,7 @@ fn check(args: &TradeArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The chosen setting, or `None` if none meets the bound; and the line to print.
+/// The chosen setting, or `None` if no setting meets the bound; and the line to print.
 fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String) {
     let measure = &trade.measure;
     let described = |setting: &Traded| {

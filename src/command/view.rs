@@ -13,10 +13,10 @@ use std::path::PathBuf;
 pub struct ViewArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// A variant that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: those of its
-    /// variants that are settings. Default for a scene: its own settings, then other values of some keys. Virtual
-    /// texture: the filter, variant.dedup, variant.compact, variant.list. Mesh: geometry.apply, geometry.order. Relief:
-    /// relief.method. Plain texture: filter.kind
+    /// A variant that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: its variants,
+    /// if a scene's settings can express them. Default for a scene: its own settings, then other values of some keys.
+    /// Virtual texture: the filter, variant.dedup, variant.compact, variant.list. Mesh: geometry.apply, geometry.order.
+    /// Relief: relief.method. Plain texture: filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display:

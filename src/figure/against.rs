@@ -7,7 +7,7 @@ use crate::stats::Summary;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Differences between stored results and new ones.
+/// Differences between stored results and new results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Changes {
     /// The stored results: device, date, commit, effort.
@@ -17,7 +17,7 @@ pub struct Changes {
     pub values: Vec<ValueChange>,
     /// Values in both results.
     pub common: usize,
-    /// Values and claims that are only in the stored results (`gone`), or only in the new ones (`new`).
+    /// Number of values and claims that are only in the stored results (`gone`), or only in the new results (`new`).
     pub gone: usize,
     pub new: usize,
 }
@@ -41,14 +41,15 @@ pub struct ValueChange {
     pub what: String,
     pub before: String,
     pub after: String,
-    /// After over before; `None` unless both are numbers in the same unit and the ratio is positive and finite.
+    /// The value after, divided by the value before; `None` unless both are numbers in the same unit and the ratio is
+    /// positive and finite.
     pub ratio: Option<f64>,
 }
 
 impl Changes {
-    /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ
-    /// if their p5 .. p95 intervals are disjoint (for curves: at any common x, or if there is none); other values
-    /// differ unless they are equal.
+    /// Compares the figures of `after`; other figures of `before` are ignored. Repeated measurements differ if their
+    /// intervals from p5 to p95 are disjoint. Two curves differ if their intervals at any common x are disjoint, or if
+    /// they have no common x. Other values differ unless they are equal.
     pub fn between(before: &Results, after: &Results) -> Changes {
         let asked = |id: &str| after.figures.iter().any(|figure| figure.id == id);
         let before = &Results {

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Untimed rounds at the start, because drivers compile shaders on first use. The second one counts the work, so that
+/// Untimed rounds at the start, because drivers compile shaders on first use. The second round counts the work, so that
 /// statistics queries slow no timed round.
 const WARM_UP: usize = 3;
 const COUNTED: usize = 1;
@@ -115,7 +115,7 @@ impl Bench {
         Ok(found)
     }
 
-    /// Timed runs of each contender, without warm-up.
+    /// Number of timed runs of each contender, without warm-up.
     pub fn runs(&self) -> usize {
         match self.effort {
             // The best of several variants is judged on half of the rounds; a 95 % confidence interval

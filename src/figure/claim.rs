@@ -8,9 +8,8 @@ pub struct Claim {
     pub id: &'static str,
     pub text: &'static str,
     pub from: Origin,
-    /// True for a claim about time of the host or the device. On a software device, the verdict of such a
-    /// claim has another name ("holds here" instead of "reproduced"), because the times do not predict a
-    /// GPU's.
+    /// True for a claim about time of the host or the device. On a software device, the verdict of such a claim has
+    /// another name ("holds here" instead of "reproduced"), because its times do not predict the times of a GPU.
     pub timed: bool,
     pub places: Places,
     pub tests: &'static [Test],
@@ -21,7 +20,7 @@ pub struct Claim {
 /// Who makes the claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The paper, with section. Judged on the paper's variant.
+    /// The paper, with its section. Such a claim is judged on the paper's variant.
     Paper(&'static str),
     /// This project.
     Ours,
@@ -33,7 +32,7 @@ pub struct Places {
     /// Empty: all scenes of the figure.
     pub scenes: &'static [&'static str],
     pub except: &'static [&'static str],
-    /// Values of the sweep, both ends included.
+    /// Least and greatest value of the sweep, both included.
     pub x: [f64; 2],
     /// True if the scenes' numbers are averaged before the comparison. There is no mean if one scene has no
     /// number.
@@ -54,40 +53,40 @@ pub enum Term {
     /// For interleaved measurements: the median of the per-round ratios. 0 / 0 is left out.
     Ratio(Pick, Pick),
     Difference(Pick, Pick),
-    /// Value at the largest x over value at the smallest x, divided by (ratio of both x)^power.
+    /// Value at the largest x over value at the smallest x, divided by (largest x / smallest x)^power.
     Growth(Pick, f64),
     /// Value at each x over the value at the next smaller x.
     Steps(Pick),
 }
 
-/// A quantity of one variant, or of several.
+/// A quantity of one variant, or of several variants.
 #[derive(Clone, Copy)]
 pub struct Pick {
     pub quantity: &'static str,
     pub who: Who,
-    /// The scene, if it is not the place's.
+    /// The scene, if it differs from the scene of the place.
     pub scene: Option<&'static str>,
     pub x: At,
     pub part: Statistic,
 }
 
-/// Which variants.
+/// The variants of a pick.
 #[derive(Clone, Copy)]
 pub enum Who {
     One(&'static str),
-    /// The variant with the least median. With repeated measurements it is chosen on every second round and
+    /// The variant with the least median. If measurements are repeated, the variant is chosen on every second round and
     /// judged on the other rounds.
     Best(fn() -> Vec<String>),
-    /// All of them, each judged separately.
+    /// All these variants, each judged separately.
     Each(fn() -> Vec<String>),
-    /// All variants that have the quantity, except this one.
+    /// All variants that have the quantity, except this variant.
     Others(&'static str),
 }
 
 /// The value of the sweep.
 #[derive(Clone, Copy, PartialEq)]
 pub enum At {
-    /// The place's own.
+    /// The value of the place.
     Place,
     X(f64),
     /// The value at which the quantity is smallest.
@@ -171,7 +170,7 @@ impl Places {
         Places { scenes, mean: true, ..Places::ALL }
     }
 
-    /// Only these values of the sweep.
+    /// The same places, limited to values of the sweep from `low` to `high`.
     pub const fn x(self, low: f64, high: f64) -> Places {
         Places { x: [low, high], ..self }
     }
@@ -189,7 +188,7 @@ pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
     Pick::of(quantity, Who::One(variant))
 }
 
-/// A quantity of the variant for which it is smallest.
+/// A quantity of the variant for which the quantity is smallest.
 pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
     Pick::of(quantity, Who::Best(variants))
 }
@@ -199,12 +198,12 @@ pub const fn each(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick
     Pick::of(quantity, Who::Each(variants))
 }
 
-/// A quantity of every variant that has it, except one.
+/// A quantity of every variant that has the quantity, except one variant.
 pub const fn others(quantity: &'static str, but: &'static str) -> Pick {
     Pick::of(quantity, Who::Others(but))
 }
 
-/// A quantity of every variant that has it.
+/// A quantity of every variant that has the quantity.
 pub const fn every(quantity: &'static str) -> Pick {
     others(quantity, "")
 }

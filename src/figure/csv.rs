@@ -43,7 +43,7 @@ fn lines(text: &mut String, place: &str, row: &Row, device: &str) {
     }
 }
 
-/// Quoted if necessary.
+/// The text as a field of a line, quoted if necessary.
 fn field(text: &str) -> String {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),

@@ -4,7 +4,8 @@ use super::plot::escaped;
 use super::{ClaimResult, Results, Verdict};
 
 impl Results {
-    /// A claim that holds passes; one that fails, wholly or in part, is a failure; an open one is skipped.
+    /// The text of the file. A claim that holds is a passed case. A claim that fails, wholly or in part, is a failure.
+    /// A claim that is undecided or not measured is skipped.
     pub fn junit(&self) -> String {
         let mut text =
             String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"ortelius\">\n");

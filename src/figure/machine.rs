@@ -28,8 +28,8 @@ impl Machine {
     }
 }
 
-/// Identifies a build among others of the same commit: XXH3 (64 bits, hexadecimal) of the executable;
-/// "unknown" if it cannot be read.
+/// Identifies a build among others of the same commit: XXH3 (64 bits, hexadecimal) of the executable; "unknown" if the
+/// executable cannot be read.
 pub fn program() -> String {
     let bytes = std::env::current_exe().and_then(std::fs::read);
     bytes.map_or("unknown".to_string(), |bytes| format!("{:016x}", xxh3_64(&bytes)))
@@ -60,7 +60,7 @@ fn processor_in(text: &str) -> Option<String> {
         let mut lines = text.lines().filter_map(|line| line.split_once(':'));
         Some(lines.find(|(found, _)| found.trim() == key)?.1.trim()).filter(|value| !value.is_empty())
     };
-    // "model name" on x86, "Model" on some ARM boards; others report only numbers.
+    // "model name" on x86, "Model" on some ARM boards; other processors report only numbers.
     let name = value("model name").or_else(|| value("Model"))?;
     // A virtual machine shortens the name, for example to "AMD EPYC", which says nothing of the generation.
     let numbers = value("cpu family").zip(value("model"));

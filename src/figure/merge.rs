@@ -21,9 +21,9 @@ pub enum MergeError {
     Picture { file: String, source: std::io::Error },
 }
 
-/// Copies the results of `figures` from `sources` into `out` (created if absent; results in it are one more
-/// source) and returns their common effort. Machines may differ; effort and commit may not. A measured cell
-/// replaces one that failed in another folder.
+/// Copies the results of `figures` from `sources` into `out` and returns their common effort. `out` is created if
+/// absent; results that it already holds count as one more source. Machines may differ; effort and commit may not. A
+/// measured cell replaces a cell that failed in another folder.
 ///
 /// # Errors
 /// [`MergeError`]; nothing is copied if the folders cannot be merged.

@@ -54,7 +54,7 @@ pub struct Figure {
     /// Family and name: `vt.dedup`.
     pub id: &'static str,
     pub title: &'static str,
-    /// The question, and the paper's answer in words and numbers, with its section.
+    /// The question, and the paper's answer in words and numbers, with the section of the paper.
     pub about: &'static str,
     /// Views by name, resolved by [`Figure::measure`]: `earth/oblique`.
     pub scenes: &'static [&'static str],
@@ -78,7 +78,7 @@ pub struct Figure {
 /// The quantity along a figure's horizontal axis.
 #[derive(Clone, Copy)]
 pub struct Sweep {
-    /// With its unit: "picture height, pixels".
+    /// The name of the quantity with its unit: "picture height, pixels".
     pub name: &'static str,
     pub quick: &'static [f64],
     pub full: &'static [f64],
@@ -102,7 +102,7 @@ pub struct Cell {
     pub x: Option<f64>,
 }
 
-/// A plot of a figure's rows; one is drawn for each scene.
+/// A plot of a figure's rows. A plot is drawn for each scene.
 pub struct Plot {
     /// The quantity on the vertical axis.
     pub quantity: &'static str,
@@ -130,12 +130,12 @@ pub enum Axis {
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     Reproduced,
-    /// Beyond the stated range, on its better side, everywhere.
+    /// In every place, the numbers are beyond the stated range, on its better side.
     BetterThanStated,
-    /// It holds in some places and fails in others.
+    /// The claim holds in some places and fails in other places.
     InPart,
     NotReproduced,
-    /// Verdicts on a claim about time on a software device. They stand for [`Verdict::Reproduced`] or better,
+    /// Verdicts on a claim about time on a software device. They correspond to [`Verdict::Reproduced`] or better,
     /// [`Verdict::InPart`] and [`Verdict::NotReproduced`].
     HoldsHere,
     InPartHere,
@@ -154,7 +154,7 @@ pub struct Finding {
     pub verdict: Verdict,
     /// Our numbers, with units.
     pub numbers: String,
-    /// The reason: the bound that was met or missed, or why it was not measured.
+    /// The reason: the bound that was met or missed, or why the claim was not measured.
     pub why: String,
 }
 
@@ -209,7 +209,8 @@ impl Figure {
         claims: &[],
     };
 
-    /// The CSS class of a variant, with a space before it: the paper's own, ours, or none.
+    /// The CSS class of a variant, with a leading space: one for the paper's own variants, one for ours. Empty for all
+    /// other variants.
     fn highlight(&self, variant: &str) -> &'static str {
         match (self.paper.contains(&variant), self.ours.contains(&variant)) {
             (true, _) => " cited",
@@ -280,7 +281,7 @@ impl Effort {
 }
 
 impl Verdict {
-    /// In the order in which counts are shown.
+    /// All verdicts, in the order in which their counts are shown.
     pub const ALL: [Verdict; 10] = [
         Verdict::Reproduced,
         Verdict::BetterThanStated,
@@ -294,7 +295,7 @@ impl Verdict {
         Verdict::NotMeasured,
     ];
 
-    /// As shown to users.
+    /// The name of the verdict as shown to users.
     pub fn name(self) -> &'static str {
         match self {
             Verdict::Reproduced => "reproduced",
@@ -310,7 +311,8 @@ impl Verdict {
         }
     }
 
-    /// The verdict of a claim about time on a software device: its times do not predict a GPU's.
+    /// The verdict of a claim about time on a software device: the times of such a device do not predict the times of a
+    /// GPU.
     fn here(self) -> Verdict {
         match self {
             Verdict::Reproduced | Verdict::BetterThanStated => Verdict::HoldsHere,

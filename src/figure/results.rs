@@ -25,10 +25,10 @@ const LEVELS: usize = 6;
 /// The results of one run, or of several merged runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Version of the format from which they were read.
+    /// Version of the format from which these results were read.
     #[serde(skip)]
     pub format_version: u32,
-    /// Version of the program that gathered them; empty if the file does not state it.
+    /// Version of the program that gathered these results; empty if the file does not state a version.
     #[serde(default)]
     pub program_version: String,
     pub effort: Effort,
@@ -117,8 +117,8 @@ impl Results {
         Results { format_version: FORMAT.version, program_version, effort, machines, figures }
     }
 
-    /// These results with the texts and verdicts of today's claims; figures that are not in `known` keep theirs. `None`
-    /// if the rows have no rounds (format versions 1 and 2).
+    /// These results with the texts and verdicts of today's claims; figures that are not in `known` keep their stored
+    /// texts and verdicts. `None` if the rows have no rounds (format versions 1 and 2).
     pub fn judged_again(&self, known: &[&Figure]) -> Option<Results> {
         let again = |result: &FigureResult| {
             let Some(figure) = known.iter().find(|figure| figure.id == result.id) else {
@@ -191,8 +191,8 @@ impl FigureResult {
     }
 }
 
-/// A machine's index in the list, to which it is added if new. The same machine on another day extends the
-/// dates of its entry.
+/// A machine's index in the list. A new machine is added to the list. If the machine measured on another day too, the
+/// dates of its entry are extended.
 fn place_of(machine: &Machine, machines: &mut Vec<Machine>) -> usize {
     let dates = |date: &str| -> Vec<String> { date.split(" to ").map(String::from).collect() };
     if let Some(at) = machines.iter().position(|known| known.is_same(machine)) {

@@ -38,7 +38,7 @@ pub trait RunProgress {
     /// Cell `number` of `count` starts.
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize);
     fn ended(&self, result: &CellResult);
-    /// A cell in which an earlier run crashed; it is not measured again.
+    /// An earlier run crashed in a cell, so this cell is not measured again.
     fn skipped(&self, result: &CellResult);
 }
 
@@ -107,7 +107,7 @@ impl FigureRun<'_> {
     /// Measures the cells that are not kept. `known`: every figure whose results the folder may contain.
     ///
     /// # Errors
-    /// Errors of the folder; results in it from another device, effort, commit or build.
+    /// Errors of the folder; results in the folder from another device, effort, commit or build.
     pub fn run(&self, known: &[&Figure], progress: &dyn RunProgress) -> Result<Tally, RunError> {
         let store = Store::create(self.folder)?;
         for stored in store.all(known)? {
@@ -167,7 +167,7 @@ impl FigureRun<'_> {
         let mut bench = Bench::new(self.effort, self.device.clone(), store.pictures());
         bench.validate = self.validate;
         let start = Instant::now();
-        // A bug in one figure must not lose the hours of measurement of the others.
+        // A bug in one figure must not lose the hours of measurement of the other figures.
         let measured = catch_unwind(AssertUnwindSafe(|| (figure.measure)(&mut bench, cell)));
         let measured = measured.unwrap_or_else(|panic| {
             let words = panic.downcast_ref::<String>().map(String::as_str);
@@ -189,7 +189,7 @@ impl FigureRun<'_> {
         (result, cause)
     }
 
-    /// Checks that a stored result may be combined with this run's.
+    /// Checks that a stored result may be combined with the results of this run.
     fn check(&self, stored: &CellResult) -> Result<(), RunError> {
         let device =
             |m: &Machine| format!("{}, {}, on {}, {} cores", m.device, m.driver, m.processor, m.cores);

@@ -4,12 +4,12 @@ use super::{Trade, Traded};
 use crate::stats::{ALIKE, percentile};
 use std::collections::HashMap;
 
-/// A sweep compared with an earlier one of the same scene.
+/// A sweep compared with an earlier sweep of the same scene.
 ///
 /// Two fronts are the same within noise if both sweeps make the same choice for every bound on the error. Two choices
 /// count as the same if their times (over both sweeps) differ by at most [`ALIKE`] times the noise between the sweeps.
-/// The noise is measured: it is the factor within which the times of 95 % of the settings agree, each as a multiple of
-/// the scene's own frame.
+/// The noise is measured: it is the factor within which the times of 95 % of the settings agree. Each of these times is
+/// expressed as a multiple of the time of the scene's own frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Same {
     /// Settings in both sweeps.
@@ -29,8 +29,8 @@ pub struct Choices {
     /// Names of the earlier and the later sweep's choice; `None` if no setting meets the bound.
     pub earlier: Option<String>,
     pub later: Option<String>,
-    /// Ratio of the slower choice's time to the faster one's: the geometric mean of both sweeps. Infinite if one
-    /// choice is missing.
+    /// Ratio of the slower choice's time to the faster choice's time: the geometric mean over both sweeps. Infinite if
+    /// one choice is missing.
     pub factor: f64,
 }
 
@@ -208,7 +208,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_setting_that_leaves_the_front_within_noise_is_no_change() {
-        // 7.7 is within noise of 8, and 7 was not: "coarser" leaves the front.
+        // The time of "coarser" rises from 7 to 7.7, so this setting leaves the front. The change is within the noise.
         let same = Same::of(&sweep(&FIRST), &with("coarser", 7.7)).unwrap();
         assert!(same.holds(), "{same:?}");
         let choices = &same.choices[0];
@@ -219,7 +219,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_choice_that_is_clearly_slower_is_another_front() {
-        // One setting of 40 changed by more than the noise of all others.
+        // One setting of 40 changed by more than the noise of all other settings.
         let many = |ms| {
             let names: Vec<String> = (0..36).map(|n| format!("slow {n}")).collect();
             let slow = names.iter().map(|name| (&**name, 20.0, 0.5));

@@ -7,8 +7,8 @@ use super::Figure;
 #[derive(Clone, Copy)]
 pub struct Show {
     pub views: Views,
-    /// Variants of the figure that are settings of its views, in the figure's order. If there are none, the window has
-    /// the variants of the view's scene.
+    /// Variants of the figure that can be selected by settings in its views, in the figure's order. If there are none,
+    /// the window has the variants of the view's scene.
     pub variants: fn() -> Vec<Setting>,
 }
 
@@ -21,7 +21,7 @@ pub enum Views {
     Listed(fn() -> Vec<View>),
     /// The figure computes without a picture.
     Nothing {
-        /// What it computes, as a clause: "it times ...".
+        /// What the figure computes, as a clause: "it times ...".
         why: &'static str,
         /// The shipped scene whose subject is nearest.
         nearest: &'static str,
@@ -102,7 +102,7 @@ impl Figure {
         }
     }
 
-    /// For a figure without a picture: one line that says so and names the nearest scene.
+    /// For a figure without a picture: one line that states this and names the nearest scene.
     pub fn without_picture(&self) -> Option<String> {
         let Views::Nothing { why, nearest } = self.show.views else { return None };
         Some(format!("figure {} has no picture: {why}; the nearest scene is {nearest}", self.id))

@@ -22,7 +22,7 @@ pub struct CellResult {
     pub cell: Cell,
     pub effort: Effort,
     pub machine: Machine,
-    /// The build that measured it ([`super::program`]).
+    /// The build that measured the cell ([`super::program`]).
     #[serde(default)]
     pub program: String,
     pub seconds: f64,
@@ -48,8 +48,8 @@ pub enum CellOutcome {
     Absent,
 }
 
-/// The error of [`Figure::measure`] for a scene that this run leaves out, with the reason: its model is not
-/// fetched.
+/// The error of [`Figure::measure`] for a scene that this run leaves out. The text is the reason: the scene's model is
+/// not fetched.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct LeftOut(pub String);

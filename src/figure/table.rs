@@ -17,7 +17,7 @@ pub struct Row {
     /// The samples that `value` summarises, by round; rows of a cell are interleaved round by round.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rounds: Vec<f64>,
-    /// For a time: the work done in it, counted in a separate run.
+    /// For a time: the work done in this time, counted in a separate run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work: Option<Work>,
 }
@@ -168,7 +168,7 @@ impl Table {
 }
 
 impl Machine {
-    /// A software device: its times do not predict GPU rankings.
+    /// True for a software device. The times of such a device do not predict GPU rankings.
     pub fn is_software(&self) -> bool {
         self.device_kind == "cpu"
     }

@@ -26,7 +26,7 @@ pub struct Trade {
     /// Least and greatest median of the scene's own setting, milliseconds: the drift of times during the
     /// sweep.
     pub drift_ms: [f64; 2],
-    /// Sorted by the number of scene keys that they change, fewest first.
+    /// The settings, sorted by the number of scene keys that a setting changes, fewest first.
     pub settings: Vec<Traded>,
     pub refused: Vec<Refused>,
     /// Empty if budgets were not varied.
@@ -44,7 +44,7 @@ pub struct Traded {
     pub ms: Summary,
     /// Interval of the median ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],
-    /// By the chosen measure.
+    /// The error by the chosen measure.
     #[serde(with = "any_f64")]
     pub error: f64,
     pub errors: Errors,
@@ -96,8 +96,8 @@ pub struct Refused {
 
 impl Trade {
     /// Computes the Pareto front after all settings are measured. Settings whose list converges more slowly than the
-    /// scene's own are excluded: after each move of the camera they miss tiles, and the settled picture does not show
-    /// it.
+    /// list of the scene's own setting are excluded: after each move of the camera their lists miss tiles, and the
+    /// settled picture does not show this.
     pub fn mark_front(&mut self) {
         let choice = |setting: &Traded| MeasuredSetting {
             time: setting.ms.median,
@@ -114,7 +114,8 @@ impl Trade {
         members.into_iter().for_each(|member| self.settings[places[member]].on_front = true);
     }
 
-    /// Settings excluded from the front because their lists converge more slowly than the scene's own.
+    /// Settings excluded from the front because their lists converge more slowly than the list of the scene's own
+    /// setting.
     pub fn incomplete(&self) -> Vec<&Traded> {
         let whole = self.settings.first().map_or(1, |own| own.list_frames);
         self.settings.iter().filter(|setting| setting.list_frames > whole).collect()
@@ -133,7 +134,7 @@ impl Trade {
         self.front().into_iter().rfind(|setting| setting.error <= bound)
     }
 
-    /// Of the front's settings with a median of at most `ms`, the one with the smallest error.
+    /// Of the front's settings with a median of at most `ms`, the setting with the smallest error.
     pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
         self.front().into_iter().find(|setting| setting.ms.median <= ms)
     }

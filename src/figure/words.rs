@@ -31,7 +31,7 @@ pub fn human(number: f64) -> String {
     }
 }
 
-/// Without trailing zeros of a fraction.
+/// The text without trailing zeros of a fraction.
 fn trimmed(text: &str) -> &str {
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.'),

@@ -1,6 +1,6 @@
-//! Cells are measured in a child process, so that a driver crash does not end the run. The child records
-//! the cell that it measures. If it dies, that cell has crashed and a new child continues with the next
-//! one. A run with `--resume` does not measure a crashed cell again until its file is removed.
+//! Cells are measured in a child process, so that a driver crash does not end the run. The child records the cell that
+//! it measures. If the child dies, that cell has crashed, and a new child continues with the next cell. A run with
+//! `--resume` does not measure a crashed cell again until the cell's file is removed.
 
 use super::{CellOutcome, CellResult, Store, StoreError};
 use std::os::unix::process::ExitStatusExt;

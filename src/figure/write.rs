@@ -20,14 +20,14 @@ const MANIFEST: JsonFormat = JsonFormat::new("ortelius-manifest", 2);
 /// Indented levels of the files: a measured row is one line.
 const LEVELS: usize = 6;
 
-/// What is needed to repeat a run, and the files that it wrote.
+/// What is needed to repeat a run, and the files that the run wrote.
 #[derive(Serialize)]
 struct Manifest<'a> {
     program_version: &'a str,
     command: &'a [String],
     effort: super::Effort,
     machines: &'a [Machine],
-    /// Builds that measured; usually one ([`super::program`]).
+    /// Builds that measured cells; usually one build ([`super::program`]).
     programs: BTreeSet<&'a str>,
     /// Seconds for each figure and cell.
     seconds: BTreeMap<&'a str, BTreeMap<String, f64>>,

@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 /// The triangles, and perhaps background, that a pixel may show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidates {
-    /// One for each triangle visible in the neighbourhood, in the mesh's order. Values are taken at the
-    /// pixel's own centre: extrapolated if the triangle does not cover it, and possibly not finite.
+    /// One sample for each triangle visible in the neighbourhood, in the mesh's order. Values are taken at the pixel's
+    /// own centre. If the triangle does not cover the centre, its values are extrapolated and may not be finite.
     pub samples: Vec<Sample>,
     /// True if part of the neighbourhood shows no triangle.
     pub background: bool,

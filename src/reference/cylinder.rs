@@ -11,7 +11,7 @@ pub struct Cylinder {
 
 impl Cylinder {
     /// (s, t) of the point at which a ray from inside meets the wall. Both run from 0 to 1: s once around from the top,
-    /// counter-clockwise seen from the south, and t from the northern end to the southern one. `None` if the ray leaves
+    /// counter-clockwise seen from the south, and t from the northern end to the southern end. `None` if the ray leaves
     /// by an end or begins outside. The direction has any length.
     pub fn coordinate(&self, eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         let ([x, y, z], [dx, dy, dz]) = (eye, direction);
@@ -22,7 +22,7 @@ impl Cylinder {
             return None;
         }
         let root = (b * b - a * c).sqrt();
-        // Without cancellation.
+        // This form of the root avoids cancellation.
         let k = if b > 0.0 { -c / (root + b) } else { (root - b) / a };
         let along = (y + k * dy) / self.length_m;
         let around = (-x - k * dx).atan2(z + k * dz) / TAU;

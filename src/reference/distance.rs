@@ -1,9 +1,9 @@
 //! Distance between two surfaces, in f64 (P. Cignoni, C. Rocchini and R. Scopigno, "Metro: Measuring Error on Simplified
 //! Surfaces", Computer Graphics Forum 1998).
 //!
-//! Measures the exact distance from points of each surface (evenly spread points and all vertices) to the
-//! nearest point of the other. Spread points are equally dense by area, so their mean needs no weights. The
-//! maximum is a lower bound of the Hausdorff distance, and approaches it as points are added.
+//! Measures the exact distance from points of each surface (evenly spread points and all vertices) to the nearest point
+//! of the other surface. Spread points are equally dense by area, so their mean needs no weights. The maximum is a
+//! lower bound of the Hausdorff distance, and approaches it as points are added.
 
 use crate::math::splitmix::SplitMix64;
 use glam::DVec3;
@@ -27,14 +27,14 @@ pub struct Distances {
     pub rms: f64,
     /// The largest distance, vertices included: a lower bound of the Hausdorff distance.
     pub hausdorff: f64,
-    /// The largest distance from the first surface to the second.
+    /// The largest distance from a point of the first surface to the second surface.
     pub forth: f64,
-    /// The largest distance from the second surface to the first.
+    /// The largest distance from a point of the second surface to the first surface.
     pub back: f64,
 }
 
-/// Distances between two surfaces, from `samples` points on each and the vertices. `None` if one has no face
-/// with an area.
+/// Distances between two surfaces, measured from `samples` points on each surface and from all vertices. `None` if one
+/// of the surfaces has no face with an area.
 pub fn compare_surfaces(a: Triangles, b: Triangles, samples: usize, seed: u64) -> Option<Distances> {
     let (tree_a, tree_b) = (tree(a)?, tree(b)?);
     let forth = OneWay::new(a, samples, seed, |p| distance(&tree_b, p));

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Metres: radius at the equator, and from the centre to a pole (NIMA TR8350.2, table 3.1).
+/// Semi-axes in metres: the radius at the equator twice, and the distance from the centre to a pole (NIMA TR8350.2,
+/// table 3.1).
 const AXES_M: [f64; 3] = [6_378_137.0, 6_378_137.0, 6_356_752.314_245_179];
 
 /// (s, t) of a ray's first intersection, both from 0 to 1: s is the longitude, eastwards from -180 degrees; t is the
@@ -17,7 +18,7 @@ pub fn coordinate(eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
     if c <= 0.0 || b >= 0.0 || discriminant < 0.0 {
         return None;
     }
-    // The nearer root, without cancellation.
+    // The nearer root, in a form that avoids cancellation.
     let t = c / (discriminant.sqrt() - b);
     let [x, y, z] = [0, 1, 2].map(|axis| eye[axis] + t * direction[axis]);
     // Geodetic latitude: the angle between the normal and the equatorial plane.
@@ -62,7 +63,7 @@ mod tests {
         let towards = |angle: f64| [-angle.cos(), angle.sin(), 0.0];
         assert!(coordinate([distance, 0.0, 0.0], towards(limb - 1e-9)).is_some());
         assert_eq!(coordinate([distance, 0.0, 0.0], towards(limb + 1e-9)), None);
-        // There the longitude is the complement of the angle.
+        // At the point of contact, the longitude is the complement of the angle.
         let [s, _] = coordinate([distance, 0.0, 0.0], towards(limb - 1e-12)).unwrap();
         assert!(((s - 0.5) * TAU - (FRAC_PI_2 - limb)).abs() < 1e-4, "{s}");
     }

@@ -133,7 +133,8 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> MipPyramid<F> {
     }
 
     /// Weighted mean over the points up to `reach` sides of the footprint from (s, t). Samples are an eighth of the
-    /// shorter side apart in both directions and a quarter of it wide. The side ratio is limited to 32.
+    /// shorter side apart in both directions, and each sample is a quarter of the shorter side wide. The side ratio is
+    /// limited to 32.
     fn mean(
         &self,
         footprint: &Parallelogram,

@@ -71,7 +71,7 @@ impl Pattern {
     }
 }
 
-/// 0 ..= 255, the same on every machine.
+/// A pseudo-random number of 0 ..= 255, the same on every machine.
 fn noise(seed: u64, n: u64) -> u64 {
     SplitMix64::nth(seed, n) >> 56
 }

@@ -25,8 +25,8 @@ pub struct Sample {
     pub s: f64,
     pub t: f64,
     /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine:
-    /// between the two centres of the pixel's own row, or column. They use this triangle's plane even if the triangle
-    /// does not cover the other centre.
+    /// between the two centres of the pixel's own row, or column. The differences use this triangle's plane even if the
+    /// triangle does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,
@@ -34,7 +34,7 @@ pub struct Sample {
     pub weights: [f64; 3],
     /// Distance along the eye's forward axis in metres (clip w).
     pub w_m: f64,
-    /// Smallest altitude of the projected triangle, in pixels; infinite if it crosses the eye's plane.
+    /// Smallest altitude of the projected triangle, in pixels; infinite if the triangle crosses the eye's plane.
     pub altitude_px: f64,
 }
 
@@ -82,7 +82,7 @@ pub struct ReferenceView {
 }
 
 /// Every pixel of a picture, row by row from the top; `None` if no triangle covers the centre. The nearest triangle
-/// wins; of equally near ones, the first wins. Triangles are visible from both sides. `world_to_clip` applies to
+/// wins; of equally near triangles, the first wins. Triangles are visible from both sides. `world_to_clip` applies to
 /// (position - eye).
 pub fn rasterise(
     mesh: &SourceMesh,
@@ -133,7 +133,7 @@ impl ReferenceView {
     }
 
     /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
-    /// [`MARGIN_PX`] beyond the picture use triangles that reach into it.
+    /// [`MARGIN_PX`] beyond the picture use the triangles that the picture has near its edge.
     pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let place = self.place([x, y]);
         Some(nearest(self.near([x.floor() as i32, y.floor() as i32], 0.0), place)?.coordinate(place))
@@ -268,7 +268,7 @@ impl Setup {
         [self.inverse_w / self.scale, self.depth / self.scale]
     }
 
-    /// Texture coordinate relative to the first vertex: small, so that differences keep their digits.
+    /// Texture coordinate relative to the first vertex. The value is small, so that differences keep their digits.
     fn coordinate_from_first(&self, place: DVec3) -> DVec2 {
         let [s, t] = self.numerators();
         DVec2::new(s.dot(place), t.dot(place)) / self.inverse_w.dot(place)
@@ -327,7 +327,7 @@ fn pixel_box(corners: &[DVec4; 3], size: [u32; 2]) -> Option<[i32; 4]> {
         // One pixel more than the margin, so that rejected triangles are outside despite rounding.
         let margin_px = MARGIN_PX + 1.0;
         let reach = 1.0 + 2.0 * margin_px / side;
-        // Linear in the corners, so it holds for the whole triangle, even behind the eye.
+        // The condition is linear in the corners, so it holds for the whole triangle, even behind the eye.
         let beyond = |sign: f64| corners.iter().all(|corner| sign * corner[axis] > reach * corner.w);
         if beyond(1.0) || beyond(-1.0) {
             return None;

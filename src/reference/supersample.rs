@@ -85,7 +85,7 @@ impl PixelKernel {
 }
 
 impl Truth {
-    /// The truth's own NMSE over the pixels that count.
+    /// The truth's own NMSE over the pixels for which `counts` is true.
     pub fn own_nmse_where(&self, counts: &[bool]) -> f64 {
         let sum = |of: &dyn Fn(usize) -> f64| (0..counts.len()).filter(|&n| counts[n]).map(of).sum::<f64>();
         let error = sum(&|n| self.squared_errors[n]);
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
-        // The covariance is the sum of the kernel's, sigma^2 J J^T, and a bilinear texel's, 1/6 on each axis.
+        // The covariance is the sum of two: sigma^2 J J^T of the kernel, and 1/6 on each axis of a bilinear texel.
         let sigma = 1.0;
         let kernel = PixelKernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));

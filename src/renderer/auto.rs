@@ -1,7 +1,7 @@
-//! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief: the surface's bound selects it
-//! from the Pareto front of time and error, measured on this device. The front is kept in the user's cache folder, one
-//! file for a scene, size and pose. It is measured again on another device, with another driver, or by another commit
-//! of the program.
+//! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief. The surface's bound selects the
+//! setting from the Pareto front of time and error, measured on this device. The front is kept in the user's cache
+//! folder, one file for a scene, size and pose. The front is measured again on another device, with another driver, or
+//! by another commit of the program.
 
 use super::sections::LANGUAGES;
 use super::trade;
@@ -44,11 +44,11 @@ pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
     scene.surfaces.values().find_map(|surface| Some((&*surface.name, surface.auto?)))
 }
 
-/// Replaces the filter `"auto"` of [`wanted`]. If no front is kept, it is measured: `progress` receives the number of
-/// measured settings and of all settings.
+/// Replaces the filter `"auto"` of [`wanted`]. If no front is kept, the front is measured. `progress` receives the
+/// number of measured settings and the number of all settings.
 ///
 /// # Errors
-/// No filter of the front satisfies the bound; and as [`TradeSweep::run`].
+/// No filter of the front satisfies the bound, or [`TradeSweep::run`] fails.
 pub fn choose(
     scene: &Scene,
     (surface, bound): (&str, FilterBound),
@@ -96,7 +96,7 @@ pub fn choose(
 /// The setting of the front that satisfies the bound best.
 ///
 /// # Errors
-/// [`SceneError`] at the bound if none does.
+/// [`SceneError`] at the bound if no setting satisfies the bound.
 fn select<'a>(
     scene: &Scene,
     surface: &str,
@@ -110,7 +110,10 @@ fn select<'a>(
     };
     found.ok_or_else(|| {
         let nearest = nearest.map_or_else(String::new, |nearest| describe(nearest));
-        scene.fault(&["surface", surface, key], format!("no filter satisfies it; the nearest is {nearest}"))
+        scene.fault(
+            &["surface", surface, key],
+            format!("no filter satisfies this bound; the nearest is {nearest}"),
+        )
     })
 }
 

@@ -31,7 +31,7 @@ pub struct Options<'a> {
     pub validate: bool,
     /// Budgets count tiles and faces instead of time, so that every run renders the same frames.
     pub deterministic: bool,
-    /// Once it is true, opening ends with [`RenderError::Stopped`] and builds nothing further.
+    /// Once the flag is true, opening ends with [`RenderError::Stopped`] and builds nothing further.
     pub stop: Option<&'a AtomicBool>,
 }
 
@@ -191,7 +191,7 @@ impl<'a> HostScene<'a> {
         })
     }
 
-    /// The surfaces with the virtual texture; the one whose table contains it comes first.
+    /// The surfaces with the virtual texture. The surface whose table contains the texture comes first.
     fn carriers(&self, gpu: &Gpu) -> Result<Vec<Carrier>, RenderError> {
         let Some((settings, _)) = &self.texture else { return Ok(Vec::new()) };
         let carries = |surface: &&Surface| carries_virtual(surface, self.owner);
@@ -206,7 +206,7 @@ impl<'a> HostScene<'a> {
         surfaces.into_iter().map(carrier).collect()
     }
 
-    /// The surfaces with a plain texture, and those without any texture that are not progressive meshes.
+    /// The surfaces with a plain texture, and the surfaces without any texture that are not progressive meshes.
     fn plain(&self, gpu: &Gpu) -> Result<Vec<PlainSurface>, RenderError> {
         let mut images: HashMap<Option<&str>, Arc<Image>> = HashMap::new();
         let mut plain = Vec::new();
@@ -276,7 +276,8 @@ fn gpu(options: &Options<'_>, needs: impl FnOnce(&PhysicalDevice) -> Vec<Need>) 
     Ok(gpu)
 }
 
-/// The governor's budget without its time. Returns `refused` if only a time is stated, and warns if a time is dropped.
+/// The governor's budget without its limit on time. Returns `refused` if the budget states only a time, and warns if a
+/// stated time is ignored.
 fn untimed(stated: Option<Budget>, refused: RenderError) -> Result<Option<Budget>, RenderError> {
     let Some(budget) = stated else { return Ok(None) };
     if budget.frame_faces.is_none() {

@@ -1,5 +1,5 @@
-//! Surfaces with a plain texture or none. Each is one draw, filtered by the sampler, by a filter of paper 3, or by
-//! its relief.
+//! Surfaces with a plain texture or without a texture. Each surface is one draw, filtered by the sampler, by a filter
+//! of paper 3, or by its relief.
 
 use crate::frame::{Allocations, DrawList, Onto, Shape, Target};
 use crate::math::light::LightColours;
@@ -130,7 +130,7 @@ impl PlainSurfaces {
                 let resources = self.resources(surface);
                 let of_filter = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
                 let pipeline =
-                    &of_filter.expect("each has pipelines").1[usize::from(shape.normals.is_some())];
+                    &of_filter.expect("each filter has pipelines").1[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;
             }
             Ok(())

@@ -22,7 +22,7 @@ pub struct ReliefSteps {
     pub image: Image,
     /// The depth of the finished picture.
     depth: Arc<Image>,
-    /// One for each filter of the surfaces with a relief.
+    /// One pipeline for each filter of the surfaces with a relief.
     pipelines: Vec<(PlainFilter, GraphicsPipeline)>,
 }
 
@@ -52,7 +52,7 @@ impl ReliefSteps {
         })
     }
 
-    /// True if it was made for this target.
+    /// True if the image was made for this target.
     pub fn fits(&self, target: &Target) -> bool {
         Arc::ptr_eq(&self.depth, &target.depth)
     }

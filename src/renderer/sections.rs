@@ -1,4 +1,4 @@
-//! All settings of scenes: those of every scene, and those that each paper adds.
+//! All settings of scenes: the settings of every scene, and the settings that each paper adds.
 
 use crate::paper::{progressive_mesh, texture_mapping, virtual_texture};
 use crate::scene::{self, Language, Scene, SceneError};

@@ -1,4 +1,4 @@
-//! The keys of one surface: which are refused, its filter, its relief and its plain texture.
+//! The keys of one surface: refuses keys without an effect, and reads the filter, the relief and the plain texture.
 
 use super::RenderError;
 use super::plain::{ALBEDO, PlainFilter};
@@ -31,7 +31,7 @@ pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -
         return fault("lit", "a progressive mesh without a texture is always lit; omit lit");
     }
     if scene.has(&key("relief")) && carries_virtual(surface, owner) {
-        return fault("relief", "a relief needs a plain texture; this surface has a virtual one");
+        return fault("relief", "a relief needs a plain texture; this surface has a virtual texture");
     }
     relief(scene, surface)?;
     if !scene.has(&key("filter")) {

@@ -26,7 +26,7 @@ pub enum Kept {
 }
 
 /// A switch of a renderer to another scene, in three steps. [`Renderer::plan_switch`] and [`Renderer::switch`] belong
-/// to the renderer's thread; [`Switch::load`] may run on another one while the renderer draws.
+/// to the renderer's thread; [`Switch::load`] may run on another thread while the renderer draws.
 pub struct Switch {
     kept: Kept,
     next: Scene,
@@ -68,8 +68,8 @@ impl Switch {
 
 impl Renderer {
     /// Plans a switch from the shown scene `now` to `next` that keeps the renderer. This requires that both scenes have
-    /// the same virtual texture on the same disk, or that neither has one. `None`: `next` must be opened. `options` are
-    /// those of [`Renderer::on`] with the current size.
+    /// the same virtual texture on the same disk, or that neither has one. `None`: `next` must be opened in a new
+    /// renderer. `options` are the options of [`Renderer::on`] with the current size.
     ///
     /// # Errors
     /// As [`Renderer::on`].
@@ -106,8 +106,8 @@ impl Renderer {
         Ok(Some(Switch { kept, next: next.clone(), options: *options, settings, gpu, target }))
     }
 
-    /// Shows the other scene. It is no error if, since the plan was made, the renderer was resized or made a switch
-    /// with [`Kept::Everything`].
+    /// Shows the other scene. Between the plan and this call, the renderer may be resized and may make a switch with
+    /// [`Kept::Everything`].
     ///
     /// # Errors
     /// As [`Renderer::on`]; the renderer then shows what it showed before.

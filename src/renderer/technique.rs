@@ -1,6 +1,6 @@
 //! Renders all surfaces of a scene in one frame. First, progressive meshes change to their levels. Then surfaces
-//! without a virtual texture are drawn. Surfaces with one come last, so that texels hidden by another surface request
-//! no tile.
+//! without a virtual texture are drawn. Surfaces with a virtual texture come last, so that texels hidden by another
+//! surface request no tile.
 
 use super::RenderError;
 use super::plain::PlainSurfaces;
@@ -22,7 +22,8 @@ pub struct Surfaces {
     pub meshes: Option<ProgressiveMeshes>,
     pub plain: Option<PlainSurfaces>,
     pub texture: Option<VirtualTexture>,
-    /// The surfaces with the virtual texture: the one whose table contains it, then the others by name.
+    /// The surfaces with the virtual texture: first the surface whose table contains the texture, then the others by
+    /// name.
     pub carriers: Vec<Carrier>,
     /// Linear light where no surface is visible.
     pub background: [f32; 3],
@@ -56,7 +57,7 @@ pub struct Record {
 }
 
 impl Surfaces {
-    /// A surface's shape in this frame: its own, or that of the progressive mesh `name`.
+    /// A surface's shape in this frame: its own shape, or the shape of the progressive mesh `name`.
     fn shape(&self, name: &str, own: &Option<Shape>) -> Option<Shape> {
         own.clone().or_else(|| self.meshes.as_ref()?.shape(name))
     }
@@ -113,7 +114,7 @@ impl Surfaces {
         self.carriers.iter().any(|carrier| carrier.lit).then(|| scene.light_colours())
     }
 
-    /// The surface under which the texture's memory is counted: the first that carries it.
+    /// The surface under which the texture's memory is counted: the first surface that carries the texture.
     fn texture_owner(&self) -> &str {
         self.carriers.first().map_or("texture", |carrier| &carrier.name)
     }
@@ -172,7 +173,7 @@ impl Technique for Surfaces {
     }
 
     fn resize(&mut self, gpu: &Gpu, target: &Target) -> Result<(), RenderError> {
-        // The texture first: if its resize fails, the meshes are unchanged.
+        // The texture is resized first: if this fails, the meshes are unchanged.
         if let Some(texture) = &mut self.texture {
             texture.resize(gpu, target)?;
         }

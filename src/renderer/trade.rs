@@ -26,11 +26,12 @@ const MOST_SETTINGS: usize = 64;
 /// Rays along each side of a pixel of the reference.
 const RAYS: u32 = 12;
 
-/// Measures all settings of a scene without a virtual texture, or those of the surface `only`. Ignores `sweep.knobs`,
-/// which are for virtual textures. `progress` receives the number of settings done and the number of all settings.
+/// Measures all settings of a scene without a virtual texture, or only the settings of the surface `only`. Ignores
+/// `sweep.knobs`, which are for virtual textures. `progress` receives the number of settings done and the number of all
+/// settings.
 ///
 /// # Errors
-/// A scene with nothing to vary, or without a reference; an unavailable device, or one without timestamps.
+/// A scene with nothing to vary, or without a reference; an unavailable device, or a device without timestamps.
 pub fn run(
     sweep: &TradeSweep<'_>,
     only: Option<&str>,

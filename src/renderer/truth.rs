@@ -1,5 +1,5 @@
-//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light. Slow;
-//! the window's error overlay computes it beside the frames.
+//! The picture of a scene in f64: every surface, its texture's mean over each pixel's footprint, and its light.
+//! Computing this picture is slow; the window's error overlay computes it while frames continue.
 //!
 //! A progressive mesh is shown at a level whose stated error is at most a quarter of a pixel, regardless of its level
 //! in the frame.
@@ -47,7 +47,7 @@ struct Layer<'a> {
     paint: Paint<'a>,
     /// The relief below a plane with a plain texture.
     relief: Option<Below>,
-    /// For each vertex, if the surface is lit.
+    /// The normal of each vertex, if the surface is lit.
     normals: Option<Vec<DVec3>>,
 }
 
@@ -66,7 +66,7 @@ struct PlainTruth {
 }
 
 impl<'a> SceneTruth<'a> {
-    /// Loads the scene's meshes and plain textures; `tiles` are those of its virtual texture.
+    /// Loads the scene's meshes and plain textures; `tiles` are the tiles of the scene's virtual texture.
     ///
     /// # Errors
     /// A file that cannot be read, or content that the reference cannot show.
@@ -139,7 +139,7 @@ impl<'a> SceneTruth<'a> {
         Some(self.lit(colour, normal))
     }
 
-    /// The mean over those rays of a pixel that meet a relief. Each ray samples the finest level of the texture.
+    /// The mean over all rays of a pixel that meet a relief. Each ray samples the finest level of the texture.
     fn mean_of_rays(
         &self,
         layer: &Layer<'_>,

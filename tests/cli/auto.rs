@@ -67,7 +67,7 @@ fn a_front_is_measured_once_for_a_device_and_the_report_names_the_choice() {
         &["s.toml", "--size", "48x27", "-Dsurface.land.max_error=0.1", "-o", "d.png"],
     ));
     assert_eq!(code, 2);
-    holds(&line, &["max_error=0.1", "no filter satisfies it; the nearest is ellipse, minor 1, NA 4"]);
+    holds(&line, &["max_error=0.1", "no filter satisfies this bound; the nearest is ellipse, minor 1, NA 4"]);
 
     // The report needs no front.
     let report: Value = serde_json::from_str(&read(&folder, "r.json")).unwrap();

@@ -10,7 +10,7 @@ use std::process::Command;
 
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// `None` only if the user allows it.
+/// The path of the browser. `None` if there is no browser and the user allows to skip the check.
 fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("ORTELIUS_BROWSER").map(PathBuf::from);
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -145,8 +145,8 @@ fn the_page_shows_its_colours_on_phone_and_desk_light_and_dark() {
             let picture = screenshot(&browser, folder.path(), &name, size, scheme == "dark");
             assert_eq!(picture.width, width, "{name}");
             let whole = (picture.width * picture.height) as usize;
-            // Most pixels are paper; letters, badges, lines and bars have the scheme's colours, and none
-            // the other scheme's.
+            // Most pixels are paper; letters, badges, lines and bars have the colours of this scheme, and hardly any
+            // pixel has a colour of the other scheme.
             assert!((whole / 2..whole * 99 / 100).contains(&pixels(&picture, colours[0])), "{name}: paper");
             for (n, colour) in colours.into_iter().enumerate().skip(1) {
                 assert!(pixels(&picture, colour) >= 20, "{name}: colour {n} is nowhere");

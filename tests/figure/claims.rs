@@ -1,5 +1,5 @@
-//! Every claim of every real figure holds on a table that meets its tests, and fails on a table that breaks
-//! one.
+//! Every claim of every real figure holds on a table that meets its tests, and fails on a table that breaks one of
+//! these tests.
 
 use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
 use ortelius::figure::{Effort, Figure, Machine, Row, Table, TableRecord, Value, Verdict};
@@ -16,7 +16,7 @@ struct Rows {
     curves: BTreeMap<Key, Vec<[f64; 2]>>,
 }
 
-/// A number on the right side of a bound, and one on the wrong side.
+/// A number on the right side of a bound, and a number on the wrong side.
 fn sides(bound: Bound) -> [f64; 2] {
     let off = |edge: f64| (edge.abs() * 1e-3).max(1e-3);
     match bound {
@@ -48,8 +48,7 @@ impl Rows {
         for key in Rows::keys(pick, scene, x) {
             match pick.x {
                 At::Points(low, high) => {
-                    // A claim about a border of 0 and one about wider ones use different points of one
-                    // curve.
+                    // A claim about a border of 0 and a claim about wider borders use different points of one curve.
                     let curve = self.curves.entry(key).or_default();
                     curve.retain(|[x, _]| !(low..=high).contains(x));
                     curve.extend([[low, number], [high, number]]);
@@ -68,7 +67,7 @@ impl Rows {
     fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), xs: &[f64], number: f64) {
         match term {
             Term::Value(pick) => self.set(&pick, scene, x, number),
-            // The least over all x is 1. The place that is compared with it gets the number.
+            // The least value over all x is 1. The place that is compared with this value gets the number.
             Term::Ratio(a, b) if b.x == At::Least => {
                 let At::X(at) = a.x else { panic!("the least is compared with a stated x") };
                 self.set(&Pick { x: At::Place, ..b }, scene, x, if x == Some(at) { number } else { 1.0 });
@@ -116,7 +115,7 @@ impl Rows {
     }
 }
 
-/// The cells of a claim: all of a full run, or those of a quick one.
+/// The cells of a claim: the cells of a full run, or the cells of a quick run.
 fn cells(figure: &Figure, places: &Places) -> Vec<(String, Option<f64>)> {
     let all = [Effort::Full, Effort::Quick].into_iter().flat_map(|effort| figure.cells(effort));
     let mut found: Vec<(String, Option<f64>)> = Vec::new();
@@ -159,7 +158,7 @@ fn every_claim_holds_on_a_fitting_table_and_fails_if_one_test_is_broken() {
             assert_eq!(right.verdict, Verdict::Reproduced, "{name}: {right:?}");
             for at in 0..claim.tests.len() {
                 let wrong = found(Some(at), "discrete");
-                // Without a smaller value of the sweep, the first one has no step.
+                // The first value of the sweep has no step, because no smaller value precedes it.
                 let allowed: &[Verdict] =
                     match claim.tests.iter().any(|test| matches!(test.term, Term::Steps(_))) {
                         true => &[Verdict::NotReproduced, Verdict::InPart],

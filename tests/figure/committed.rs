@@ -1,4 +1,4 @@
-//! This program can read every file of results/, and has the figures and claims in them.
+//! This program can read every file of results/, and has every figure and claim that these files name.
 
 use ortelius::figure::{CellOutcome, Results, Verdict, choose, page_of_results};
 use ortelius::renderer::figures::FAMILIES;

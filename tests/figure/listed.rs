@@ -71,7 +71,7 @@ fn every_figure_has_its_own_id_words_claims_and_scenes_that_exist() {
     }
 }
 
-/// A figure whose views or variants do not open, and why; or one that has neither views nor a reason.
+/// The fault of a figure: a view or a variant that does not open, or neither views nor a reason why there are none.
 fn not_shown(figure: &Figure) -> Option<String> {
     let fault = |what: String| Some(format!("{}: {what}", figure.id));
     let (views, settings) = (figure.views(), (figure.show.variants)());
@@ -135,7 +135,8 @@ fn picks(test: &Test) -> Vec<Pick> {
     }
 }
 
-/// The first claim of the paper with a test that looks up none of the paper's variants, or one that the figure lacks.
+/// The first claim of the paper with a test that looks up none of the paper's variants, or a variant that the figure
+/// lacks.
 fn not_judged_on_the_paper(figure: &Figure) -> Option<String> {
     let variants = (figure.variants)();
     let highlighted = || figure.paper.iter().chain(figure.ours);
@@ -163,7 +164,8 @@ fn claims_of_a_paper_are_judged_on_the_papers_variants() {
     assert_eq!(with(&["triple"]).unwrap(), "made.swept: no variant triple");
 }
 
-/// True if a claim about time takes a least or a largest of its samples, which a lucky round would decide.
+/// True if a claim about time takes the least or the largest of its samples. A lucky round would then decide the
+/// verdict.
 fn selects_without_a_split(claim: &Claim) -> bool {
     let extreme = |pick: &Pick| pick.x == At::Least || pick.part != Statistic::Median;
     claim.timed && claim.tests.iter().chain(claim.given).any(|test| picks(test).iter().any(extreme))

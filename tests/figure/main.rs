@@ -1,5 +1,5 @@
-//! Figures: runs that are killed, shared and merged, failing cells, verdicts and the page. The figures are
-//! made up, so the tests need no device and little time; the last module checks the real ones.
+//! Figures: runs that are killed, shared and merged, failing cells, verdicts and the page. The figures are made up, so
+//! the tests need no device and little time; the last module checks the real figures.
 
 mod against;
 mod browser;

@@ -10,7 +10,8 @@ use std::time::Duration;
 /// Environment variable with the folder of the child process.
 const FOLDER: &str = "ORTELIUS_TEST_FOLDER";
 
-/// If run directly, measures into a folder of its own. The test below starts it as the run that is killed.
+/// `a_run_that_is_killed_resumes_without_loss` starts this test as the run that is killed. If it is run directly, it
+/// measures into a folder of its own.
 #[test]
 fn a_run_measures_every_cell_once() {
     let own = folder();
@@ -23,7 +24,7 @@ fn a_run_measures_every_cell_once() {
     assert_eq!(run(&resumed).unwrap().kept, 24, "a run that is resumed when it is done measures nothing");
 }
 
-/// The run above in a process of its own, which measures at most `most` cells.
+/// Starts `a_run_measures_every_cell_once` in a process of its own, which measures at most `most` cells.
 fn measuring(folder: &Path, most: usize) -> Child {
     Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "runs::a_run_measures_every_cell_once"])
@@ -40,7 +41,8 @@ fn a_run_that_is_killed_resumes_without_loss() {
     run(&a_run(&[&SLOW], undisturbed.path())).unwrap();
     // All files are readable at any time: nothing is half-written.
     let stored = || Store::at(killed.path()).all(&[&SLOW]).unwrap().len();
-    // Six processes measure at most three of the 24 cells each. Each is killed during these cells or after them.
+    // Six processes measure at most three of the 24 cells each. Each process is killed during these cells or after
+    // them.
     for kill in 0..6 {
         let before = stored();
         let mut child = measuring(killed.path(), 3);
@@ -65,7 +67,7 @@ fn a_run_that_is_killed_resumes_without_loss() {
 /// Environment variable with the first cell of the child process below, and `+` for a resumed run.
 const FROM: &str = "ORTELIUS_TEST_FROM";
 
-/// If run directly, does nothing. The test below starts it as the worker that crashes.
+/// If it is run directly, this test does nothing. `outlived` starts it as the worker that crashes.
 #[test]
 fn a_worker_measures_from_its_cell_on() {
     let (Some(folder), Some(from)) = (std::env::var_os(FOLDER), std::env::var_os(FROM)) else { return };
@@ -249,7 +251,7 @@ fn a_quick_run_is_judged_without_the_scenes_of_full_runs_and_names_them() {
     assert_eq!(claims[whole], (Verdict::Reproduced, "2 of 2 equal to 1 (not in quick runs: globe)".into()));
     let why = "no size was measured (not in quick runs: globe)";
     assert_eq!(claims[globe], (Verdict::NotMeasured, why.into()));
-    // In a full run, a scene that is not fetched leaves both unmeasured.
+    // In a full run, a scene that is not fetched leaves both claims unmeasured.
     let (left_out, claims) = judged(Effort::Full);
     assert_eq!(left_out, 1);
     for (verdict, why) in claims {
@@ -269,7 +271,7 @@ fn a_damaged_result_is_named() {
     assert!(line.contains("cells/made.bars/plane.json") && line.contains("remove the file"), "{line}");
 }
 
-/// Measures each of `of` parts in its own folder; `change` changes its machine.
+/// Measures each of `of` parts in its own folder. `change` changes the machine of a part.
 fn parts(figures: &[&'static Figure], of: usize, change: fn(usize, &mut Machine)) -> Vec<TempDir> {
     let part = |index| {
         let folder = folder();
@@ -349,7 +351,7 @@ fn incompatible_folders_are_not_merged() {
     let empty = folder();
     let line = refused(&[commits[0].path(), empty.path()]);
     assert!(line.contains("holds no result"), "{line}");
-    // Measured twice, on different machines.
+    // The same cell was measured twice, on different machines.
     let twice = [folder(), folder()];
     for (folder, cores) in twice.iter().zip([2, 4]) {
         let mut again = a_run(&[&SWEPT], folder.path());

@@ -44,8 +44,8 @@ fn different_pixels(a: &[u8], b: &[u8]) -> usize {
     a.chunks_exact(16).zip(b.chunks_exact(16)).filter(|(a, b)| a != b).count()
 }
 
-/// Pixels that may show another face: if two faces have the same f32 depth, the first one drawn stays. This
-/// happens at silhouettes, where a back face meets a front face.
+/// Pixels that may show another face: if two faces have the same f32 depth, the face drawn first stays. This happens at
+/// silhouettes, where a back face meets a front face.
 const TIES: usize = 4;
 
 #[test]
@@ -66,7 +66,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
             (session, models[0].mesh.vertices.positions.clone(), scene.camera("near").unwrap().pose())
         };
         let (mut classical, positions, pose) = opened(FaceOrder::Classical);
-        // Up, down and up again; then a near miss, which must give another picture.
+        // The level rises and falls twice. Pictures of different levels must differ.
         let errors = [8.0, 1.0, 3.0, 0.0, 3.0];
         let expected: Vec<_> = errors.iter().map(|&pixels| shown(&mut classical, &pose, pixels)).collect();
         let set = |shown: &Shown, positions: &[[f32; 3]]| as_a_set(shown.faces.as_ref().unwrap(), positions);
@@ -98,7 +98,7 @@ fn every_order_draws_the_faces_and_the_picture_of_the_same_level() {
 struct Shown {
     level: u32,
     drawn: u64,
-    /// The drawn faces as vertices; `None` if only the device has them.
+    /// The drawn faces as numbers of vertices; `None` if only the device has the faces.
     faces: Option<Vec<[u32; 3]>>,
     picture: Vec<u8>,
 }
@@ -163,7 +163,7 @@ fn skip_lists_send_the_changed_blocks_or_a_whole_list_when_they_switch() {
         lists += u32::from(sent == whole);
     }
     assert!((2..20).contains(&lists), "{lists} lists were copied");
-    // After one more split, the picture equals that of an instance that went to this level directly.
+    // After one more split, the picture equals the picture of an instance that went to this level directly.
     walked.frame(&pose).unwrap();
     assert!(walked.picture_bytes().unwrap() == fresh.picture_bytes().unwrap());
 }

@@ -1,5 +1,5 @@
-//! Real models through the simplifier, the order and the execution. The faces equal those of meshes built
-//! from scratch: at every level of small models, and on walks through large models.
+//! Real models through the simplifier, the order and the execution. The faces equal the faces of meshes built from
+//! scratch: at every level of small models, and on walks through large models.
 
 use super::made::Random;
 use ortelius::model::{Attributes, Model, named};
@@ -84,7 +84,7 @@ fn jumps_equal_steps(mesh: &ProgressiveMesh, stepped: &ProgressiveMesh) -> (bool
     let mut random = Random(u64::from(last));
     let (steps, mut constructed) = (Program::new(stepped).unwrap(), 0);
     let equal = (0..200).all(|n| {
-        // First between both ends, then to random levels.
+        // The first jumps go between both ends. The later jumps go to random levels.
         let (from, to) = match n {
             0 => (0, last),
             1 => (last, 0),
@@ -120,8 +120,8 @@ fn a_jump_over_many_levels_gives_the_bits_of_its_steps_in_every_order() {
 
 #[test]
 fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
-    // A closed model, one with a boundary, and one with seams. The last is simplified only from 4096 to 3900 faces,
-    // because the time to build every level from scratch is proportional to splits x faces.
+    // A closed model, a model with a boundary, and a model with seams. The last model is simplified only from 4096 to
+    // 3900 faces, because the time to build every level from scratch is proportional to splits x faces.
     for (name, target_faces) in [("sphere:4", 20), ("grid:12", 20), ("solid:4", 3900)] {
         let (model, collapses) = built(name, target_faces);
         for (order, mesh) in orders(&model, &collapses) {
@@ -137,7 +137,7 @@ fn every_level_of_small_models_is_a_fresh_build_in_every_order() {
 
 #[test]
 fn walks_through_real_models_have_the_faces_of_fresh_builds() {
-    // A scan, seams, a boundary.
+    // A scan, a model with seams, and a model with a boundary.
     for name in ["bunny", "solid:8", "grid:24"] {
         let (model, collapses) = built(name, 64);
         for (order, mesh) in orders(&model, &collapses) {
@@ -165,7 +165,7 @@ fn one_level_that_is_wrong_is_found() {
     let (model, collapses) = built("grid:12", 64);
     let mut mesh = classical(&model, &collapses);
     let last = mesh.last_level();
-    // The last face to appear, with reversed winding.
+    // Reverses the winding of the face that appears last.
     mesh.faces.last_mut().unwrap().swap(0, 1);
     assert_eq!(visit_that_differs(&mesh, &model, &collapses, 0..=last), Some(last));
 }

@@ -25,8 +25,9 @@ impl Random {
     }
 }
 
-/// A torus of `around` x `along` squares. With seams, each of its two seams doubles its wedges, and four
-/// wedges meet where the seams cross. `tetrahedra` tetrahedra are separate components beside it.
+/// A torus of `around` x `along` squares. With `seams`, the torus has two seams. Each position on a seam has two
+/// wedges, and the position where the seams cross has four. `tetrahedra` tetrahedra are separate components beside the
+/// torus.
 pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Model {
     let mut model = Model::default();
     let mut wedges = BTreeMap::new();
@@ -98,7 +99,7 @@ pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
 
 type Step = (Vec<[u32; 2]>, Vec<u32>);
 
-/// The connected component of a position: its faces and their wedges. `None` if it has more than `most`
+/// The connected component of a position: its faces and their wedges. `None` if the component has more than `most`
 /// faces.
 fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usize) -> Option<Step> {
     let positions = |face: [u32; 3]| face.map(|wedge| model.wedge_positions[wedge as usize]);
@@ -125,7 +126,8 @@ fn at(model: &Model, position: u32) -> impl Iterator<Item = u32> {
     (0u32..).zip(&model.wedge_positions).filter(move |(_, at)| **at == position).map(|(wedge, _)| wedge)
 }
 
-/// Moves a position onto a neighbour, along a seam if it lies on one. `None` if a wedge would have no target.
+/// Moves a position onto a neighbour. A position on a seam moves along the seam. `None` if a wedge would have no
+/// target.
 fn edge(model: &Model, faces: &[Option<[u32; 3]>], old: u32, new: u32) -> Option<Step> {
     let mut gone = Vec::new();
     let (mut targets, mut left) = (BTreeMap::new(), BTreeSet::new());
@@ -205,8 +207,8 @@ pub fn arrange(model: &Model, collapses: &Collapses, swap_every: usize, random: 
     Made { mesh, wedges }
 }
 
-/// For each wedge of each collapse the faces that still use it, and for each face the collapse that removes
-/// it.
+/// For each wedge of each collapse, the faces that still use the wedge, and for each face, the collapse that removes
+/// the face.
 struct Taken {
     faces: Vec<Vec<Vec<u32>>>,
     at_birth: Vec<[u32; 3]>,

@@ -6,7 +6,7 @@ use ortelius::paper::progressive_mesh::misses::{MissCounter, PIECE, REPLAYED};
 use ortelius::vk::{BufferUse, GpuOptions, IndexType, Watched};
 use std::collections::VecDeque;
 
-/// The misses of each face after the vertices of `before`.
+/// The misses of each face in a FIFO that has already received the vertices of `before`.
 fn fifo(before: &[[u32; 3]], faces: &[[u32; 3]]) -> Vec<u32> {
     let mut cache = VecDeque::new();
     let mut misses = |face: &[u32; 3]| {
@@ -43,8 +43,8 @@ fn strip(count: u32, random: &mut Random) -> Vec<[u32; 3]> {
     (0..count).map(|n| [0; 3].map(|_| n / 2 + random.below(12) as u32)).collect()
 }
 
-/// Faces among 14 vertices, of which one is replaced every 100 faces. The cache holds all 14, so its order depends on
-/// faces long ago, which a replay of a few faces does not see.
+/// Faces among 14 vertices, of which one is replaced every 100 faces. The cache holds all 14 vertices, so the order of
+/// its entries depends on much earlier faces, which a replay of a few faces does not include.
 fn stubborn(count: u32, random: &mut Random) -> Vec<[u32; 3]> {
     let mut vertices: Vec<u32> = (0..14).collect();
     let face = |n: u32| {

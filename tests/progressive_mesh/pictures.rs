@@ -57,8 +57,8 @@ fn picture(session: &mut Run<ProgressiveMeshes>) -> Picture {
     Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
 }
 
-/// The expected position and normal of each vertex in f64. With a band, a vertex may still be on its way from
-/// its split vertex.
+/// The expected position and normal of each vertex in f64. With `band_log2`, a vertex may still be on its way from its
+/// split vertex.
 fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVec3, DVec3)> {
     let model = &load(scene).unwrap()[0];
     let mesh = &model.mesh;
@@ -116,9 +116,9 @@ fn shade(sample: &Sample, normals: &[[DVec3; 3]], sun: DVec3) -> [f32; 4] {
 /// A pixel is certain if its centre stays inside one triangle when moved by a GPU's snapping to 1/256 pixel
 /// and by f32 rounding.
 const RADIUS_PX: f64 = 1.0 / 128.0;
-/// In linear light. In a triangle a third of a pixel wide, 1/256 of a pixel changes a barycentric coordinate
-/// by 1/85. On the bunny's ears the normals of neighbours differ by up to a radian, and light changes by 0.45
-/// per radian.
+/// The bound of a difference in linear light. In a triangle a third of a pixel wide, 1/256 of a pixel changes a
+/// barycentric coordinate by 1/85. On the bunny's ears the normals of neighbours differ by up to a radian, and light
+/// changes by 0.45 per radian.
 const BOUND: f64 = 0.45 / 85.0;
 
 /// The number of pixels of the session's picture that differ by more than BOUND from the f64 picture, and the
@@ -192,7 +192,7 @@ fn a_morphing_vertex_is_drawn_at_its_f64_position() {
     session.frame(&pose).unwrap();
     let wanted =
         session.technique.surfaces[0].instances().next().unwrap().0.wanted_error(&pose, SIZE[1], 8.0);
-    // Vertices reach their positions at the wanted error, and start a band earlier.
+    // Vertices reach their positions at the wanted error, and start to move one band before it.
     let band = f64::from(MORPH_BAND_LOG2);
     let moved = seen_vertices(&scene, wanted * (-band).exp2(), Some(band));
     let (beyond, worst) = beyond_f64(&mut session, &pose, &moved);
@@ -222,7 +222,7 @@ fn a_morphing_surface_is_within_the_wanted_error_of_the_full_mesh() {
     for part in [2, 5, 20] {
         let level = mesh.levels.partition_point(|level| level.faces < full.len() as u32 / part);
         let wanted = f64::from(mesh.levels[level].error);
-        // An octave ahead, as drawn; and an octave late, which must be noticed.
+        // An error that is an octave ahead, as the surface is drawn, and an error that is an octave too late.
         let [ahead, late] = [-band, 1.0].map(|octaves| distance(wanted * octaves.exp2()));
         assert!(ahead <= wanted, "1/{part}: {ahead}, wanted {wanted}");
         assert!(late > wanted, "1/{part}: {late}, wanted {wanted}");
@@ -262,7 +262,7 @@ fn a_herd_after_a_walk_equals_a_fresh_one() {
     assert_eq!(walked.records.last().unwrap().change.upload_bytes, 0, "a still camera changes nothing");
 }
 
-/// The same mesh with 65,536 unused vertices before its own: its indices need 32 bits.
+/// The same mesh with 65,536 unused vertices before its own vertices, so that its indices need 32 bits.
 fn widened(mesh: &ProgressiveMesh) -> ProgressiveMesh {
     const MORE: usize = 1 << 16;
     let mut wide = mesh.clone();

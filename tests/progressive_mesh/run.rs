@@ -10,7 +10,7 @@ use ortelius::paper::progressive_mesh::simplify::Collapses;
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// A random model, its collapses and a progressive mesh of them.
+/// A random model, its collapses, and the progressive mesh made from both.
 fn anything(seed: u64) -> (Model, Collapses, Made) {
     let random = &mut Random(seed);
     let model = torus(3 + random.below(6), 3 + random.below(6), random.below(2) == 0, random.below(4));
@@ -19,7 +19,7 @@ fn anything(seed: u64) -> (Model, Collapses, Made) {
     (model, collapses, made)
 }
 
-/// The first difference between the live faces at a level and those built from scratch.
+/// The first difference between the live faces at a level and the faces of a mesh built from scratch.
 fn difference(
     live: &[[u32; 3]],
     (model, collapses, made): &(Model, Collapses, Made),
@@ -37,7 +37,7 @@ fn difference(
     (shown != built).then(|| format!("level {level}: {} of {} faces; {other:?}", shown.len(), built.len()))
 }
 
-/// All implementations of execution in parallel; each step compares them.
+/// All implementations of execution in parallel; each step compares their results.
 struct Walk {
     program: Arc<Program>,
     literal: State,

@@ -54,7 +54,8 @@ fn a_tilted_plane_follows_the_hyperbola_of_perspective() {
             for (value, true_value) in fine.into_iter().zip([by_x.x, by_x.y, by_y.x, by_y.y]) {
                 assert!((value - true_value).abs() < 1e-10 * by_y.length(), "({x}, {y}): {sample:?}");
             }
-            // The error of a central difference over 2^-10 pixel follows from the third derivative: 1e-6 of the first.
+            // The error of a central difference over 2^-10 pixel follows from the third derivative: 1e-6 of the first
+            // derivative.
             let half = 1.0 / 2048.0;
             let slope = (at(x_px, y_px + half) - at(x_px, y_px - half)) / (2.0 * half);
             let error = (DVec2::new(sample.analytic.dsdy, sample.analytic.dtdy) - slope).length();

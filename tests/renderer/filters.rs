@@ -73,7 +73,8 @@ fn possible(ellipse: &EllipseFilter, sample: &Sample, texture: &PlainTexture) ->
     (low..=high).map(colour).collect()
 }
 
-/// The number of covered pixels, and of those further than 5/256 from every colour that `ellipse` allows.
+/// The number of covered pixels, and the number of covered pixels that are further than 5/256 from every colour that
+/// `ellipse` allows.
 fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &EllipseFilter) -> [usize; 2] {
     let mut renderer = settled(scene, PixelFormat::Linear32);
     let bytes = renderer.picture_bytes().unwrap();

@@ -302,8 +302,8 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
     assert!(filter.contains("sampler"), "{filter}");
 }
 
-/// The default picture of each scene shows its surfaces: they cover at least 10 % of the pixels. Covered pixels are
-/// those without the background colour, which no surface has.
+/// The default picture of each scene shows its surfaces: they cover at least 10 % of the pixels. A pixel is covered if
+/// it does not have the background colour. No surface has this colour.
 #[test]
 fn the_default_picture_of_a_shipped_scene_shows_its_surfaces() {
     for (name, _) in SHIPPED {

@@ -105,7 +105,7 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
 }
 
 /// Heights with 32 texels a side and colours with 512: a pixel near the camera is smaller than a texel of the heights
-/// and larger than one of the colours.
+/// and larger than a texel of the colours.
 #[test]
 fn colours_finer_than_the_heights_keep_their_detail() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! A plane with a virtual texture, a hill that shares it, a bunny that hides some of both, and a board with a picture.
+//! A plane with a virtual texture, a hill that shares the texture, a bunny that hides parts of the plane and of the
+//! hill, and a board with a picture.
 
 use ortelius::scene::{Scene, SceneError};
 use std::fmt::Write as _;

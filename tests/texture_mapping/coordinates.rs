@@ -138,7 +138,7 @@ fn numerators_and_denominators_are_those_of_the_f32_twin_to_the_bit() {
     // A device rounds `fma` the same way in every shader.
     let common = [Fma::Fused, Fma::Twice].into_iter().any(|fma| roundings.iter().all(|m| m.contains(&fma)));
     assert!(common, "{roundings:?}");
-    // The twins differ, so a form that computed another form's values would be found.
+    // The twins of different forms differ, so this test would find a form that computes another form's values.
     let (plane, band) = planes().next().unwrap();
     let runs = RowWalk::Restart(64);
     let own = [Form::RowConstantsBy(runs), Form::TextbookBy(runs), Form::Walk(runs)];
@@ -230,8 +230,8 @@ fn derivatives_of_the_rows_constants_err_by_a_few_ulp_and_differences_by_thousan
     for (plane, band) in planes() {
         for method in [DerivativeMethod::Incremental, DerivativeMethod::Analytic] {
             let error = derivative_error(&gpu, Form::RowConstants, method, &plane, band);
-            // w varies tenfold, so the sums of the numerator and of w may lose a factor of 10; w enters twice. The
-            // division adds 2.5 ulp.
+            // w varies tenfold, so the sums of the numerator and of w may lose a factor of 10. The derivative divides
+            // by w twice. The division adds 2.5 ulp.
             assert!(error <= 40.0 * 2f64.powi(-24), "{}: {error}", method.name());
         }
         let differences = derivative_error(&gpu, Form::Textbook, DerivativeMethod::Differences, &plane, band);
@@ -273,7 +273,7 @@ fn a_forms_invocations_are_those_that_the_device_counts() {
     for form in Form::ALL.into_iter().filter(|form| gpu.require(&needs(*form)).is_ok()) {
         let work = work(&gpu, form, &plane, band);
         let [invocations, _] = form.invocations_and_bytes(size);
-        // Threads without a pixel: those of 1024 lanes beyond 320 columns. Workgroups have 64 threads.
+        // Of 1024 lanes, the lanes beyond column 320 have no pixel. Workgroups have 64 threads.
         let idle = if form == Form::Walk(RowWalk::Lanes(1024)) { (1024 - 320) * 64 } else { 0 };
         match work.dispatches {
             0 => assert!(work.fragment_invocations >= invocations, "{}: {work:?}", form.name()),
@@ -318,7 +318,7 @@ fn filtered(gpu: &Gpu, form: Coordinates, plane: &TiltedPlane) -> Vec<Dumped> {
     targets.dumped(gpu).unwrap()
 }
 
-/// Each pixel's error of the Jacobian over its bound; the larger of both rows.
+/// For each pixel, the error of the Jacobian divided by its bound: the larger quotient of the Jacobian's two rows.
 fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &TiltedPlane) -> Vec<f64> {
     let [width, height] = super::SIZE;
     let of_pixel = |(n, dumped): (usize, &Dumped)| {
@@ -342,11 +342,13 @@ fn jacobian_errors(found: &[Dumped], form: Coordinates, plane: &TiltedPlane) -> 
                 8.0 * 2f64.powi(-24) * (term(axis) + texels * term(2)) / w + 2.5 * 2f64.powi(-23) * texels;
             let largest = exact[axis][0].abs().max(exact[axis][1].abs());
             let bound = match form {
-                // The numerator's and the denominator's relative errors, the latter twice, and the division.
+                // The sum of the numerator's relative error, twice the denominator's relative error, and the error of
+                // the division.
                 Coordinates::Incremental | Coordinates::Analytic => {
                     40.0 * 2f64.powi(-24) * term(2) / w * largest
                 }
-                // The pixel's and its neighbour's positions.
+                // The error of a difference is at most the sum of the errors of the pixel's position and of its
+                // neighbour's position.
                 Coordinates::Textbook | Coordinates::Rows => 2.5 * position,
             };
             let off = [0, 1].map(|n| (pixel.jacobian[axis][n] - exact[axis][n]).abs());

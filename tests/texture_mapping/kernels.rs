@@ -8,7 +8,7 @@ use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::reference::pattern::Pattern;
 
-/// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer one is rotated by `degrees`.
+/// A pixel whose ellipse has axes of `minor` and `ratio * minor` texels; the longer axis is rotated by `degrees`.
 fn pixel(minor: f64, ratio: f64, degrees: f64, centre: [f64; 2]) -> PixelCentre {
     let (sin, cos) = f64::to_radians(degrees).sin_cos();
     let jacobian = [[cos * minor * ratio, -sin * minor], [sin * minor * ratio, cos * minor]];
@@ -30,7 +30,7 @@ fn covariance(method: &EllipseFilter, pixel: &PixelCentre, texels: u32) -> [f64;
 }
 
 /// The whitened covariance of a filter with this edge, kernel and axis ratio, divided by the kernel's variance: (1 0 1)
-/// if the filter spreads as its kernel does.
+/// if the filter has the covariance of its kernel.
 fn whitened(edge: Edge, kernel: EllipseKernel, ratio: f64, degrees: f64) -> [f64; 3] {
     let method = EllipseFilter::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
     let mut mean = [0.0; 3];
@@ -112,7 +112,7 @@ fn a_radial_map_of_64_entries_is_the_formula_up_to_5e_6() {
     let linear = [4, 16, 64].map(|entries| nmse(entries, 16, true));
     println!("radial maps: nearest of 4, 16, 64, 256 {nearest:?}, linear of 4, 16, 64 {linear:?}");
     assert!(linear[2] <= 5e-6, "{linear:?}");
-    // With the nearest entry, 4 times as many entries give 1/16 of the error.
+    // If the nearest entry is taken, 4 times as many entries give 1/16 of the error.
     assert!(nearest.windows(2).all(|pair| (4.0..64.0).contains(&(pair[0] / pair[1]))), "{nearest:?}");
     assert!(nmse(64, 8, true) < 1e-5);
 }
@@ -129,7 +129,7 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
     assert!((0.0070..0.0100).contains(&quadratic), "{quadratic}");
     assert!((0.0040..0.0050).contains(&cubic), "{cubic}");
     assert!((0.0065..0.0100).contains(&linear), "{linear}");
-    // The parts inside and outside add up to a whole texel.
+    // The parts of a texel on both sides of the edge add up to the whole texel.
     for edge in Edge::ALL {
         for d in [0.01, 0.2, 0.33, 0.49] {
             let sum = ellipse::kept(edge, d) + ellipse::kept(edge, -d);

@@ -50,7 +50,8 @@ fn every_method_is_the_reference_up_to_rounding() {
     assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
 }
 
-/// The counts of tm.24 and tm.v1: the shader's texels, each with one weight, are those that have a weight in the reference.
+/// The counts of tm.24 and tm.v1: the texels that the shader counts, each with one weight, are the texels that have a
+/// weight in the reference.
 #[test]
 fn each_texel_that_the_shader_counts_has_a_weight_in_the_reference() {
     let gpu = device();

@@ -37,7 +37,7 @@ fn filtered(
     read(gpu, relief, colours, view, method).iter().map(|pixel| f64::from(pixel[0])).collect()
 }
 
-/// The number of pixels with another colour or number of texels than f64 allows.
+/// The number of pixels whose colour or number of texels is outside the range that f64 allows.
 fn outliers(found: &[[f32; 2]], right: &[RayPixel]) -> usize {
     assert_eq!(found.len(), right.len());
     let within = |&(found, right): &(&[f32; 2], &RayPixel)| {

@@ -1,5 +1,5 @@
-//! Relief: maps built on the GPU equal the CPU's to the bit, guaranteed maps never step past the surface, and the
-//! GPU's tracers find the hits of the f64 reference.
+//! Relief: maps built on the GPU equal maps built on the CPU to the bit, guaranteed maps never step past the surface,
+//! and the GPU's tracers find the hits of the f64 reference.
 
 use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
 use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
@@ -35,16 +35,16 @@ fn rays() -> impl Iterator<Item = Ray> {
     })
 }
 
-/// For each tracer, the number of its guaranteed or longer steps, over all rays, that start before the first hit and end
-/// behind it.
+/// For each tracer, the number of steps that start before the first hit and end behind it, over all rays. Only
+/// guaranteed steps and steps longer than the least step count.
 fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
     let mut past = vec![0; tracers.len()];
     for ray in rays() {
         let hit = reference::first_hit(relief, &ray);
         for (tracer, past) in tracers.iter().zip(&mut past) {
             trace::traced(relief, tracer, &ray, |from, to, by_map| {
-                // Positions in f32 are within 2^-18 texels here; at 15 degrees the distance to a hit errs by 4 times
-                // as much.
+                // Positions in f32 have an error of at most 2^-18 texels here. At 15 degrees, the error of the distance
+                // to a hit is 4 times as large.
                 let long = by_map || to - from > 1.01 * LEAST_STEP;
                 *past += usize::from(long && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
             });
@@ -65,8 +65,8 @@ fn no_step_of_a_guaranteed_map_passes_the_surface_whatever_its_format() {
     }
 }
 
-/// Dummer's cones contain no texel, but between texels the surface may reach into one. So the tracer tests the end of each
-/// step.
+/// Dummer's cones contain no texel, but between texels the surface may reach into a cone. So the tracer tests the end
+/// of each step.
 #[test]
 fn few_steps_of_a_cone_map_pass_the_surface_and_many_of_a_relaxed_one() {
     let past = ReliefKind::ALL.map(|kind| {
@@ -79,8 +79,8 @@ fn few_steps_of_a_cone_map_pass_the_surface_and_many_of_a_relaxed_one() {
     assert!(few * 100 <= ReliefKind::ALL.len() * rays().count() && many > 10 * few, "{past:?}");
 }
 
-/// Shows that the test can fail: with distances three times as long, and with the paper's, which hold only at the
-/// cells' centres.
+/// Shows that the test can fail: for distances that are three times as long, and for the paper's distances, which hold
+/// only at the cells' centres.
 #[test]
 fn steps_of_longer_distances_pass_the_surface() {
     let relief = ReliefKind::Spikes.relief(SIDE);
@@ -163,7 +163,7 @@ fn cones_of_the_gpu_are_those_of_the_cpu_up_to_a_division() {
     );
 }
 
-/// All rays of a direction with the GPU's results.
+/// All rays of one direction, each with the GPU's result.
 fn traced(gpu: &Gpu, relief: &Relief, tracer: &Tracer<'_>, elevation: f64) -> Vec<(Ray, Traced)> {
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;
     let trace = Trace::new(gpu, relief, tracer, direction, COLUMNS).unwrap();
@@ -189,7 +189,8 @@ fn above(relief: &Relief, ray: &Ray, t: f64) -> f64 {
 /// The number of rays that do not end at a crossing. A crossing is a point below the surface, not before the first hit,
 /// with a point above the surface at most one bisected step before it.
 fn beside_crossings(relief: &Relief, found: &[(Ray, Traced)], tracer: &Tracer<'_>) -> usize {
-    // Positions in f32 are within 2^-18 texels here, heights within as much times the steepest slope, the depth.
+    // Positions in f32 have an error of at most 2^-18 texels here. The error of a height is at most this error times
+    // the steepest slope, which is the depth.
     let slack = 1e-4;
     let beside = |(ray, traced): &&(Ray, Traced)| {
         let mut step = LEAST_STEP;
@@ -247,7 +248,8 @@ fn the_baselines_find_most_hits_of_a_smooth_relief_seen_steeply() {
 }
 
 /// A tracer, and two copies with longer and with shorter steps. The difference exceeds the rounding of a division (2.5
-/// ulp) and a square root (3 ulp). For linear search, the ray descends slower or faster instead.
+/// ulp) and a square root (3 ulp). For linear search, the two copies trace a ray that descends slower or faster
+/// instead.
 struct Rounded<'a> {
     tracers: [Tracer<'a>; 3],
 }
@@ -267,8 +269,9 @@ impl Rounded<'_> {
         })
     }
 
-    /// Two numbers of rays: those whose steps or hit (by more than 1e-3 texels) differ from the twin's although
-    /// rounding does not change the twin's result, and those for which rounding changes it.
+    /// Two numbers of rays. The first counts rays whose steps or hit (by more than 1e-3 texels) differ from the twin's
+    /// result, although rounding does not change this result. The second counts rays for which rounding changes the
+    /// twin's result.
     fn differ(&self, relief: &Relief, found: &[(Ray, Traced)]) -> [usize; 2] {
         let same = |a: &Traced, b: &Traced| a.steps == b.steps && (a.distance - b.distance).abs() <= 1e-3;
         let mut counts = [0; 2];
@@ -310,7 +313,7 @@ fn linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_rounding_and_end_a
             let most = if matches!(rounded.tracers[0], Tracer::Linear) { 90 } else { 10 };
             assert!(wrong == 0 && undecided * 100 <= found.len() * most && beside == 0, "{of}");
         }
-        // Another tracer's rays are not accepted, nor hits half a texel further on.
+        // The comparison rejects the results of another tracer, and hits that are half a texel further along the ray.
         let others = [all[1].differ(&relief, &found[0])[0], all[2].differ(&relief, &found[1])[0]];
         assert!(others.iter().all(|&count| count * 10 > found[0].len()), "{}: {others:?}", kind.name());
         let further = |(ray, traced): &(Ray, Traced)| {

@@ -68,12 +68,12 @@ fn level(args: &ExportArgs, mesh: &ProgressiveMesh) -> Result<u32, Usage> {
         (_, Some(error), _) if error >= 0.0 => Ok(level_for_error(&mesh.levels, error)),
         (_, Some(error), _) => Err(Usage(format!("--error {error}: it must be 0 or more"))),
         (.., Some(faces)) => Ok(nearest(&mesh.levels, faces)),
-        // clap requires one of the group.
+        // clap requires one option of the group.
         (None, None, None) => Ok(last),
     }
 }
 
-/// The level whose face count is nearest to `faces`; of two, the coarser.
+/// The level whose face count is nearest to `faces`; of two equally near levels, the coarser level.
 fn nearest(levels: &[Level], faces: u32) -> u32 {
     let distance = |level: &Level| level.faces.abs_diff(faces);
     let nearest = levels.iter().enumerate().min_by_key(|(_, level)| distance(level));
@@ -112,9 +112,9 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
     }
 }
 
-/// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the one with the fewest digits, at least
-/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose
-/// seventeen digits are noise.
+/// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the number with the fewest digits, at least
+/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose seventeen digits
+/// are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_coordinate_is_written_with_the_fewest_digits_that_identify_the_stored_number() {
-        // Coordinates as in a text file, with the centre; they are recovered exactly.
+        // Coordinates as in a text file, each with the centre. These coordinates are recovered exactly.
         for (place, centre) in
             [(0.1, 0.0), (0.1, 3.7), (-12.345678, 5.0), (1e6 + 0.25, 1e6), (7e-20, 0.0), (0.0, 0.1)]
         {

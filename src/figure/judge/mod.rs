@@ -14,11 +14,11 @@ use super::{Finding, Table, Verdict};
 use crate::stats::{median, median_interval};
 use sample::{FoundSamples, Sample, SceneAt, places};
 
-/// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses it in 2 x 2^-5
-/// = 6 % of all cases.
+/// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
+/// cases (2 x 2^-5).
 const LEAST_ROUNDS: usize = 6;
 
-/// Largest number of items that are listed one by one. More are reported as a range; failing items are named.
+/// Largest number of items that are listed one by one. More items are reported as a range; failing items are named.
 const MOST_LISTED: usize = 8;
 
 /// A number's relation to its bound.
@@ -35,7 +35,7 @@ enum BoundRelation {
 /// A number compared with a bound.
 #[derive(Clone, Debug)]
 struct Item {
-    /// Where the claim holds or fails with this number.
+    /// The place in which the claim holds or fails with this number.
     at: SceneAt,
     place: String,
     /// The compared variants, if the test chooses among several.
@@ -43,7 +43,7 @@ struct Item {
     unit: String,
     value: f64,
     interval: [f64; 2],
-    /// Rounds behind the interval; 0 for an exact number.
+    /// Number of rounds from which the interval is computed; 0 for an exact number.
     rounds: usize,
     outcome: BoundRelation,
 }
@@ -75,7 +75,7 @@ impl Claim {
                 return Finding::new(Verdict::NotMeasurable, numbers, why);
             }
         }
-        // A test without a number leaves the claim open, whatever the other tests say.
+        // If a test has no number, the claim has no judgement, whatever the results of the other tests are.
         if let Some(empty) = found.iter().position(|items| items.items.is_empty()) {
             return match found[empty].why_not.first() {
                 Some(why) => Finding::new(Verdict::NotMeasurable, numbers, why),
@@ -107,8 +107,8 @@ impl Claim {
     }
 }
 
-/// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails if one
-/// misses its bound.
+/// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails in a place
+/// if a number there misses its bound.
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {
@@ -465,7 +465,7 @@ fn numbers(tests: &[Test], found: &[Items]) -> String {
     tests.iter().zip(found).filter_map(of).collect::<Vec<_>>().join("; ")
 }
 
-/// The bounds, and the places that miss them or are undecided.
+/// The bounds, and the places in which a number misses its bound or is undecided.
 fn why(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
         let met = items.iter().filter(|item| item.met()).count();

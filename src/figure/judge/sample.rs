@@ -9,16 +9,16 @@ use crate::stats::median;
 pub struct Sample {
     pub variant: String,
     pub unit: String,
-    /// Median of `rounds` (of the even ones if `chosen`), or an exact number.
+    /// Median of `rounds` (of the even rounds if `chosen`), or an exact number.
     pub value: f64,
     /// Empty: `value` is exact.
     pub rounds: Vec<f64>,
     /// The value of the sweep, or x of a series, of this number.
     pub x: Option<f64>,
-    /// Samples of the same cell were measured in interleaved rounds.
+    /// Scene and value of the sweep. Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
-    /// True if the variant was chosen from several, by the even ones of `rounds`; only the odd ones then count for the
-    /// judgement ([`Sample::judged`]).
+    /// True if the variant was chosen from several variants by the even `rounds`. Only the odd rounds then count for
+    /// the judgement ([`Sample::judged`]).
     pub chosen: bool,
 }
 
@@ -166,8 +166,8 @@ fn by_value(a: &Sample, b: &Sample) -> std::cmp::Ordering {
     a.value.total_cmp(&b.value)
 }
 
-/// The sample with the least value. With repeated measurements it is chosen on the even rounds and judged on the
-/// odd ones ([`Sample::judged`]), so that a lucky round does not bias the judgement.
+/// The sample with the least value. If the measurements are repeated, the sample is chosen on the even rounds and
+/// judged on the odd rounds ([`Sample::judged`]), so that a lucky round does not bias the judgement.
 fn best(mut samples: Vec<Sample>) -> Option<Sample> {
     if samples.len() > 1 && samples.iter().all(|sample| sample.rounds.len() > 1) {
         for sample in &mut samples {
@@ -184,12 +184,12 @@ impl Sample {
         Sample { value: median(&rounds).unwrap_or(self.value), rounds, ..self.clone() }
     }
 
-    /// Only the odd rounds, to compare with a sample that was chosen on the even ones.
+    /// The sample with only its odd rounds, to compare it with a sample that was chosen on the even rounds.
     pub fn judged(&self) -> Sample {
         self.every_second(1)
     }
 
-    /// True if the rounds of both were interleaved.
+    /// True if the rounds of both samples were interleaved.
     pub fn pairs_with(&self, other: &Sample) -> bool {
         !self.rounds.is_empty() && self.rounds.len() == other.rounds.len() && self.cell == other.cell
     }

@@ -78,7 +78,8 @@ fn better_than_the_range_is_reported_and_worse_is_not_reproduced() {
     let found = |tests| [1.5, 1.6, 2.0, 2.1].map(|number| verdict(tests, &exact(&[("a", number)])));
     assert_eq!(found(LESS), [BetterThanStated, Reproduced, Reproduced, NotReproduced]);
     assert_eq!(found(MORE), [NotReproduced, Reproduced, Reproduced, BetterThanStated]);
-    // An interval across the better end holds; one across the worse end is undecided.
+    // With an interval across the better end, the claim holds. With an interval across the worse end, the claim is
+    // undecided.
     let noisy =
         |middle: f64| rounds("discrete", &[("a", (0..8).map(|n| middle + 0.01 * f64::from(n)).collect())]);
     assert_eq!([1.57, 1.97].map(|middle| verdict(LESS, &noisy(middle))), [Reproduced, Undecided]);
@@ -159,7 +160,7 @@ fn the_best_is_chosen_on_every_second_round_and_judged_on_the_others() {
         best("q", || ["lucky", "steady"].map(String::from).into()),
         AtLeast(1.5),
     )];
-    // The lucky variant is chosen by its even rounds and judged by its odd ones.
+    // The lucky variant is chosen by its even rounds and judged by its odd rounds.
     let lucky: Vec<f64> = (0..16).map(|n| if n % 2 == 0 { 1.0 } else { 2.0 }).collect();
     let with = |lucky: Vec<f64>| {
         rounds("discrete", &[("slow", vec![2.2; 16]), ("lucky", lucky), ("steady", vec![1.4; 16])])

@@ -126,8 +126,8 @@ pub enum Beside<'a> {
     Nothing,
 }
 
-/// The page of a `results.json`, without pictures, and the ids of its figures that are not in `known`.
-/// Verdicts are those of the file.
+/// The page of a `results.json`, without pictures, and the ids of its figures that are not in `known`. The page shows
+/// the verdicts of the file.
 ///
 /// # Errors
 /// Only for a wrong template.
@@ -192,14 +192,14 @@ fn filled(name: &str, template: &str, values: impl Serialize) -> anyhow::Result<
     Ok(environment.get_template(name)?.render(Serde(values))?)
 }
 
-/// The text before a pair of backticks, between them, and after.
+/// The text before a pair of backticks, the text between the backticks, and the text after them.
 fn pair(text: &str) -> Option<[&str; 3]> {
     let (before, from) = text.split_once('`')?;
     let (word, after) = from.split_once('`')?;
     Some([before, word, after])
 }
 
-/// Text as HTML, with `backticks` as code; an unpaired one is kept.
+/// Text as HTML, with `backticks` as code; an unpaired backtick is kept.
 fn code(text: &str) -> Value {
     let escaped = HtmlEscape(text).to_string();
     let mut html = String::new();

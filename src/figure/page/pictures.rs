@@ -1,4 +1,4 @@
-//! Pictures in the page, as PNG in base64; larger ones are reduced.
+//! Pictures in the page, as PNG in base64. Pictures wider than [`WIDEST`] are reduced.
 
 use crate::picture::srgb::{from_linear_f64, to_linear_f64};
 use crate::picture::write::{Srgb8Picture, read_png};

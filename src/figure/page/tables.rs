@@ -48,7 +48,7 @@ struct Entry {
 /// Largest number of values in a table that is open at first.
 const AT_ONCE: usize = 24;
 
-/// All quantities in order of first appearance, except those that have only curves, which the plots show.
+/// All quantities in order of first appearance, except quantities that have only curves, which the plots show.
 pub fn of(figure: &Figure, result: &FigureResult) -> Vec<TableView> {
     let measured: Vec<(&CellRows, &[Row])> = result
         .cells

@@ -21,7 +21,7 @@ pub struct Line {
 pub struct Along {
     pub name: String,
     pub log: bool,
-    /// Values to label; `None` for round ones.
+    /// The values to label; `None` labels round values.
     pub at: Option<Vec<f64>>,
 }
 

@@ -180,7 +180,7 @@ fn rows_of<'a>(cell: &'a CellRows, quantity: &'a str) -> impl Iterator<Item = &'
     rows.iter().filter(move |row| row.quantity == quantity)
 }
 
-/// Variants in the figure's order, then other measured ones in order of appearance. `floor`, the variant that
+/// Variants in the figure's order, then other measured variants in order of appearance. `floor`, the variant that
 /// `Plot::floor` draws as a line, is left out.
 pub fn variants(figure: &Figure, cells: &[&CellRows], quantity: &str, floor: Option<&str>) -> Vec<String> {
     let measured: Vec<&str> =

@@ -32,7 +32,7 @@ impl Scale {
         Some(Scale { low, high, log, from, to })
     }
 
-    /// As [`Scale::covering`], but starts at 0 only if that leaves at most half of the drawing empty. For
+    /// As [`Scale::covering`], but the scale starts at 0 only if this leaves at most half of the drawing empty. For
     /// line charts, in which the distance from 0 carries no meaning.
     pub fn around(values: &[f64], log: bool, ends: [f64; 2]) -> Option<Scale> {
         let usable = || values.iter().copied().filter(|v| v.is_finite());

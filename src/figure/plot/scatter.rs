@@ -70,8 +70,8 @@ pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
 /// Largest width and the height of a label.
 const LABEL: [f64; 2] = [200.0, 13.0];
 
-/// Writes each name next to its mark if it covers no mark and no other name; the first names take precedence. Other
-/// names are only in the table or the legend.
+/// Writes each name next to its mark if the name covers no mark and no other name; the first names take precedence.
+/// Other names are only in the table or the legend.
 pub fn label<'a>(
     svg: &mut Svg,
     named: impl Iterator<Item = (&'a str, [f64; 2])>,

@@ -46,7 +46,7 @@ pub fn shortened(text: &str, room: f64) -> String {
     }
 }
 
-/// Cuts names to at most `room`. If cutting the ends would make two equal, their middles are cut.
+/// Cuts names to at most `room`. If two names would be equal after their ends are cut, their middles are cut instead.
 pub fn cut_apart(names: &[&str], room: f64) -> Vec<String> {
     let ends: Vec<String> = names.iter().map(|name| shortened(name, room)).collect();
     let middle = |name: &str| {

@@ -10,7 +10,7 @@ use crate::vk::shader::progressive_mesh::apply_comp;
 use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resource, Result, group_line};
 
 /// Minimum capacity of `kept` in faces (768 KiB), for all instances of a batch. A permutation first copies its moved
-/// faces to `kept`. If a permutation moves more faces than this, the capacity is its number of faces.
+/// faces to `kept`. If a permutation moves more faces than this, the capacity is the number of faces that it moves.
 const KEPT_FACES: usize = 1 << 16;
 
 /// A program on the device, shared by all instances of its mesh.
@@ -28,7 +28,7 @@ pub struct DeviceProgram {
 }
 
 /// One instance's level change. The instance's slice of the index buffer holds at least the drawn faces of both levels,
-/// or only those of `to` if the program constructs that level.
+/// or only the drawn faces of level `to` if the program constructs that level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LevelChange {
     /// First slot of the instance's slice.
@@ -85,7 +85,7 @@ impl DeviceProgram {
     /// Out of memory.
     ///
     /// # Panics
-    /// If a level is not one of `program`, which must be the program of [`DeviceProgram::new`].
+    /// If `program` has no such level. `program` must be the program that was passed to [`DeviceProgram::new`].
     pub fn run(
         &self,
         cmd: &mut Cmd<'_>,

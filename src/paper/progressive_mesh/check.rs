@@ -31,10 +31,10 @@ macro_rules! hold {
 pub(super) type FaceCorner = (u32, u32, u32);
 
 impl ProgressiveMesh {
-    /// Checks that every level can be reached. Levels grow, and every slot and vertex is in range and live
-    /// when used. A split's slots contain its `splitVert`. Welded vertices have equal positions. The cycles
-    /// of a permutation share no slot, and splits and cycles are in the normal form of [`super::mesh`]. All
-    /// faces have three different live vertices. With births in place, no face has an area before its level.
+    /// Checks that every level can be reached. Levels grow, and every slot and vertex is in range and live when used. A
+    /// split's slots contain its `splitVert`. Welded vertices have equal positions. The cycles of a permutation share
+    /// no slot, and splits and cycles are in the normal form of [`super::mesh`]. All faces have three different live
+    /// vertices. With births in place, no face has an area before the level at which it appears.
     ///
     /// # Errors
     /// The first flaw, in one line.
@@ -67,8 +67,8 @@ impl ProgressiveMesh {
         }
     }
 
-    /// Checks births in place: at the level before its own, a face must have two corners at one position.
-    /// Wedges of one position must have predecessors at one position.
+    /// Checks births in place: one level before a face appears, two of its corners must be at one position. Wedges of
+    /// one position must have predecessors at one position.
     fn check_births(&self) -> Result<(), MeshFlaw> {
         let (predecessors, welded) = (self.predecessors(), &self.vertices.welded);
         let before = |vertex: u32| welded[predecessors[vertex as usize] as usize];

@@ -200,7 +200,7 @@ fn check_layout(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(
 fn check_ground(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let Some(name) = &surface.ground else { return Ok(()) };
     let key = |key| part.scene.has(&["surface", name, "geometry", key]);
-    // The other surface's own check reports a value that is not a number.
+    // If the value is not a number, the check of the other surface reports this.
     let instances = part.scene.value(&["surface", name, "geometry", "instances"]);
     let instances = instances.and_then(toml::Value::as_integer).unwrap_or(1);
     let wrong = |what: String| Err(part.fault("ground", what));

@@ -38,7 +38,7 @@ struct OfSurface {
     level_count: u32,
     /// Cache misses by face; grows with the index buffer.
     misses: Buffer,
-    /// What `misses` holds: the levels of all instances, and the faces of the visible ones.
+    /// What `misses` holds: the levels of all instances, and the faces of the visible instances.
     counted: Option<(Vec<u32>, Vec<[u32; 2]>)>,
 }
 
@@ -77,12 +77,12 @@ impl Faces {
         })
     }
 
-    /// True if `target` still has the depth image that this was made for.
+    /// True if `target` still has the depth image for which these passes were made.
     pub fn fits(&self, target: &Target) -> bool {
         Arc::ptr_eq(&self.seen, &target.depth)
     }
 
-    /// Records both passes after those of the frame's own picture.
+    /// Records both passes. The passes of the frame's own picture must come before them.
     ///
     /// # Errors
     /// Out of memory.

@@ -66,7 +66,8 @@ impl Heights {
     pub fn foot(&self, stand: &Stand, up_m: f64) -> Option<DVec3> {
         let to_local = self.axes.transpose();
         let (point, up) = (to_local * (stand.foot - self.origin), to_local * stand.axes.z_axis);
-        // On an ellipsoid verticals differ. If they differ by more than 60 degrees, there is no foot.
+        // On an ellipsoid, the verticals of the instance and of the mesh differ. If they differ by more than 60
+        // degrees, there is no foot.
         if up.z < 0.5 {
             return None;
         }
@@ -81,8 +82,8 @@ impl Heights {
         let above = |triangle: &u32| {
             let corners = self.corners[*triangle as usize];
             let [a, b, c] = corners.map(flat);
-            // Twice the areas. Swapping the ends negates an area exactly, so no point falls between two
-            // neighbours.
+            // Twice the areas. Swapping the ends of an edge negates the edge's area exactly, so no point falls between
+            // two neighbouring triangles.
             let area = |from: DVec2, to: DVec2| (from - at).perp_dot(to - at);
             let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
             let inside = areas.min_element() >= 0.0 || areas.max_element() <= 0.0;

@@ -1,5 +1,6 @@
 //! Keeps the meshes that are built for scenes as `.pmesh` files, which are lossless. A build takes seconds to minutes;
-//! its result depends only on the model, the options and the version of the builder. A hash of these names the file.
+//! its result depends only on the model, the options and the version of the builder. The file's name is a hash of these
+//! three.
 
 use super::choices::FaceOrder;
 use super::file::{LoadedFile, PmeshError};
@@ -154,7 +155,7 @@ mod tests {
         builds.mesh("test", model, &SimplifyOptions::default(), order)
     }
 
-    /// Debug text distinguishes all bits of a float that is a number.
+    /// The debug text of a mesh. The texts of two floats differ if any bit differs, except for NaN.
     fn text(mesh: &ProgressiveMesh) -> String {
         format!("{mesh:?}")
     }
@@ -267,7 +268,7 @@ mod tests {
         coloured.attributes.coordinates = (0..count).map(|n| [part(n), part(n + 5)]).collect();
         let appearance = SimplifyOptions { metric: ErrorMetric::Appearance, ..SimplifyOptions::default() };
         bytes.extend(counted(None).0.mesh("test", &coloured, &appearance, ORDER).to_bytes().0);
-        // Two components, one an eighth of the other's size.
+        // Two components. One has an eighth of the size of the other.
         let mut two = grid.clone();
         let (positions, wedges) = (two.positions.len() as u32, two.wedge_positions.len() as u32);
         two.positions.extend(grid.positions.iter().map(|at| *at * 0.125 + DVec3::new(9.0, 0.0, 0.0)));

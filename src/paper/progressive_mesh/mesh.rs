@@ -15,7 +15,7 @@ pub use super::simplify::NOWHERE;
 /// A mesh at every level of detail. Level i has i splits applied; level 0 is M0, level n the full mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProgressiveMesh {
-    /// The paper's V for all levels: level i uses the first `levels[i].vertices` of them.
+    /// The paper's V for all levels: level i uses the first `levels[i].vertices` vertices.
     pub vertices: Vertices,
     /// The paper's F at level 0, with the slots of all levels: the first `levels[0].faces` are live. Each
     /// other slot holds its face with the corners that the face has when a split adds it.
@@ -52,7 +52,7 @@ pub struct Level {
     pub vertices: u32,
     /// `CurNumTris`: the live prefix of F, in faces.
     pub faces: u32,
-    /// Deviation from the full mesh in object units; never increases with the level, 0 at the last.
+    /// Deviation from the full mesh in object units. It never increases with the level, and is 0 at the last level.
     pub error: f32,
 }
 
@@ -68,7 +68,8 @@ pub struct Vertices {
     pub attributes: Attributes,
 }
 
-/// For each vertex that level 0 does not have: the vertex that it replaces, and in which slots.
+/// For each vertex that level 0 does not have: the vertex that it replaces, and the slots in which it replaces that
+/// vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Splits {
     /// The paper's `splitVert`, or [`NOWHERE`] if nothing is replaced.
@@ -82,9 +83,9 @@ pub struct Splits {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Swaps {
     /// Levels with permutations, ascending. A permutation is executed after the splits that lead up to its level, and
-    /// inverted before the collapses that lead down from it.
+    /// inverted before the collapses that lead down from this level.
     pub levels: Vec<u32>,
-    /// For each of `levels` the number of cycles up to and including it.
+    /// For each of `levels`, the number of cycles of this level and all earlier levels.
     pub cycle_ends: Vec<u32>,
     /// The cycles: slots `f1 … f_numF` of one `tswap` each; no slot is in two cycles of one level. Normal form: each
     /// cycle begins with its lowest slot, and the cycles of a level are sorted by this slot.
@@ -102,9 +103,9 @@ impl ProgressiveMesh {
 }
 
 impl ProgressiveMesh {
-    /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that
-    /// replaces none takes the predecessor of another new vertex of its level. If no new vertex of the level
-    /// replaces one, its predecessor is vertex 0.
+    /// The vertex from which each vertex splits; a vertex of level 0 is its own predecessor. A vertex that replaces no
+    /// vertex has the predecessor of another new vertex of its level. If no new vertex of the level replaces a vertex,
+    /// the predecessor is vertex 0.
     pub fn predecessors(&self) -> Vec<u32> {
         let first = self.levels.first().map_or(0, |level| level.vertices);
         let mut predecessors: Vec<u32> = (0..first).collect();

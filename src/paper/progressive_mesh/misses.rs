@@ -3,8 +3,8 @@
 //! Each miss depends on all faces before it, so a single thread would take long for a large mesh. Here each thread
 //! simulates a piece of the faces. It first simulates some faces before the piece, from an empty cache. That usually
 //! gives the right cache, but not always. A second round therefore compares the cache before each piece with the cache
-//! after the preceding piece. Where the caches differ, one thread simulates the piece again. The counts are those of
-//! one cache for all faces.
+//! after the preceding piece. Where the caches differ, one thread simulates the piece again. The counts are the same as
+//! the counts of one cache for all faces.
 
 use crate::vk::shader::FaceRange;
 use crate::vk::shader::progressive_mesh::misses_comp;
@@ -13,7 +13,7 @@ use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, IndexType, Resourc
 /// Faces of a piece.
 pub const PIECE: u32 = 512;
 /// Faces before a piece that are simulated first. In a grid of 45,000 faces in strips of 4 to 300 quads, 64 faces
-/// always gave the right cache; in strips of 6 quads, 32 never did. 128 leaves a factor of 2.
+/// always gave the right cache; in strips of 6 quads, 32 faces never gave it. 128 faces leave a factor of 2.
 pub const REPLAYED: u32 = 128;
 
 /// Bytes of the two caches of a piece.
@@ -22,7 +22,7 @@ const CACHE_BYTES: u64 = 2 * 4 * 16;
 /// Counts the misses of the faces in an index buffer.
 pub struct MissCounter {
     pipeline: ComputePipeline,
-    /// The caches of all pieces; grows.
+    /// The caches of all pieces. The buffer grows with the number of pieces.
     caches: Buffer,
 }
 
@@ -37,8 +37,8 @@ impl MissCounter {
         })
     }
 
-    /// Counts the misses of `ranges`: first face and number of faces. The cache is empty at the start of each range.
-    /// `misses` has a word for each face in `indices`.
+    /// Counts the misses of `ranges`, each given by its first face and its number of faces. The cache is empty at the
+    /// start of each range. `misses` has a word for each face in `indices`.
     ///
     /// # Errors
     /// Out of memory.

@@ -12,18 +12,19 @@
 //! | M0, Mn | the coarsest mesh; the full mesh, after n splits | [`mesh`] |
 //! | V, F | vertex buffer; index buffer | [`mesh`] |
 //! | ecol | edge collapse: removes one vertex and the faces at the edge | [`simplify`] |
-//! | vsplit | vertex split, the inverse: appends a vertex and up to two faces, rewrites corners around it | [`run`] |
+//! | vsplit | vertex split, the inverse of ecol: adds a vertex and up to two faces, rewrites corners | [`run`] |
 //! | tswap | a cyclic permutation of faces in the index buffer; inverted for ecol | [`order`], [`run`] |
 //! | group | the splits between two sets of tswaps | [`order`] |
 //! | transforms per vertex | vertex cache misses per vertex (FIFO of 16 entries unless stated) | [`cache`] |
 //!
 //! Each step is one file or folder. [`simplify`] finds the collapses, and [`order`] arranges the faces and finds the
-//! tswaps. The result is a [`mesh`]. [`check`] validates it, [`run`] executes it on the CPU and [`apply`] on the GPU.
-//! [`cache`] counts what an order costs; [`baselines`] has the alternatives. [`reference`](mod@reference) rebuilds a
-//! level from scratch, and [`file`](mod@file) is the storage format. [`load`](mod@load) builds the meshes of a scene,
-//! and [`keep`] keeps them for the next run. [`stand`], [`ground`] and [`place`] position their instances. A
-//! [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the [`governor`] keeps its time
-//! budget. [`faces`] exposes the faces of a frame, and [`misses`] counts their cache misses.
+//! tswaps. The result is a [`mesh`]. [`check`] validates the mesh. [`run`] changes its level on the CPU, and [`apply`]
+//! changes its level on the GPU. [`cache`] counts what an order costs; [`baselines`] has other methods to draw a mesh
+//! at every level. [`reference`](mod@reference) rebuilds a level from scratch, and [`file`](mod@file) is the storage
+//! format. [`load`](mod@load) builds the meshes of a scene, and [`keep`] keeps the built meshes for the next run.
+//! [`stand`], [`ground`] and [`place`] position the instances of a mesh. A [`surface`] draws many instances,
+//! [`technique`] is the paper's part of a frame, and the [`governor`] keeps the frame's time budget. [`faces`] exposes
+//! the faces of a frame, and [`misses`] counts the cache misses of these faces.
 
 pub mod apply;
 pub mod baselines;

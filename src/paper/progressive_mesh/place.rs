@@ -1,11 +1,11 @@
 //! The place of an instance in the world, whether it is visible, and its wanted deviation (paper 2, section
 //! 4; the paper does not say how to choose it).
 //!
-//! From pixels to object units: a pinhole camera has a focal length of `f = height / (2 tan(fov / 2))` pixels.
-//! It shows a length `e` at distance `d`, perpendicular to the axis in the middle of the picture, as `f e / d`
-//! pixels. So `p` pixels are `p d / f` metres at the nearest point of the instance's bounding sphere. Dividing
-//! by the instance's scale gives object units. Away from the middle the same length appears longer, by a factor of at
-//! most 1 / cos^2 of its angle from the axis. In the corner this is 2.4 for a vertical field of view of 60 degrees at
+//! From pixels to object units: a pinhole camera has a focal length of `f = height / (2 tan(fov / 2))` pixels. Such a
+//! camera shows a length `e` at distance `d`, perpendicular to the axis in the middle of the picture, as `f e / d`
+//! pixels. So `p` pixels are `p d / f` metres at the nearest point of the instance's bounding sphere. Dividing by the
+//! instance's scale gives object units. Away from the middle the same length appears longer, by a factor of at most 1 /
+//! cos^2 of its angle from the axis. In the corner, this factor is 2.4 for a vertical field of view of 60 degrees at
 //! 16:9. The bound holds in the middle and may be exceeded by that factor in the corners.
 
 use super::choices::UpAxis;
@@ -24,7 +24,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// For positions relative to the centre of their box.
+    /// The bounds of positions that are relative to the centre of their box.
     pub fn of(positions: &[[f32; 3]]) -> Bounds {
         let far = |so_far: (DVec3, f64), position: &[f32; 3]| {
             let position = DVec3::from(position.map(f64::from));
@@ -68,8 +68,8 @@ impl Placement {
         }
     }
 
-    /// From positions relative to the model's centre, in object units, to Vulkan's clip space. The eye is
-    /// subtracted in f64; what remains is small enough for f32 near the eye.
+    /// From positions relative to the model's centre, in object units, to Vulkan's clip space. The eye is subtracted in
+    /// f64; near the eye, the difference is small enough for f32.
     pub fn object_to_clip(&self, pose: &Pose, size: [u32; 2]) -> DMat4 {
         let object_to_eye = DMat4::from_translation(self.centre - pose.eye)
             * DMat4::from_mat3(self.rotation * DMat3::from_diagonal(DVec3::splat(self.scale)));
@@ -81,8 +81,8 @@ impl Placement {
         self.centre + self.rotation * (position * self.scale)
     }
 
-    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges it is also true for some
-    /// spheres just outside.
+    /// True if the bounding sphere intersects the view frustum. Near the frustum's edges, the result is also true for
+    /// some spheres just outside.
     pub fn is_seen(&self, pose: &Pose, size: [u32; 2]) -> bool {
         let to_centre = self.centre - pose.eye;
         let ahead_m = to_centre.dot(pose.forward);
@@ -91,7 +91,8 @@ impl Placement {
         }
         let tan_y = (0.5 * pose.vertical_fov_rad).tan();
         let tan_x = tan_y * f64::from(size[0]) / f64::from(size[1]);
-        // The side planes contain the eye. The distance is positive outside.
+        // The signed distance of the centre to a side plane, positive outside the frustum. The side planes contain the
+        // eye.
         let outside = |across_m: f64, tan: f64| (across_m.abs() - tan * ahead_m) / (1.0 + tan * tan).sqrt();
         outside(to_centre.dot(pose.right), tan_x) <= self.radius
             && outside(to_centre.dot(pose.up), tan_y) <= self.radius

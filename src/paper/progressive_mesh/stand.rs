@@ -12,7 +12,7 @@ use glam::{DMat3, DVec2, DVec3};
 /// The place and heading of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// Centre of the bottom of its box, in world metres.
+    /// Centre of the bottom of the instance's box, in world metres.
     pub foot: DVec3,
     /// Clockwise from north.
     pub heading_deg: f64,
@@ -76,7 +76,7 @@ pub fn stands(scene: &Scene, surface: &ProgressiveSurface) -> Vec<Stand> {
     }
 }
 
-/// An instance `by` metres east and north of the surface's own place.
+/// An instance `by` metres east and north of the surface's own position.
 fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> Stand {
     let heading_deg = surface.heading_deg + turn_deg;
     match scene.ground {
@@ -91,8 +91,8 @@ fn at(scene: &Scene, surface: &ProgressiveSurface, by: DVec2, turn_deg: f64) -> 
             };
             let LocalFrame { east, north, up } = geodesy::local_frame(latitude_deg, longitude_deg);
             if by == DVec2::ZERO {
-                // Does not need the inverse conversion, so it is also exact at a pole, where the longitude
-                // determines the axes.
+                // This branch does not need the inverse conversion, so the result is also exact at a pole, where the
+                // longitude determines the axes.
                 let foot = geodesy::geodetic_to_ecef(latitude_deg, longitude_deg, surface.up_m);
                 return Stand { foot, heading_deg, axes: DMat3::from_cols(east, north, up) };
             }

@@ -1,5 +1,5 @@
-//! Paper 2's part of a frame. It brings every visible instance to the level for its distance and updates the index
-//! buffers. Then it draws all instances, or passes them as shapes to the technique that textures them.
+//! Paper 2's part of a frame. The technique brings every visible instance to the level for its distance and updates the
+//! index buffers. Then it draws all instances, or passes them as shapes to the technique that textures them.
 //!
 //! Vertices are shaded as in a plain renderer: the shaders do not depend on levels. The exception is
 //! geomorphing, where new vertices move to their positions: see [`vertices`](super::surface::vertices).
@@ -120,13 +120,13 @@ impl ProgressiveMeshes {
         Ok(run)
     }
 
-    /// True if it draws pixels itself, because some surface is not textured by another technique.
+    /// True if this technique draws pixels itself, because no other technique textures one of the surfaces.
     pub fn draws(&self) -> bool {
         self.plain.is_some() || self.geomorph.is_some()
     }
 
-    /// The shape of surface `name` for the technique that textures it, as of the last prepared frame. `None`
-    /// if there is no such surface, or if it is drawn here.
+    /// The shape of surface `name` for the technique that textures it, as of the last prepared frame. `None` if there
+    /// is no such surface, or if this technique draws the surface itself.
     pub fn shape(&self, name: &str) -> Option<Shape> {
         self.surfaces.iter().find(|surface| surface.name == name)?.shape()
     }

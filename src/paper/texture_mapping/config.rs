@@ -65,14 +65,14 @@ pub const LANGUAGE: Language = Language {
     check: |_| Ok(()),
 };
 
-/// Texels a side of a generated relief and of its colours. Noise is smooth, so a smaller map is enough, and is built
-/// sooner.
+/// Side in texels of a generated relief and of its colour picture. Noise is smooth, so a smaller relief is enough, and
+/// its distance map is built sooner.
 pub fn side_of(kind: ReliefKind) -> usize {
     if kind == ReliefKind::Rock { 128 } else { 256 }
 }
 
 impl ReliefMap {
-    /// The heights; `None` for a file.
+    /// The shipped or generated relief; `None` if the heights come from a file.
     fn relief(self) -> Option<Relief> {
         let generated = |kind: ReliefKind| Some(kind.relief(side_of(kind)));
         match self {
@@ -88,7 +88,7 @@ impl ReliefMap {
 }
 
 impl ReliefKeys {
-    /// The relief below a plane with a side of `size_m`. `picture`: size in texels, and grey bytes.
+    /// The relief below a plane with a side of `size_m`. `picture` is the file's size in texels and its grey bytes.
     ///
     /// # Errors
     /// A text if the picture's size is not allowed.

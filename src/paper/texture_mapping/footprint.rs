@@ -2,15 +2,16 @@
 //! pixel's centre, with `V = J J^T` and the Jacobian J. These are formulas (1) to (3) of the thesis (Heckbert,
 //! "Fundamentals of texture mapping and image warping", UCB/CSD 89/516, 1989).
 //!
-//! Ours is `V = s J J^T + k I` with the kernel's squared radius s and a reconstruction term k. Its determinant has
-//! only positive terms. The minor axis selects the level of detail, and the axis ratio is limited.
+//! Our matrix is `V = s J J^T + k I` with the kernel's squared radius s and a reconstruction term k. We compute `det V`
+//! from positive terms only. The minor axis selects the level of detail, and the axis ratio is limited.
 
-/// The ellipse that the weights of formula (4) follow. The contributing texels are always those of the exact ellipse.
+/// The ellipse that the weights of formula (4) follow. The contributing texels are always the texels of the exact
+/// ellipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
-    /// As printed: axis lengths from the rows of J, rotated by the angle of the first row.
+    /// As the thesis prints them: axis lengths from the rows of J, rotated by the angle of the first row.
     Rows,
-    /// As printed, with J's columns instead of its rows.
+    /// As `Rows`, with the columns of J in place of the rows.
     Columns,
     /// Exact for every J.
     Corrected,
@@ -33,7 +34,7 @@ pub enum Determinant {
 pub enum Scan {
     /// The ellipse's whole bounding box.
     BoundingBox,
-    /// In each row, from the ellipse's left edge to its right one.
+    /// In each row, the texels from the ellipse's left edge to its right edge.
     RowSpan,
 }
 
@@ -42,24 +43,25 @@ pub enum Scan {
 pub struct FootprintSettings {
     pub axes: Axes,
     pub determinant: Determinant,
-    /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. If k is at
-    /// least 1/2, every footprint contains a texel's centre, because a disc of squared radius 1/2 contains one at every
+    /// The reconstruction term, in squared texels of the filtered level; the thesis has 0. If k is at least 1/2, every
+    /// footprint contains a texel's centre, because a disc of squared radius 1/2 contains a texel's centre at every
     /// position.
     pub k: f32,
     pub scan: Scan,
-    /// Selects the finest level whose minor semi-axis is less than twice this many texels. 0 always selects level 0.
+    /// Selects the finest level in whose texels the minor semi-axis is shorter than twice this number. The value 0
+    /// always selects level 0.
     pub minor_texels: f32,
     /// An ellipse with a greater axis ratio is widened to this ratio.
     pub most_ratio: f32,
-    /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level and without k;
-    /// a larger box raises the level.
+    /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level. The ellipse is
+    /// taken without k. A larger box raises the level.
     pub most_reach: f32,
 }
 
 /// The most texels that a pixel visits; a larger footprint raises the level.
 pub const MOST_VISITED: u32 = 16_384;
 
-/// [`FootprintSettings::most_reach`] of a texture that fits video memory.
+/// [`FootprintSettings::most_reach`] for a texture that is whole in video memory, not split into tiles.
 pub const MOST_REACH: f32 = 1024.0;
 
 /// If the longer semi-axis exceeds this many texels, the pixel gets the texture's mean: the coarsest level's texel.

@@ -12,7 +12,8 @@ pub enum Method {
     Ellipse(EllipseFilter),
     /// A published filter.
     Baseline(FilterBaseline),
-    /// Object-space texturing (step G): fragments of rotated polygons. The value is their spacing in pixels.
+    /// Object-space texturing (step G): fragments of rotated polygons. The value is the spacing of the fragments in
+    /// pixels.
     ObjectSpace(f32),
 }
 
@@ -21,7 +22,7 @@ pub enum Method {
 pub struct EllipseFilter {
     pub footprint: FootprintSettings,
     pub kernel: EllipseKernel,
-    /// Replaces the evaluation of the kernel.
+    /// A table that replaces the evaluation of the kernel.
     pub map: Option<WeightMap>,
     pub edge: Edge,
 }
@@ -61,8 +62,8 @@ impl EllipseFilter {
         edge: Edge::AreaRamp,
     };
 
-    /// The largest r in a weight map. r is the distance from the footprint's centre, 1 on the ellipse. Texels that
-    /// the ellipse cuts may have their centres outside it.
+    /// The largest r in a weight map. r is the distance from the footprint's centre, 1 on the ellipse. If edge texels
+    /// have weights, a texel that the ellipse cuts counts even if the texel's centre is outside the ellipse.
     pub fn map_reach(&self) -> f64 {
         if self.edge == Edge::None { 1.0 } else { 1.5 }
     }
@@ -87,9 +88,9 @@ impl EllipseFilter {
         EllipseFilter { footprint: FootprintSettings { most_ratio, ..self.footprint }, ..self }
     }
 
-    /// Limits the footprint: including the edge's half texel, it reaches at most `texels` from the texel of its
-    /// centre. For a tiled texture, `texels` is half a tile. The ellipse's matrix V grows by at most `V / t + (1 + t)
-    /// / 4 I` with `t >= 2 sqrt k` (`outer` in `reference/ellipse.rs`; I is the identity).
+    /// Limits the footprint. Including half a texel at the edge, the footprint then reaches at most `texels` from the
+    /// texel that contains its centre. For a tiled texture, `texels` is half a tile. The ellipse's matrix V grows by at
+    /// most `V / t + (1 + t) / 4 I` with `t >= 2 sqrt k` (`outer` in `reference/ellipse.rs`; I is the identity).
     pub fn within(self, texels: u32) -> EllipseFilter {
         let k = f64::from(self.footprint.k);
         let (t, most) = (2.0 * k.sqrt(), f64::from(texels) - 0.5);
@@ -122,10 +123,10 @@ pub enum Coordinates {
     /// The nine coefficients give the positions of the pixel and of its right and lower neighbours. Derivatives are
     /// differences.
     Textbook,
-    /// The constants of the row of pixels give the pixel's position; additions give its neighbours'. Derivatives are
-    /// differences.
+    /// The constants of the row of pixels give the pixel's position; additions give the positions of its neighbours.
+    /// Derivatives are differences.
     Rows,
-    /// The constants of the row give the position, and the ellipse's parameters by formula (9).
+    /// The constants of the row give the position. Formula (9) gives the ellipse's parameters from these constants.
     Incremental,
 }
 

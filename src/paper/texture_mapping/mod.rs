@@ -17,17 +17,17 @@
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
 //! | I | refined distance map | `relief/` |
 //!
-//! The table `[surface.NAME.relief]` of a scene ([`config`]) puts a relief below a plane, drawn by H or I.
-//! [`method`] selects a method, [`pass`] runs it on the GPU over a tilted [`plane`], and [`mod@reference`]
-//! in f64 on the CPU. [`baselines`] are published filters, [`texels`] the textures; [`figures`] measures
-//! all of them.
+//! The table `[surface.NAME.relief]` of a scene ([`config`]) puts a relief below a plane; step H or step I draws the
+//! relief. [`method`] describes a filter method. [`pass`] runs the method on the GPU over a tilted [`plane`], and
+//! [`mod@reference`] computes the same picture in f64 on the CPU. [`baselines`] lists published filters, and [`texels`]
+//! holds a texture. [`figures`] measures all methods.
 //!
 //! Errata. Each formula that can run is built twice, as printed and as corrected:
 //! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right
 //!   only where J is diagonal or a similarity. The exact form is `r^2 = |J^-1 q|^2`.
-//! - (2) has no reconstruction term: at 88 degrees of tilt a sixth of the footprints hold no texel, and their sum of
+//! - (2) has no reconstruction term: at 88 degrees of tilt a sixth of the footprints hold no texel, so their sum of
 //!   weights is 0. We add `k` to the diagonal of `J J^T`.
-//! - (9) prints the denominator of d/dx in all four derivatives, and increments that it does not define.
+//! - (9) prints the denominator of d/dx in all four derivatives, and uses increments that the thesis does not define.
 //! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
 
 pub mod baselines;

@@ -26,13 +26,14 @@ pub struct Uploaded {
 
 /// The targets of a pass.
 pub struct Targets {
-    /// Red, green and blue in linear light; alpha holds the number of texels fetched. With `dumps` also each pixel's
-    /// position, Jacobian and decisions (level, empty footprint, texels visited).
+    /// The first image holds red, green and blue in linear light; its alpha holds the number of texels fetched. With
+    /// `dumps`, three more images hold each pixel's position, Jacobian and decisions (level, empty footprint, texels
+    /// visited).
     images: Vec<Image>,
     pub size: [u32; 2],
 }
 
-/// A method's pipeline and its inputs apart from the texture.
+/// The pipeline of a method, and the inputs of the pipeline except the texture.
 pub struct FilterPass {
     pipeline: GraphicsPipeline,
     sampler: Sampler,
@@ -136,7 +137,7 @@ impl Targets {
         Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
-    /// All values of each pixel. The targets must have dumps.
+    /// All values of each pixel. The targets must have been created with dumps.
     ///
     /// # Errors
     /// Device lost, out of memory.
@@ -205,7 +206,7 @@ fn shaders(method: &Method) -> &'static [Shader; 2] {
             FilterBaseline::Stochastic(_) => &glsl::stochastic_frag::SHADERS,
             FilterBaseline::SummedArea => &glsl::summed_area_frag::SHADERS,
         },
-        Method::ObjectSpace(_) => panic!("object_space::pass has its stages"),
+        Method::ObjectSpace(_) => panic!("object-space texturing is drawn by object_space::pass"),
     }
 }
 
@@ -260,7 +261,8 @@ fn ellipse_constants(ellipse: &EllipseFilter) -> [(&'static str, u32); 16] {
 }
 
 impl FilterPass {
-    /// `coarsest` is the textures' level of one texel. With `dumps`, the targets must have dumps too.
+    /// `coarsest` is the number of the textures' level that has one texel. A pass with `dumps` needs targets with
+    /// dumps.
     ///
     /// # Errors
     /// Out of memory; a feature of [`needs`] is missing.
@@ -268,8 +270,8 @@ impl FilterPass {
         FilterPass::with(gpu, method, &constants(method, coarsest), coarsest, dumps)
     }
 
-    /// An ellipse with the given form of the coordinates, for pictures of `plane` only; with `dumps` as for
-    /// [`FilterPass::new`].
+    /// A pass of an ellipse filter that computes coordinates by the given method. The pass draws only pictures of
+    /// `plane`. `dumps` is as for [`FilterPass::new`].
     ///
     /// # Errors
     /// Out of memory.
@@ -341,7 +343,7 @@ impl FilterPass {
         targets: &Targets,
         push: &PlanePush,
     ) -> Result<()> {
-        assert_eq!(self.coarsest, texture.coarsest, "the pass and the texture");
+        assert_eq!(self.coarsest, texture.coarsest, "coarsest level of the pass and the texture");
         let resources = [
             (glsl::ellipse_frag::TEXTURE_OF, Resource::Sampled(&texture.image, &self.sampler)),
             (glsl::ellipse_frag::WEIGHT_MAP, Resource::Buffer(&self.weight_map)),

@@ -15,7 +15,7 @@ pub struct Tilt {
     pub roll_degrees: f64,
     /// Rotation of the texture about the plane's normal.
     pub yaw_degrees: f64,
-    /// Texels per pixel to the right at the picture's centre, without roll and yaw.
+    /// Texels per pixel along the picture's x axis, at the picture's centre, if roll and yaw are 0.
     pub texels_per_pixel: f64,
     /// Angle from the picture's centre to its upper edge.
     pub half_view_degrees: f64,
@@ -53,8 +53,8 @@ impl Tilt {
         let right = [roll_cos, roll_sin, 0.0];
         let up = [roll_sin, -roll_cos, 0.0];
         let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
-        // The plane's coordinates have their origin at the point that the picture's centre shows, and a pixel at that
-        // point as their unit. In them the ray (right, up, focal) meets the plane at
+        // The origin of the plane's coordinates is the point that is visible at the picture's centre. Their unit is the
+        // width of a pixel at that point. In these coordinates the ray (right, up, focal) meets the plane at
         // (right, up / cos) * focal cos / (focal cos - up sin).
         let scale = self.texels_per_pixel;
         let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
@@ -87,7 +87,7 @@ impl TiltedPlane {
         TiltedPlane(self.0.map(|[a, b, c]| [a, b, c + a * dx + b * dy]))
     }
 
-    /// As passed to shaders: every number rounded to f32.
+    /// The plane as passed to shaders: every number is rounded to f32.
     pub fn rounded(&self) -> TiltedPlane {
         TiltedPlane(self.0.map(|row| row.map(|number| f64::from(number as f32))))
     }
@@ -103,7 +103,7 @@ mod tests {
         let roll = tilt.roll_degrees.to_radians();
         let (right, up) = (x * roll.cos() + y * roll.sin(), x * roll.sin() - y * roll.cos());
         let t = tilt.tilt_degrees.to_radians();
-        // The plane goes through (0, 0, 1); its axis `up` leans away from the camera.
+        // The plane goes through (0, 0, 1); its upward axis leans away from the camera.
         let (axis, normal) = ([0.0, t.cos(), t.sin()], [0.0, -t.sin(), t.cos()]);
         let ray = [right / focal, up / focal, 1.0];
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

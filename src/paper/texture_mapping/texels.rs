@@ -8,8 +8,8 @@ pub struct GreyMipmap {
 }
 
 impl GreyMipmap {
-    /// Each coarser texel is the mean of its texels of level 0, rounded to the nearest byte. It is not a mean of
-    /// rounded texels, so rounding errors do not accumulate.
+    /// Each coarser texel is the mean of the texels of level 0 that it covers, rounded to the nearest byte. It is not a
+    /// mean of rounded texels, so rounding errors do not accumulate.
     pub fn new(side: u32, finest: Vec<u8>) -> GreyMipmap {
         assert!(side.is_power_of_two() && finest.len() == (side * side) as usize, "{side} texels a side");
         let mut sums: Vec<u64> = finest.iter().map(|&byte| u64::from(byte)).collect();

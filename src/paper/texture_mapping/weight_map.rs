@@ -1,9 +1,9 @@
 //! Weight maps (step D). A table holds the weight `exp(-alpha r^2)` by the texel's position in the unit disc.
 //!
-//! Formula (5) of the thesis computes this position from the Jacobian's entries. Like formula (4), the weight, it is
-//! exact only where the Jacobian is diagonal or a similarity. The corrected position is a square root of `V^-1` times
-//! the texel's offset. [`Axes`](super::footprint::Axes) selects one of the two, as for formula (4). Formula (6) is the
-//! map's scale.
+//! Formula (5) of the thesis computes this position from the Jacobian's entries. The position of formula (5) and the
+//! weight of formula (4) are exact only where the Jacobian is diagonal or a similarity. The corrected position is a
+//! square root of `V^-1` times the texel's offset. [`Axes`](super::footprint::Axes) selects the printed or the
+//! corrected position, as it does for formula (4). Formula (6) is the map's scale.
 
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,14 +26,14 @@ pub struct WeightMap {
     pub entries: u32,
     /// 8 or 16: entries are multiples of 1 / (2^bits - 1).
     pub bits: u32,
-    /// Interpolates the two nearest entries, as a sampler of a one-dimensional texture does; otherwise the
-    /// nearest is taken. Two-dimensional maps take the nearest.
+    /// Interpolates the two nearest entries, as a sampler of a one-dimensional texture does; otherwise the nearest
+    /// entry is taken. Two-dimensional maps always take the nearest entry.
     pub linear: bool,
 }
 
 impl WeightMap {
-    /// The table of `exp(-alpha r^2)` up to r = `reach` (or x and y up to it), packed into words from the
-    /// least significant bits.
+    /// The table of `exp(-alpha r^2)` up to r = `reach` (in two-dimensional maps, up to x = y = `reach`), packed into
+    /// words from the least significant bits.
     pub fn words(&self, alpha: f32, reach: f64) -> Vec<u32> {
         assert!(matches!(self.bits, 8 | 16), "{} bits", self.bits);
         let (side, alpha) = (f64::from(self.entries), f64::from(alpha));

@@ -1,10 +1,11 @@
-//! The weight of a texel (steps B and C). r is its distance from the footprint's centre, 1 at the ellipse's edge.
+//! The weight of a texel (steps B and C). r is the texel's distance from the footprint's centre, in units in which the
+//! ellipse's edge is at 1.
 //!
 //! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis prints
-//! no sigma for it. Step C's Gaussian solid (diameter 1, sigma 0.2) allows two readings (see [`EllipseKernel`]). If
-//! the ellipse's edge cuts a texel, step C weights the texel by `V1(d) = Phi(d / 0.2)`. This is the part of the solid's
-//! volume (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed distance in texels from the
-//! texel's centre to the edge, positive inside. Texels with `d > -1/2` contribute.
+//! no sigma for formula (4). Step C's Gaussian solid (diameter 1, sigma 0.2) allows two readings (see
+//! [`EllipseKernel`]). If the ellipse's edge cuts a texel, step C weights the texel by `V1(d) = Phi(d / 0.2)`. This is
+//! the part of the solid's volume (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed
+//! distance in texels from the texel's centre to the edge, positive inside. Texels with `d > -1/2` contribute.
 
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,10 +16,10 @@ pub struct EllipseKernel {
     pub alpha: f32,
 }
 
-/// The part of a texel that the edge keeps (step C).
+/// How much of a texel counts if the ellipse's edge cuts the texel (step C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edge {
-    /// All or nothing, by the texel's centre.
+    /// A texel counts as a whole if its centre is inside the ellipse.
     None,
     /// `Phi(d / 0.2)`.
     Exact,
@@ -35,7 +36,7 @@ pub enum Edge {
 impl EllipseKernel {
     /// Formula (4) with sigma 0.4 of the support's radius, as in step C's solid. The radius is one pixel.
     pub const FORMULA_4: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 3.125 };
-    /// The other reading: the support's diameter is one pixel. It hardly antialiases.
+    /// The other reading of formula (4): the support's diameter is one pixel. This kernel hardly antialiases.
     pub const DIAMETER_1: EllipseKernel = EllipseKernel { radius_px: 0.5, alpha: 3.125 };
     /// Sigma 0.5 pixels, cut at r = 1: the usual EWA filter (Heckbert 1989; pbrt).
     pub const EWA: EllipseKernel = EllipseKernel { radius_px: 1.0, alpha: 2.0 };

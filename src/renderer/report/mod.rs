@@ -36,7 +36,7 @@ pub struct Report {
     /// Progressive meshes by the name of their surface.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub surfaces: BTreeMap<String, SurfaceReport>,
-    /// By surface; video memory unless the name says otherwise.
+    /// Bytes by surface and object; video memory unless the name says otherwise.
     pub memory_bytes: BTreeMap<String, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plain: Option<PlainComparison>,

@@ -22,7 +22,7 @@ pub struct SurfaceReport {
     pub levels: Vec<u32>,
 }
 
-/// Memory shared by all instances, and memory of a single instance (mean over all, at their levels).
+/// Memory shared by all instances, and memory of a single instance (the mean over all instances at their levels).
 #[derive(Clone, Debug, Serialize)]
 pub struct InstanceBytes {
     /// Main memory shared by all: splits and permutations, level 0.

@@ -135,7 +135,8 @@ fn an_exact_f32_coordinate_takes_four_bytes_and_any_other_eight() {
     let mut model = named("grid:5").unwrap();
     let double = written(&model, Format::Ply).len();
     model.positions.iter_mut().for_each(|position| *position = position.as_vec3().as_dvec3());
-    // 25 positions; "double" is one letter longer, in three properties.
+    // Each coordinate of 25 positions takes 4 more bytes. The word "double" is one letter longer than "float", in three
+    // properties.
     assert_eq!(double - written(&model, Format::Ply).len(), 25 * 3 * 4 + 3);
 }
 

@@ -39,7 +39,7 @@ pub fn goes_all_the_way(model: &Model, name: &dyn Fn() -> String) -> usize {
     errors.len() + 1
 }
 
-/// Coordinates of soups: few and close positions, so that faces meet, and occasionally a non-finite one.
+/// Coordinates of soups: few and close positions, so that faces meet, and occasionally a position that is not finite.
 fn place(random: &mut Random, scale: f64, offset: f64) -> DVec3 {
     let coordinate = |random: &mut Random| match random.below(200) {
         0 => f64::NAN,

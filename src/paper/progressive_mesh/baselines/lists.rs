@@ -19,14 +19,15 @@ pub struct PreparedBaseline {
     skip: Vec<SkipList>,
     /// For each slot of the classical order, the rank of its face in meshoptimizer's order of the full mesh.
     ranks: Vec<u32>,
-    /// The index that represents each vertex: its own, or that of the first vertex at its position.
+    /// For each vertex, the index that represents it: the vertex's own index, or the index of the first vertex at its
+    /// position.
     space: Vec<u32>,
     levels: Vec<Level>,
 }
 
 impl PreparedBaseline {
-    /// `space` has the index that represents each vertex: its own, or (for [`Vertices::welded`]) that of the
-    /// first vertex at its position.
+    /// `space` has the index that represents each vertex: the vertex's own index, or (for [`Vertices::welded`]) the
+    /// index of the first vertex at its position.
     ///
     /// [`Vertices::welded`]: crate::paper::progressive_mesh::mesh::Vertices::welded
     ///
@@ -151,7 +152,7 @@ fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
 
 fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     let full = of_level(mesh, space, mesh.last_level());
-    // Two faces with different wedges may have equal positions; each keeps its own slot.
+    // Two faces with different wedges may have equal positions. Each of these faces keeps its own slot.
     let mut slots: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     full.iter().enumerate().for_each(|(slot, face)| slots.entry(*face).or_default().push(slot as u32));
     let mut ranks = vec![NOWHERE; full.len()];

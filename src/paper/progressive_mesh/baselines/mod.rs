@@ -1,10 +1,11 @@
 //! Baselines: other methods to draw a mesh at every level of detail, for comparison with the paper's orders.
 //!
-//! Each uses a progressive mesh in [classical](super::order::classical) order, in which a face keeps its slot.
-//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports its transforms, the
-//! faces copied when levels change, and the memory of its lists. It counts all wedges of a position as one vertex
-//! ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface selects a baseline with `order`: see
-//! `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the device.
+//! Each baseline uses a progressive mesh in [classical](super::order::classical) order, in which a face keeps its slot.
+//! [`PreparedBaseline`] has the faces that a baseline draws at a level. [`baseline_costs`] reports a baseline's
+//! transforms, the faces copied when levels change, and the memory of the baseline's lists. This function counts all
+//! wedges of a position as one vertex ([`Vertices::welded`](super::mesh::Vertices::welded)). In a scene, a surface
+//! selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the
+//! device.
 
 pub mod compaction;
 mod lists;
@@ -82,7 +83,8 @@ pub struct BaselineCosts {
     pub costs: Vec<LevelCosts>,
     /// Faces copied per split, on the way through all levels.
     pub copied_per_split: f64,
-    /// Bytes of all its lists and of the commands of level changes; indices have 16 bits below 65,536 vertices.
+    /// Bytes of all lists of the baseline and of the commands of level changes; indices have 16 bits below 65,536
+    /// vertices.
     pub list_bytes: u64,
     /// Drawn faces per live face, mean over the levels.
     pub traffic: f64,
@@ -92,7 +94,7 @@ pub struct BaselineCosts {
 /// `caches`.
 ///
 /// # Panics
-/// If the mesh has tswaps, or a level is beyond its last.
+/// If the mesh has tswaps, or a level is beyond the mesh's last level.
 pub fn baseline_costs(
     mesh: &ProgressiveMesh,
     baseline: OrderBaseline,

@@ -1,5 +1,5 @@
 //! One skip list (T. Forsyth, "Comparison of VIPM Methods", Game Programming Gems 2, 2001). While a level change stays
-//! within a list, it writes the changed corners, including those of degenerate faces.
+//! within a list, it writes the changed corners, including corners of degenerate faces.
 
 use crate::math::ragged::Ragged;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
@@ -16,7 +16,7 @@ pub struct SkipList {
     kept_vertices: u32,
     /// For each other vertex, the words of the list that contain it while it is live.
     words: Ragged<u32>,
-    /// For each such vertex, the value of its words while it is live, and while it is not.
+    /// For each such vertex, the value of these words while the vertex is live, and their value while it is not live.
     values: Vec<[u32; 2]>,
 }
 

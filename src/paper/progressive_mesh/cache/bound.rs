@@ -1,11 +1,11 @@
 //! A lower bound on the transforms of any order of a mesh's faces, for a FIFO of k entries.
 //!
-//! Let a vertex be transformed once, as the n-th transform. Transform n + k evicts it. The last face that finds it in
-//! the cache may transform its two other corners, as transforms n + k and n + k + 1. So a neighbour that is also
-//! transformed once is at most k + 1 transforms away. A vertex at the end of a path of r such neighbours is at most r
-//! (k + 1) transforms away. Each of these vertices has a transform of its own. So if every vertex within r edges of a
-//! vertex is transformed once, this ball has at most 2 r (k + 1) + 1 vertices. In a ball of more vertices, some vertex
-//! is transformed twice. The bounds of disjoint balls add up.
+//! Let a vertex be transformed once, as the n-th transform. Transform n + k evicts it. The last face that finds the
+//! vertex in the cache may transform its two other corners, as transforms n + k and n + k + 1. So a neighbour that is
+//! also transformed once is at most k + 1 transforms away. A vertex at the end of a path of r such neighbours is at
+//! most r (k + 1) transforms away. Each of these vertices has a transform of its own. So if every vertex within r edges
+//! of a vertex is transformed once, this ball has at most 2 r (k + 1) + 1 vertices. In a ball of more vertices, some
+//! vertex is transformed twice. The bounds of disjoint balls add up.
 
 use std::collections::VecDeque;
 

@@ -44,7 +44,7 @@ pub fn sampled_levels(mesh: &ProgressiveMesh, all_up_to: usize, count: u32) -> V
 /// position count as one vertex.
 ///
 /// # Panics
-/// If a level is beyond the mesh's last, or the mesh fails [`ProgressiveMesh::check`].
+/// If a level is beyond the mesh's last level, or the mesh fails [`ProgressiveMesh::check`].
 pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("{flaw}"));
     costs_of(&program, &mesh.vertices.welded, caches, levels)
@@ -53,7 +53,7 @@ pub fn level_costs(mesh: &ProgressiveMesh, caches: &[Cache], levels: &[u32]) -> 
 /// As [`level_costs`], for a program. `shared` has the index that represents each vertex.
 ///
 /// # Panics
-/// If a level is beyond the last.
+/// If a level is beyond the program's last level.
 pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u32]) -> Vec<LevelCosts> {
     // Each part of the levels is reached by a walk up from level 0. The walk is cheap compared with counting,
     // which visits every face of every level.
@@ -77,7 +77,7 @@ pub fn costs_of(program: &Program, shared: &[u32], caches: &[Cache], levels: &[u
     (0..caches.len()).map(|cache| LevelCosts { levels: levels.to_vec(), per_vertex: of(cache) }).collect()
 }
 
-/// The faces drawn at a level, in order: the live faces, and with births in place also the unborn ones.
+/// The faces drawn at a level, in order: the live faces, and with births in place also the unborn faces.
 ///
 /// # Panics
 /// As [`live_faces`].

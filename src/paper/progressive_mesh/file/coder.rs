@@ -63,7 +63,7 @@ pub(super) trait Coder {
     fn raw(&mut self, bits: u32, value: u32) -> u32;
     /// Bits written or read so far, including fractions.
     fn spent_bits(&self) -> f64;
-    /// True if more was read than exists.
+    /// True if the decoder has read beyond the end of the data.
     fn is_overrun(&self) -> bool;
 }
 
@@ -152,7 +152,7 @@ impl Coder for Encoder {
 /// Reads bits.
 pub(super) struct Decoder<'a> {
     bytes: &'a [u8],
-    /// Bytes read. May pass the end, beyond which bytes read as zeros.
+    /// Number of bytes read. It may exceed the length of the data; bytes beyond the end read as zeros.
     at: usize,
     code: u32,
     range: u32,
@@ -225,9 +225,8 @@ fn spent_bits(shifts: u64, range: u32) -> f64 {
     8.0 * shifts as f64 + 32.0 - f64::from(range).log2()
 }
 
-/// Model of whole numbers; small and frequent numbers take few bits. A number is coded as its bit length (a
-/// tree of six modelled bits), the three modelled bits below the leading one, and the remaining bits without
-/// a model.
+/// Model of whole numbers; small and frequent numbers take few bits. A number is coded as its bit length (a tree of six
+/// modelled bits), the three modelled bits below the leading bit, and the remaining bits without a model.
 #[derive(Clone)]
 pub(super) struct Number {
     class: [Bit; 64],
@@ -235,7 +234,7 @@ pub(super) struct Number {
     leading: [[Bit; 8]; 33],
 }
 
-/// Modelled bits below the leading one.
+/// Number of modelled bits below the leading bit.
 const LEARNT: u32 = 3;
 
 impl Default for Number {

@@ -69,7 +69,7 @@ fn splits_of_one_hub_suggest_no_more_than_enough() {
     assert!(back(&mesh.to_bytes().0) == mesh);
 }
 
-/// The ring, with a linear search for each next face.
+/// The ring of a vertex, found by a linear search for each next face.
 fn searched_ring(live: &Live, vertex: u32) -> Vec<RingFace> {
     let row = live.around.row(vertex as usize).iter();
     let faces: Vec<RingFace> = row

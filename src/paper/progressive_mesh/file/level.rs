@@ -1,7 +1,7 @@
 //! One level of the file: its error, its splits, its new faces and its permutation.
 //!
-//! Written once for both directions (see [`super::coder`]). When writing, the values come from `source`. When
-//! reading, they come from the coder, and each is checked before use.
+//! The code of this module is written once for both directions (see [`super::coder`]). When writing, the values come
+//! from `source`. When reading, the values come from the coder, and each value is checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, Marks, RingFace};
@@ -9,8 +9,8 @@ use super::models::{Models, Sizes};
 use super::moving::Moving;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
 
-/// Maximum number of suggestions: once a level has this many, further splits add none. Otherwise
-/// a small file could cause much work: each kept face of a hub can be a suggestion for every split, and costs only a
+/// Maximum number of suggestions: once a level has this many, further splits add no suggestions. Without this limit, a
+/// small file could cause much work: each kept face of a hub can be a suggestion for every split, and costs only a
 /// hundredth of a bit.
 const ENOUGH_SUGGESTIONS: usize = 1 << 16;
 
@@ -162,7 +162,7 @@ impl<'a> Growing<'a> {
             .ok_or(LevelFault("a split names a vertex that does not exist"))
     }
 
-    /// Codes the faces in which the vertex is replaced, and suggests new faces for the gap.
+    /// Codes the faces in which the split vertex is replaced, and suggests new faces for the gap.
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
@@ -221,14 +221,14 @@ impl<'a> Growing<'a> {
             let &(_, place) = known.get(at).filter(|(corners, _)| *corners == lowest)?;
             let [a, b, c] = suggestions[place as usize].1;
             let rotation = [[a, b, c], [b, c, a], [c, a, b]].iter().position(|&corners| corners == want);
-            Some((place as usize, rotation.expect("a rotation of it is wanted")))
+            Some((place as usize, rotation.expect("the suggestion has the same corners")))
         });
         let (place, rotation) = found.unwrap_or((suggestions.len(), 0));
         let place = models.place[usize::from(later)].code(coder, place as u32);
         let vertices = self.live.around.len() as u32;
         let corners = match suggestions.get(place as usize) {
             Some(&(_, mut corners)) => {
-                // The tree can code 3, which rotates like 0.
+                // Two coded bits can be 3, which rotates like 0.
                 corners.rotate_left(tree(coder, &mut models.rotation, 2, rotation as u32) as usize % 3);
                 corners
             }
@@ -253,15 +253,15 @@ impl<'a> Growing<'a> {
     }
 }
 
-/// A face's corners from the lowest one on.
+/// A face's corners, rotated so that the lowest corner comes first.
 fn turned(mut corners: [u32; 3]) -> [u32; 3] {
     let lowest = (0..3).min_by_key(|&at| corners[at]).expect("three corners");
     corners.rotate_left(lowest);
     corners
 }
 
-/// The suggestions with their places, sorted. A hub's split may suggest tens of thousands of faces, too many to
-/// search for each new face.
+/// The suggestions with their indices, sorted by corners. The split of a hub may suggest tens of thousands of faces,
+/// too many for a linear search for each new face.
 fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     let numbered = (0..).zip(suggestions);
     let mut places: Vec<_> = numbered.map(|(place, &(_, corners))| (turned(corners), place)).collect();
@@ -269,8 +269,8 @@ fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
     places
 }
 
-/// The newest vertex and the vertices around it, without those beyond the first `old` vertices. Each is listed once, in
-/// the order of the newest vertex's faces.
+/// The newest vertex and the vertices around it, without vertices beyond the first `old` vertices. Each vertex is
+/// listed once, in the order of the newest vertex's faces.
 fn neighbours(live: &Live, old: u32) -> Vec<u32> {
     let Some(newest) = live.around.len().checked_sub(1) else { return Vec::new() };
     let mut near = Vec::new();
@@ -289,8 +289,8 @@ fn neighbours(live: &Live, old: u32) -> Vec<u32> {
 }
 
 /// Suggests faces that close the gap between the taken faces (in which the new vertex t replaces the split vertex s)
-/// and the kept faces. The suggested faces have the corners s and t. The number before each orders them, most likely
-/// first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
+/// and the kept faces. The suggested faces have the corners s and t. The number of a suggestion orders the suggestions,
+/// most likely first: 0 if taken and kept faces border the gap, 1 if only taken faces do, 2 if only kept faces do.
 fn suggest(
     ring: &[RingFace],
     taken: &[bool],

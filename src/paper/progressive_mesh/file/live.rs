@@ -22,7 +22,7 @@ pub(super) struct Live {
     seconds: Marks,
 }
 
-/// A face at vertex s, rotated to start there: corners (s, first, second).
+/// A face at vertex s, rotated to start at s: corners (s, first, second).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RingFace {
     pub face: u32,
@@ -55,9 +55,10 @@ impl Live {
         self.around.retain(split as usize, |face| faces.binary_search(&face).is_err());
     }
 
-    /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open
-    /// fans come first, ordered by their first faces; then closed rings, each from its lowest face. Takes time
-    /// linear in the faces around `vertex`. Each has a bit in the file, so a small file cannot cause much work.
+    /// The faces around `vertex` in ring order: the `second` of each face is the `first` of the next. Open fans come
+    /// first, ordered by their first faces; then closed rings, each from its lowest face. The time is linear in the
+    /// number of faces around `vertex`. Each of these faces has a bit in the file, so a small file cannot cause much
+    /// work.
     pub(super) fn ring(&mut self, vertex: u32) -> Vec<RingFace> {
         let seen_from_here = |&face: &u32| {
             let [a, b, c] = self.corners[face as usize];
@@ -72,7 +73,7 @@ impl Live {
         let (firsts, seconds) = (&mut self.firsts, &mut self.seconds);
         firsts.clear(self.around.len());
         seconds.clear(self.around.len());
-        // Of several faces with the same `first`, the lowest is kept.
+        // Of several faces with the same `first`, the face with the lowest number is kept.
         for (at, face) in faces.iter().enumerate().rev() {
             firsts.set(face.first, at as u32);
             seconds.set(face.second, at as u32);
@@ -97,12 +98,12 @@ impl Live {
 #[derive(Default)]
 pub(super) struct Marks {
     turn: u32,
-    /// For each vertex the turn in which it got its number, and the number.
+    /// For each vertex, the value of `turn` at which the vertex got its number, and the number.
     numbers: Vec<(u32, u32)>,
 }
 
 impl Marks {
-    /// Forgets all numbers; from now on vertices below `count` may get one.
+    /// Forgets all numbers; from now on vertices below `count` may get a number.
     pub(super) fn clear(&mut self, count: usize) {
         if self.turn == u32::MAX {
             (self.turn, self.numbers) = (0, Vec::new());

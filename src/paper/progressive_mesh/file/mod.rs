@@ -32,8 +32,8 @@ use serde::Serialize;
 
 /// As in PNG: a byte above 127, a name, and line ends. Transfers in text mode damage these bytes.
 const MAGIC: [u8; 8] = *b"\x89OPM\r\n\x1a\n";
-/// The version of a mesh's file. Version 2 differs from 1 only in that births are in place. Version 3 has a flag for
-/// births and one for the metric.
+/// The version of a mesh's file. Version 2 differs from version 1 only in that births are in place. Version 3 has a
+/// flag for births and a flag for the metric.
 pub fn version(mesh: &ProgressiveMesh) -> u32 {
     match (mesh.metric, mesh.births) {
         (Some(_), _) => 3,
@@ -48,12 +48,12 @@ const APPEARANCE: u32 = 1 << 4;
 
 const HEADER_BYTES: usize = 72;
 const CHUNK_HEAD_BYTES: usize = 28;
-/// Maximum number of vertices, faces, levels and moved faces per byte of a payload; a writer appends zeros to
-/// shorter payloads. Real meshes take several bits for each. The limit bounds the memory for a hostile file
-/// to some hundred times the file's size.
+/// Maximum number of vertices, faces, levels and moved faces per byte of a payload; a writer appends zeros to shorter
+/// payloads. Real meshes take several bits for each item. The limit bounds the memory for a hostile file to some
+/// hundred times the file's size.
 const ITEMS_PER_BYTE: u64 = 4;
-/// Maximum number of corners that splits replace per byte of a payload; shorter payloads are padded, too. A
-/// vertex may take all faces of a hub at a cost of a hundredth of a bit each.
+/// Maximum number of corners that splits replace per byte of a payload; shorter payloads are padded, too. A vertex may
+/// take all faces of a hub, and each of these faces costs only a hundredth of a bit.
 const CORNERS_PER_BYTE: u64 = 16;
 
 /// A loaded file.

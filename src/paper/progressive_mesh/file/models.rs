@@ -23,11 +23,11 @@ pub(super) struct Models {
 #[derive(Default)]
 pub(super) struct SplitModels {
     pub nowhere: Bit,
-    /// Whether the replaced vertex is a neighbour of the previous vertex; then its index among the
+    /// True if the replaced vertex is a neighbour of the previous vertex. `neighbour` then codes its index among the
     /// neighbours.
     pub near: Bit,
     pub neighbour: Number,
-    /// Otherwise the age of the replaced vertex.
+    /// The age of the replaced vertex, if it is not a neighbour.
     pub age: Number,
     /// Whether a face changes. The model depends on the changes along the ring so far, the index in the ring, and
     /// the previous face.

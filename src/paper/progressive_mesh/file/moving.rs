@@ -1,4 +1,4 @@
-//! The faces of one permutation, renumbered by their slots before it.
+//! The faces of one permutation, renumbered by their slots before the permutation.
 //!
 //! The original number of a face is its slot at birth, and neighbours are born far apart. A search by
 //! original numbers misses the CPU cache four times per slot; these misses took half the time to write or read
@@ -7,7 +7,7 @@
 
 use super::live::{Live, NONE};
 
-/// Replaces a search number once the face is placed.
+/// The number that replaces a face's search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
 /// Suggestions for a slot are the faces around the corners of the faces in this many earlier slots.
@@ -23,7 +23,7 @@ pub(super) struct Moving {
     /// The slots that get another face, ascending, and their faces before the permutation.
     pub slots: Vec<u32>,
     pub faces: Vec<u32>,
-    /// For each slot of the mesh and for each face, its index in these lists.
+    /// For each slot of the mesh, its index in `slots`; for each face, its index in `faces`.
     pub at_slot: Vec<u32>,
     at_face: Vec<u32>,
     /// The faces' corners, with vertices renumbered by first use; the old number of each vertex, and its new
@@ -37,7 +37,7 @@ pub(super) struct Moving {
     starts: Vec<u32>,
     ends: Vec<u32>,
     around: Vec<u32>,
-    /// For each face the last search that suggested it; [`PLACED`] once it is placed.
+    /// For each face the last search that suggested it; [`PLACED`] once the face is placed.
     suggested: Vec<u32>,
     /// Number of searches so far.
     searches: u32,
@@ -45,7 +45,7 @@ pub(super) struct Moving {
     /// `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
-    /// The slot from which the face in the slot before `reached` came.
+    /// The slot in which the face now in slot `reached - 1` was before the permutation.
     came_from: u32,
 }
 
@@ -122,7 +122,8 @@ impl Moving {
         self.vertices.drain(..).for_each(|vertex| self.at_vertex[vertex as usize] = NONE);
     }
 
-    /// Moves the next search to `slot`. The faces between the previous slot and this one keep their slots.
+    /// Moves the next search to `slot`. The faces between the slot of the previous search and this slot keep their
+    /// slots.
     pub fn reach(&mut self, live: &Live, slot: u32) {
         for still in self.reached.max(slot.saturating_sub(WINDOW as u32))..slot {
             let corners = live.corners[live.face_at[still as usize] as usize];
@@ -145,9 +146,9 @@ impl Moving {
         self.suggested[at] == PLACED
     }
 
-    /// Suggests unplaced faces for the reached slot, each once, likely ones first, until `enough` returns
-    /// true. First comes the face that followed the previous slot's face before the permutation. Then come
-    /// the faces around each corner of the faces in the slots before, nearest slot first.
+    /// Suggests unplaced faces for the reached slot, each once, likely ones first, until `enough` returns true. First
+    /// comes the face that followed the previous slot's face before the permutation. Then come the faces around each
+    /// corner of the faces in the [`WINDOW`] slots before the reached slot, nearest slot first.
     pub fn suggest(&mut self, mut enough: impl FnMut(usize) -> bool) {
         self.searches += 1;
         let (searches, suggested) = (self.searches, &mut self.suggested);

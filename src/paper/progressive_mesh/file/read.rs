@@ -105,7 +105,8 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
         ..read
     };
     let is_cut = (bytes.len() as u64) < header.length;
-    // All chunks together must match the header and fill the file; a part of them must do neither.
+    // If all chunks were read, they must match the header and fill the file. If only a part of the chunks was read, the
+    // part must not match the header, and the file must be truncated.
     if (read.chunks == whole.chunks) != (read == whole) || (read == whole) == is_cut {
         return Err(FileFlaw::Header("its levels, vertices, faces or bytes differ from those of the chunks"));
     }

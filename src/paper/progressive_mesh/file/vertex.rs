@@ -8,7 +8,7 @@ use super::level::{Growing, LevelFault, LevelRow};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 
 impl Growing<'_> {
-    /// Codes the first vertex with the same position; if there is none, codes the position.
+    /// Codes the first vertex with the same position. If this vertex is the first, codes the position.
     pub(super) fn position(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
         let vertices = self.source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
@@ -63,8 +63,8 @@ impl Growing<'_> {
     }
 }
 
-/// The prediction for a new vertex: the value of the vertex that it replaces, or of the previous vertex if it
-/// replaces none.
+/// The prediction for a new vertex: the value of the vertex that it replaces, or of the previous vertex if the new
+/// vertex replaces no vertex.
 fn predecessor<T: Copy + Default>(known: &[T], row: LevelRow) -> T {
     match row.split {
         NOWHERE => known.last().copied().unwrap_or_default(),

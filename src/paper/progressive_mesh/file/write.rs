@@ -14,9 +14,9 @@ use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-/// A chunk ends when the faces have grown to 5/4 of those at its start. So the incomplete last chunk of a truncated
-/// file has about a fifth of the file's faces at most. In a mesh of a few thousand faces, the heads of all chunks take
-/// 0.3 bytes per split.
+/// A chunk ends when the number of faces has grown to 5/4 of the number at the chunk's start. So the incomplete last
+/// chunk of a truncated file has about a fifth of the file's faces at most. In a mesh of a few thousand faces, the
+/// heads of all chunks take 0.3 bytes per split.
 const GROWTH: (u64, u64) = (5, 4);
 
 impl ProgressiveMesh {
@@ -36,8 +36,8 @@ impl ProgressiveMesh {
     /// The bytes of a `.pmesh` file, and its contents.
     ///
     /// # Panics
-    /// If the mesh breaks a rule of its type. This is detected because the encoder rebuilds the mesh, and the
-    /// result is compared.
+    /// If the mesh breaks a rule of its type. Such a mesh is detected because the encoder rebuilds the mesh, and the
+    /// result is compared with the original.
     pub fn to_bytes(&self) -> (Vec<u8>, Contents) {
         let attributes = &self.vertices.attributes;
         let has = Has {
@@ -141,7 +141,7 @@ fn header(mesh: &ProgressiveMesh, has: Has, whole: Extent, length: u64) -> Vec<u
     header
 }
 
-/// The header's flags beyond those of [`Has`].
+/// The header's flags, without the flags of [`Has`].
 fn flags(mesh: &ProgressiveMesh) -> u32 {
     let Some(metric) = mesh.metric else { return 0 };
     let in_place = if mesh.births == Births::InPlace { IN_PLACE } else { 0 };

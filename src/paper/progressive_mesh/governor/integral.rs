@@ -5,7 +5,7 @@
 //! late. The controller neither overshoots nor rings if its gain `g` satisfies `g k <= d^d / (d + 1)^(d + 1)` for a
 //! delay of `d` frames; this is 4/27 for two frames. An exponential mean with weight one half smooths noise, and inside
 //! a dead band the factor does not move. The controller cannot detect that all instances are at their coarsest level.
-//! In this case its factor winds up, to at most [`MOST_LOG2`].
+//! In this case the controller's factor winds up, to at most [`MOST_LOG2`].
 
 use super::MOST_LOG2;
 
@@ -16,8 +16,8 @@ const NEWEST: f64 = 0.5;
 /// Distances from the target, in octaves, at which the controller starts to move (7 %) and stops (2 %).
 const STARTS: f64 = 0.10;
 const RESTS: f64 = 0.03;
-/// The target as a share of the budget. The controller stops within 2 % of the target, which is within the budget.
-/// The dead band lets frames exceed the budget by up to 2 % before it starts again.
+/// The target as a share of the budget. The controller stops within 2 % of the target, which is within the budget. The
+/// dead band lets frames exceed the budget by up to 2 % before the controller starts again.
 const AIM: f64 = 0.95;
 /// Maximum change per frame, in octaves: a single hanging frame must not remove most detail.
 const FASTEST: f64 = 0.25;

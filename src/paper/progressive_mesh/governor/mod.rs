@@ -1,10 +1,9 @@
 //! The governor, section 4: "for scalability the wanted deviation is changed according to the platform's performance"
 //! (the paper does not say how).
 //!
-//! The governor plans ahead. Before a frame, the camera is known, and so is the number of faces that each
-//! factor on the wanted errors would draw. The time per face is unknown; it is estimated as the time that
-//! nine of ten recent frames do not exceed. The plan takes the smallest factor for which faces times time per
-//! face fit the budget.
+//! The governor plans ahead. Before a frame, the camera is known, and so is the number of faces that each factor on the
+//! wanted errors would draw. The time per face is unknown; it is estimated as the time per face that nine of ten recent
+//! frames do not exceed. The plan takes the smallest factor for which faces times time per face fit the budget.
 //!
 //! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds. With the
 //!   mean instead, every other frame would exceed the budget. A hanging frame is one of thirty and has no effect.
@@ -13,12 +12,12 @@
 //! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A
 //!   controller that uses only times reacts two frames late, and must be slow to avoid ringing (`Integral`,
 //!   the simple rule).
-//! - There is no integral term, so there is no wind-up: the factor never exceeds that at which all instances
-//!   are at their coarsest.
-//! - It does not ring. A frame of n faces takes a + b n, but the plan assumes c n, where c = b + a / n comes
-//!   from earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies the
-//!   estimate's relative error by a's share of the budget, and the error keeps its sign. If a alone exceeds the budget,
-//!   the plan ends at the coarsest.
+//! - There is no integral term, so there is no wind-up: the factor never exceeds the factor at which all instances are
+//!   at their coarsest level.
+//! - The plan does not ring. A frame of n faces takes a + b n, but the plan assumes c n, where c = b + a / n comes from
+//!   earlier frames. In a steady state the estimate is exact for every a. Otherwise each plan multiplies the estimate's
+//!   relative error by a's share of the budget, and the error keeps its sign. If the fixed time a exceeds the budget,
+//!   the plan ends at the coarsest level.
 
 mod integral;
 
@@ -98,8 +97,8 @@ impl Governor {
         }
     }
 
-    /// The factor on all wanted errors in the next frame, 1 ..= 1024. `faces_at` returns the faces that the
-    /// frame would draw with a factor; it must not increase with the factor.
+    /// The factor on all wanted errors in the next frame, 1 ..= 1024. `faces_at` returns the faces that the frame would
+    /// draw with a factor. This number must not increase with the factor.
     pub fn plan(&mut self, faces_at: impl Fn(f64) -> u64) -> f64 {
         match self {
             Governor::Planned(planned) => planned.plan(faces_at),
@@ -122,7 +121,7 @@ pub struct Planned {
     budget: Budget,
     /// Milliseconds per face in the last [`FRAMES`] frames.
     face_ms: VecDeque<f64>,
-    /// Consecutive frames that could have drawn more.
+    /// Number of consecutive frames that could have drawn more faces.
     roomy: u32,
     factor_log2: f64,
 }
@@ -172,8 +171,8 @@ impl Planned {
     }
 }
 
-/// log2 of the smallest factor that draws at most `most_faces`. If there is none, of the smallest factor that
-/// draws the fewest faces.
+/// log2 of the smallest factor that draws at most `most_faces`. If every factor draws more faces, log2 of the smallest
+/// factor that draws the fewest faces.
 fn least_log2(most_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
     let faces_at = |log2: f64| faces_at(log2.exp2()) as f64;
     let most = most_faces.max(faces_at(MOST_LOG2));

@@ -13,7 +13,7 @@ use glam::DVec3;
 /// The slot of every face at every level. Faces have the model's numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Arrangement {
-    /// The faces in the order of their first slots: those of level 0, then those that each split appends.
+    /// The faces in the order of their first slots: the faces of level 0, then the faces that each split appends.
     pub births: Vec<u32>,
     /// Permutations, coarsest level first: the level and its moves.
     pub moves: Vec<(u32, Vec<Move>)>,
@@ -29,7 +29,8 @@ pub(super) struct Move {
 /// `model` at all levels, with its faces arranged by `arrangement`.
 ///
 /// # Panics
-/// If `arrangement` does not list the faces of level 0 before those of the splits, or if moves are not a permutation.
+/// If `arrangement` does not list the faces of level 0 before the faces of the splits, or if moves are not a
+/// permutation.
 pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arrangement) -> ProgressiveMesh {
     let order = VertexOrder::new(model, collapses, &arrangement.births);
     let levels = levels(collapses, &order, model.faces.len());
@@ -52,8 +53,8 @@ struct VertexOrder {
 }
 
 impl VertexOrder {
-    /// Wedges of level 0 come first, in the order in which its faces use them, so that drawing level 0
-    /// fetches them in sequence.
+    /// Wedges of level 0 come first, in the order in which the faces of level 0 use them, so that drawing level 0
+    /// fetches the vertices in sequence.
     fn new(model: &Model, collapses: &Collapses, births: &[u32]) -> Self {
         let mut place: Vec<u32> = vec![NOWHERE; model.wedge_positions.len()];
         let removed: Vec<u32> = (0..collapses.wedges.len())
@@ -67,7 +68,7 @@ impl VertexOrder {
         }
         let mut wedges = Vec::with_capacity(place.len());
         let used = births.iter().flat_map(|&face| model.faces[face as usize]);
-        // Wedges of level 0 that none of its faces uses come after the others of level 0.
+        // Wedges of level 0 that no face of level 0 uses come after the used wedges of level 0.
         for wedge in used.chain(0..place.len() as u32) {
             if stays[wedge as usize] && place[wedge as usize] == NOWHERE {
                 place[wedge as usize] = wedges.len() as u32;
@@ -141,9 +142,9 @@ fn slots(
     (splits, swaps)
 }
 
-/// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last gets the first's face.
-/// `source` (by slot) holds only [`NOWHERE`] on entry and on return. It is a vector, because a hash map takes seconds
-/// for the 10 million moves of a dragon.
+/// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot gets the face of
+/// the first slot. `source` (by slot) holds only [`NOWHERE`] on entry and on return. `source` is a vector, because a
+/// hash map takes seconds for the 10 million moves of a dragon.
 fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], source: &mut [u32]) {
     let mut slots = Vec::with_capacity(moved.len());
     for &Move { slot, face } in moved {

@@ -1,10 +1,10 @@
-//! Births in place (ours): all faces that are live at the end of a group are laid out from its first level
-//! on, each beside its neighbours. An unborn face is degenerate: each unborn corner is drawn at the vertex
-//! from which it will split.
+//! Births in place (ours): all faces that are live at the end of a group are in the index buffer from the group's first
+//! level on, each beside its neighbours. An unborn face is degenerate: each unborn corner is drawn at the vertex from
+//! which it will split.
 //!
-//! With the paper's tail, the levels between two tswaps cost 0.2 transforms per vertex more at 23 moved faces
-//! per split, and 0.5 more at 10. With births in place they cost no more than the levels just after a tswap.
-//! In return degenerate faces are drawn: on average half of the faces that a group adds.
+//! With the paper's tail, the levels between two tswaps cost 0.2 transforms per vertex more at 23 moved faces per
+//! split, and 0.5 more at 10. With births in place these levels cost no more than the levels just after a tswap. In
+//! return degenerate faces are drawn: on average half of the faces that a group adds.
 //!
 //! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
 //! its group is bad at the first levels: on a torus, the 95th percentile of the levels' costs is then 1.94 transforms
@@ -66,7 +66,7 @@ struct GroupLayout<'a> {
     parents: Vec<u32>,
     /// Wedges in the order of appearance.
     wedges: Vec<u32>,
-    /// The full mesh's faces in a cache-friendly order: faces next to each other in it are close on the
+    /// The full mesh's faces in a cache-friendly order: faces next to each other in this order are close on the
     /// surface.
     near: Vec<u32>,
 }
@@ -81,7 +81,7 @@ impl<'a> GroupLayout<'a> {
             let level = level + 1;
             collapses.faces.row(collapse).iter().for_each(|&face| born[face as usize] = level);
             let pairs = collapses.wedges.row(collapse);
-            // A wedge without a target takes that of another wedge of its collapse.
+            // A wedge without a target takes the target of another wedge of its collapse.
             let other = pairs.iter().map(|pair| pair[1]).find(|&target| target != NOWHERE);
             for &[wedge, target] in pairs {
                 wedge_born[wedge as usize] = level;

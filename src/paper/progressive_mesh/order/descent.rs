@@ -11,7 +11,7 @@ pub(super) struct Descent {
     /// Each face with its corners at its first level: the level at which it appears, or level 0.
     pub faces: Vec<[u32; 3]>,
     alive: Vec<bool>,
-    /// For each wedge the faces that had it as a corner at some level, removed ones included.
+    /// For each wedge, the faces that had it as a corner at some level, including removed faces.
     around: Rows,
     /// For each removed wedge, in the order of removal, the live faces in which another wedge replaced it.
     pub changed: Ragged<u32>,

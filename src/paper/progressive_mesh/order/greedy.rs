@@ -1,12 +1,12 @@
 //! The greedy optimizer (paper 2, section 5): it appends one face at a time, without lookahead, and simulates
 //! the vertex cache.
 //!
-//! For each place the paper picks a face that uses cached vertices and swaps it with the face in that place.
-//! It prefers (a) the face that is already in place and (b) faces in CPU cache lines that are touched
-//! already. This leaves isolated faces behind, which later cost three transforms each. We add a valence term
-//! as in the optimizers of T. Forsyth ("Linear-Speed Vertex Cache Optimisation", 2006) and of P. Sander, D. Nehab and
-//! J. Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with few
-//! faces left are finished first.
+//! For each place, the paper's optimizer picks a face that uses cached vertices, and swaps it with the face in that
+//! place. The optimizer prefers (a) the face that is already in place and (b) faces in CPU cache lines that are touched
+//! already. The paper's rule leaves isolated faces behind, which later cost three transforms each. We add a valence
+//! term as in the optimizers of T. Forsyth ("Linear-Speed Vertex Cache Optimisation", 2006) and of P. Sander, D. Nehab
+//! and J. Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with
+//! few faces left are finished first.
 
 use super::patch::{MOST_FACES, Patch};
 
@@ -16,9 +16,9 @@ pub struct Weights {
     /// Added for each corner, divided by the number of the corner's faces that are not drawn yet. The paper has no such
     /// term (0).
     pub valence: f64,
-    /// For the face that is already in place.
+    /// The term of the face that is already in place.
     pub in_place: f64,
-    /// For a face in CPU cache lines that are touched already.
+    /// The term of a face in CPU cache lines that are touched already.
     pub line: f64,
 }
 
@@ -78,7 +78,8 @@ struct Greedy<'a> {
     at: Vec<u32>,
     place_of: Vec<u32>,
     corners: Vec<Corner>,
-    /// The faces around each vertex: all undrawn ones, and for a vertex with more than [`MOST_FACES`] also drawn ones.
+    /// The faces around each vertex: all undrawn faces, and for a vertex with more than [`MOST_FACES`] faces also drawn
+    /// faces.
     around: Vec<u32>,
     is_drawn: Vec<bool>,
     /// All vertices that entered the cache, oldest first. The last `entries` of them are cached, but none
@@ -93,7 +94,7 @@ struct Greedy<'a> {
 struct Corner {
     /// What the vertex adds to the score of each of its faces.
     worth: f64,
-    /// Its faces in `around`, and how many of them are not drawn yet.
+    /// The vertex's faces in `around`, and how many of these faces are not drawn yet.
     start: u32,
     end: u32,
     left: u32,
@@ -175,9 +176,10 @@ impl<'a> Greedy<'a> {
         corner.renew(&self.weights);
     }
 
-    /// The best of the face in place and all faces around cached vertices; on a tie, the one found first. If no cached
-    /// vertex has faces left, this is the face in place, which is near because it comes from a good order. Returning to
-    /// the last vertex that has faces left would save at most 0.001 transforms per vertex.
+    /// The best of the face in place and all faces around cached vertices; on a tie, the face found first. If no cached
+    /// vertex has faces left, this is the face in place. That face is usually near the last drawn face, because the
+    /// faces were in a good order before. Returning to the last vertex that has faces left would save at most 0.001
+    /// transforms per vertex.
     fn best(&mut self, place: usize, lines: &Lines) -> u32 {
         self.looks += self.cache().iter().map(|&vertex| self.around(vertex).len() as u64).sum::<u64>();
         let in_place = self.at[place];
@@ -252,7 +254,8 @@ mod tests {
 
     fn ordered(weights: &Weights) -> Vec<[u32; 3]> {
         let model = torus(40);
-        // Dealt like cards, so that no two neighbours are adjacent in the list.
+        // Takes every 61st face, once from each of the first 61 faces, so that no two neighbours are adjacent in the
+        // list.
         let dealt: Vec<[u32; 3]> =
             (0..61).flat_map(|first| model.faces.iter().skip(first).step_by(61).copied()).collect();
         let patch = Patch::new(dealt.clone(), 1600);

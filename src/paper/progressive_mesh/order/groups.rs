@@ -8,7 +8,8 @@ use crate::paper::progressive_mesh::simplify::Collapses;
 pub enum Groups {
     /// This many groups, with the same number of splits each.
     Uniform(u32),
-    /// Each group multiplies the number of faces by the same ratio, which is at most this (above 1).
+    /// Each group multiplies the number of faces by the same ratio, which is at most this number. The number must be
+    /// above 1.
     Geometric(f64),
     /// Groups of equal ratio, as many as this budget allows. The budget is a number of moved faces per split, counted
     /// as if all live faces moved at every group's end.
@@ -34,7 +35,7 @@ impl Groups {
     }
 }
 
-/// The levels at which groups end, ascending; the last is the full mesh. Empty if there are no splits.
+/// The levels at which groups end, ascending. The last of these levels is the full mesh. Empty if there are no splits.
 ///
 /// # Panics
 /// If the parameter is invalid: no groups, a ratio not above 1, or a budget that is not positive.
@@ -44,7 +45,8 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
         return Vec::new();
     }
     let base = faces - collapses.faces.items().len();
-    // If every component vanishes, the base has no faces and no ratio exists: start from one face.
+    // If every component vanishes, the base has no faces and no ratio exists. The ratio is then computed as if the base
+    // had one face.
     let growth = (faces as f64 / base.max(1) as f64).ln();
     let mut ends = match groups {
         Groups::Uniform(count) => {
@@ -78,7 +80,7 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
     ends
 }
 
-/// `count` groups of equal ratio. Each ends at the first level that reaches its number of faces.
+/// `count` groups of equal ratio. Each group ends at the first level that reaches the group's number of faces.
 fn geometric(collapses: &Collapses, base: usize, count: u32, growth: f64) -> Vec<u32> {
     let last = collapses.faces.len();
     let (mut level, mut faces) = (0, base);

@@ -4,9 +4,9 @@
 //! and faces, and no face changes its slot. [`order`] is the paper's extension: the splits are divided into groups,
 //! and each group ends with a permutation of the live faces (tswap).
 //!
-//! New faces are drawn in one of two places, see [`Births`]. In the paper they stay at the tail of the buffer until
-//! the next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from
-//! the first level of the group, and are degenerate until they are born. Both use the same mesh format.
+//! New faces are drawn in one of two places, see [`Births`]. In the paper they stay at the tail of the buffer until the
+//! next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from the
+//! first level of the group, and are degenerate until they are born. The mesh format is the same in both cases.
 //!
 //! Costs are transforms per position, measured on the five closed shipped models at 513 levels each. "Mean", "95 %"
 //! (the cost that 95 % of the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches"
@@ -28,18 +28,18 @@
 //!
 //! Why the tail orders are made this way (FIFO of 16 entries; collapses from one pass of the simplifier):
 //! - There are as many groups as the budget allows, and each multiplies the number of faces by the same ratio, because
-//!   new faces at the tail dominate the cost between two tswaps. An isolated pair of them costs 4 transforms instead of
-//!   1.3, so a group that adds a tenth of the faces costs 0.15 more on average. The order made at the tswap itself
-//!   costs 1.30. The best of five weightings would save 0.02 of this for five times the work.
+//!   new faces at the tail dominate the cost between two tswaps. An isolated pair of new faces costs 4 transforms
+//!   instead of 1.3, so a group that adds a tenth of the faces costs 0.15 more on average. The order made at the tswap
+//!   itself costs 1.30. Choosing the best of five weightings would save 0.02 transforms and take five times the work.
 //! - The optimizer simulates 15 entries (`spare_entries`). An order that uses all 16 costs 1.24 on a torus, but 0.05
 //!   more at the levels after it. With 15 entries the mean falls from 1.54 to 1.52.
 //! - Each order is optimized for the level half-way to the next tswap (`ahead`). This saves 0.01 at 23 moved faces per
 //!   split and 0.04 at 10, and makes the levels more even.
-//! - No split follows the last level, so it gets the best of eight greedy orders. Small meshes try each of them from
+//! - No split follows the last level, so it gets the best of eight greedy orders. Small meshes try each order from
 //!   seven starting faces. The full mesh of a torus then costs 1.29; with one starting face 1.44, with one order 1.78.
 //! - With few groups, `regions` are reordered in turns. If tswaps reorder all faces, the levels just before a tswap
-//!   cost 0.8 more than those after it; with regions 0.3. A region's borders cost transforms: with 1, 2, 3, 4 and 8
-//!   regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
+//!   cost 0.8 more than the levels after it; with regions, 0.3 more. A region's borders cost transforms: with 1, 2, 3,
+//!   4 and 8 regions and no limit on moves the mean is 1.33, 1.39, 1.44, 1.49 and 1.63.
 //!
 //! pm.moves compares other groups and regions, and pm.average compares meshoptimizer's orders.
 
@@ -69,8 +69,8 @@ pub use groups::Groups;
 pub struct OrderOptions {
     /// Entries of the FIFO vertex cache that the order is optimized for, at least 4.
     pub cache_entries: u32,
-    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse
-    /// with the first split after it. Not in the paper (0).
+    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse with the
+    /// first split after it. The paper spares no entry (0).
     pub spare_entries: u32,
     pub groups: Groups,
     /// Where faces are drawn between two tswaps. With births in place, `regions` and `ahead` have no effect.
@@ -79,8 +79,8 @@ pub struct OrderOptions {
     /// regions` of the live faces; 1 reorders all live faces at once. More than 1 requires
     /// [`Groups::Budget`].
     pub regions: u32,
-    /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for
-    /// the last level. Not in the paper.
+    /// Optimize each order for the level half-way to the next tswap, and keep the best of several orders for the last
+    /// level. The paper does neither.
     pub ahead: bool,
     pub weights: Weights,
     /// Count wedges at the same position as one vertex, as the paper does. A device shares no vertex across a
@@ -89,8 +89,8 @@ pub struct OrderOptions {
 }
 
 impl OrderOptions {
-    /// The paper's greedy optimizer, as far as it is described: no valence term, and the two preferences only decide
-    /// among faces that cost the same. The paper does not give the number of groups; 64 is our choice.
+    /// The paper's greedy optimizer, as far as the paper describes it: no valence term, and the two preferences only
+    /// decide among faces that cost the same. The paper does not give the number of groups; 64 is our choice.
     pub const PAPER: OrderOptions = OrderOptions {
         groups: Groups::Uniform(64),
         spare_entries: 0,
@@ -99,8 +99,8 @@ impl OrderOptions {
         ..OrderOptions::TAIL_23
     };
 
-    /// At most 23 moved faces per split: in a file, 10 bytes of permutations per split and 5 of everything else except
-    /// positions (pm.size, bunny).
+    /// At most 23 moved faces per split: in a file, 10 bytes of permutations per split, and 5 bytes per split of
+    /// everything else except positions (pm.size, bunny).
     pub const TAIL_23: OrderOptions = OrderOptions {
         cache_entries: 16,
         spare_entries: 1,
@@ -199,7 +199,8 @@ pub fn classical(model: &Model, collapses: &Collapses) -> ProgressiveMesh {
     assemble(model, collapses, &Arrangement { births: births(model, collapses), moves: Vec::new() })
 }
 
-/// The model's faces in the order of appearance: those of level 0 in the model's order, then each split's.
+/// The model's faces in the order of appearance: the faces of level 0 in the model's order, then the faces of each
+/// split.
 fn births(model: &Model, collapses: &Collapses) -> Vec<u32> {
     base(model, collapses).into_iter().chain(collapses.faces.rows().rev().flatten().copied()).collect()
 }

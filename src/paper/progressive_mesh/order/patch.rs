@@ -23,7 +23,7 @@ pub(super) struct Numbering {
 const UNKNOWN: u32 = u32::MAX;
 
 impl Numbering {
-    /// For meshes of `vertices` vertices.
+    /// A numbering for meshes of `vertices` vertices.
     pub fn new(vertices: usize) -> Self {
         Self { local: vec![UNKNOWN; vertices], global: Vec::new() }
     }

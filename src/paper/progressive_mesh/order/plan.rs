@@ -120,8 +120,8 @@ impl<'a> RefinementState<'a> {
         }
     }
 
-    /// As [`RefinementState::look`], for an order that is made at `level` and used until level `next`: with `ahead`, it
-    /// is optimized for the level half-way.
+    /// As [`RefinementState::look`], for an order that is made at `level` and used until level `next`: with `ahead`,
+    /// the order is optimized for the level half-way between the two.
     fn look_between(&mut self, level: u32, next: u32) {
         self.look(if self.options.ahead { level.midpoint(next) } else { level });
     }

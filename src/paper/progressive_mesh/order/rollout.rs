@@ -13,14 +13,14 @@ const KEPT: usize = 32;
 /// Scores are integers in units of 1 / [`TRANSFORM`] transforms, so the order is the same on every machine.
 const TRANSFORM: i32 = 1 << 16;
 
-/// Valence weights of the greedy optimizers, in percent (see [`super::Weights::valence`]). Each is tried without and
-/// with noise.
+/// Valence weights of the greedy optimizers, in percent (see [`super::Weights::valence`]). Each weight is tried without
+/// and with noise.
 const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 /// The noise is at most a tenth of a transform.
 const NOISE: i32 = TRANSFORM / 10;
 
 /// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex will be transformed
-/// again, but other orders may also transform it twice.
+/// again, but other orders may also transform this vertex twice.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
 /// Larger valences are reduced to this.
@@ -42,7 +42,7 @@ type PerValence = [i32; VALENCES_PERCENT.len()];
 struct Face {
     /// The distinct corners; a repeated corner is replaced by the dummy vertex `none`.
     corners: [u32; 3],
-    /// The last search that examined it; [`IS_DRAWN`] once it is drawn.
+    /// The last search that examined the face; [`IS_DRAWN`] once the face is drawn.
     seen: u32,
 }
 
@@ -52,31 +52,31 @@ struct Vertex {
     /// What the vertex now adds to the score of its faces, for each of [`VALENCES_PERCENT`]. During an attempt, only
     /// the score for the attempt's own weight is up to date.
     scores: PerValence,
-    /// `around[begin .. end]` are its faces, without some that are already drawn and kept.
+    /// `around[begin .. end]` are the vertex's faces. Some faces that are already drawn and kept are missing.
     begin: u32,
     end: u32,
-    /// The number of its faces, and of those that are not drawn.
+    /// The number of the vertex's faces, and the number of these faces that are not drawn.
     valence: u32,
     left: u32,
 }
 
 struct Search {
     faces: Vec<Face>,
-    /// The last one is the dummy vertex `none`.
+    /// All vertices; the last one is the dummy vertex `none`.
     vertices: Vec<Vertex>,
     none: u32,
     around: Vec<u32>,
     entries: usize,
-    /// By number of undrawn faces: what a cached vertex adds to the score of its faces.
+    /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
     worths: [PerValence; MOST_LEFT + 1],
-    /// For each vertex.
+    /// For each vertex, true if the vertex is in the cache.
     cached: Vec<bool>,
     searches: u32,
     /// The faces drawn so far, in order.
     drawn: Vec<u32>,
     /// All faces before this one are drawn.
     first: usize,
-    /// All vertices that entered the cache, oldest first; those from `oldest` on are cached.
+    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached.
     entered: Vec<u32>,
     oldest: usize,
     transforms: i64,
@@ -179,8 +179,7 @@ impl Search {
         }
     }
 
-    /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the one
-    /// found first.
+    /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the face found first.
     fn best(&mut self, valence: usize, noise: Option<u32>) -> u32 {
         while self.faces[self.first].seen == IS_DRAWN {
             self.first += 1;
@@ -282,7 +281,7 @@ impl Search {
         }
     }
 
-    /// Takes back all draws since `mark`, which kept only the scores of `valence` up to date.
+    /// Takes back all draws since `mark`. These draws must have kept only the scores of `valence` up to date.
     fn back(&mut self, mark: &Mark, valence: usize) {
         let drawn = self.drawn.split_off(mark.drawn);
         for &face in &drawn {

@@ -83,7 +83,7 @@ impl<'a> Mesh<'a> {
         (b - a).cross(c - a)
     }
 
-    /// The cost of a collapse; `None` if it would fold the surface or change its topology.
+    /// The cost of a collapse; `None` if the collapse would fold the surface or change its topology.
     fn legal(&self, vertex: u32, onto: u32) -> Option<u64> {
         let (ring, other) = (self.ring(vertex), self.ring(onto));
         if !ring.contains(&onto) || ring.intersection(&other).count() != 2 || ring.len() + other.len() < 9 {

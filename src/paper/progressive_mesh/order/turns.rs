@@ -12,7 +12,7 @@ use super::greedy::Lines;
 use super::plan::RefinementState;
 use std::ops::Range;
 
-/// Minimum faces of a region: the border of a smaller one costs more than the order saves.
+/// Minimum faces of a region: the border of a smaller region costs more than the order saves.
 const LEAST_FACES: usize = 800;
 
 /// The faces that no order covers yet.
@@ -68,8 +68,8 @@ impl RefinementState<'_> {
                 wait = most;
                 continue;
             }
-            // A region's next turn comes when the budget has paid for all faces. Optimize for the level
-            // half-way to it.
+            // A region's next turn comes when the budget allows as many moves as there are faces. The order is
+            // optimized for the level half-way to that turn.
             let half = (0.5 * live as f64 / budget) as u32;
             self.look(level.saturating_add(half).min(self.collapses.wedges.len() as u32));
             allowed -= tail.renew(self, region, incoming) as f64;
@@ -86,8 +86,8 @@ impl RefinementState<'_> {
 }
 
 impl Tail {
-    /// Finds the ordered slots to which the tail's faces belong: the median slot of the faces that their
-    /// split changed.
+    /// Finds the ordered slot to which each face of the tail belongs: the median slot of the faces that the split of
+    /// this face changed.
     fn settle(&mut self, plan: &RefinementState) {
         self.incoming.clear();
         self.incoming.resize(self.start, 0);

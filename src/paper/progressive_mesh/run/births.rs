@@ -1,6 +1,6 @@
-//! Execution of births in place. The levels from one permutation's level up to the next one's (exclusive) draw the same
-//! list of faces. These are the faces that are live at the next permutation's level, in the order after that
-//! permutation.
+//! Execution of births in place. The levels from one permutation's level up to the level before the next permutation
+//! draw the same list of faces. These are the faces that are live at the next permutation's level, in the order after
+//! that permutation.
 //!
 //! A vertex that is not yet live is replaced by its predecessor ([`ProgressiveMesh::predecessors`]). A split
 //! therefore writes its vertex into every slot whose chain of predecessors contains it. The same writes give
@@ -23,8 +23,8 @@ impl Program {
             state.go_to(mesh, end);
             let mut faces = state.live(mesh).to_vec();
             program.write_group(mesh, &predecessors, [start, end], &mut faces);
-            // All levels of a group are drawn in the order of its end, so the permutation is executed at its
-            // first level.
+            // All levels of a group are drawn in the order of the group's end, so the permutation is executed at the
+            // group's first level.
             let mut cycles = 0..0;
             if index < mesh.swaps.levels.len() && index > 0 {
                 cycles = mesh.swaps.cycles_of(index);

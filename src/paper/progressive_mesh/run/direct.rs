@@ -8,7 +8,7 @@ use super::index::Index;
 use std::ops::Range;
 
 /// The tables: 12 bytes per face, 4 bytes per vertex, and 4 bytes per face that a keyframe draws. With 23 moved faces
-/// per split these are 60 bytes per face of the full mesh, with 10 at most 38 (pm.size).
+/// per split, the tables take 60 bytes per face of the full mesh; with 10 moved faces, at most 38 bytes (pm.size).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Direct {
     /// The faces of the full mesh, each at its number: the slot in which it is first drawn.
@@ -22,8 +22,9 @@ pub struct Direct {
 }
 
 impl Direct {
-    /// The last keyframe among the first `swaps` permutations: the number of permutations up to and including it, and
-    /// its range of `numbers`. Before the first keyframe, each face lies in the slot of its number.
+    /// The last keyframe among the first `swaps` permutations: the number of permutations up to and including this
+    /// keyframe, and the keyframe's range of `numbers`. Before the first keyframe, each face lies in the slot of its
+    /// number.
     pub(super) fn keyframe(&self, swaps: usize) -> (usize, Range<usize>) {
         let end = |keyframes: usize| keyframes.checked_sub(1).map_or(0, |last| self.keyframes[last].1);
         match self.keyframes.partition_point(|&(swap, _)| swap < swaps) {
@@ -32,8 +33,8 @@ impl Direct {
         }
     }
 
-    /// Writes the faces of a level with `vertices` live vertices, in the order of a keyframe. The faces beyond the
-    /// keyframe's are those that were born after it.
+    /// Writes the faces of a level with `vertices` live vertices, in the order of a keyframe. These are followed by the
+    /// faces that were born after the keyframe, in the order of their numbers.
     pub(super) fn construct<I: Index>(&self, faces: &mut [[I; 3]], numbers: Range<usize>, vertices: u32) {
         let numbers = &self.numbers[numbers];
         let born = numbers.len()..faces.len();

@@ -22,7 +22,7 @@ pub struct Instances<I: Index = u32> {
 }
 
 impl Instances {
-    /// With indices of 32 bits.
+    /// `count` instances with indices of 32 bits, all at level 0.
     ///
     /// # Errors
     /// [`TooMany`].
@@ -77,7 +77,7 @@ impl<I: Index> Instances<I> {
         first..first + self.live(self.levels[instance]) as usize
     }
 
-    /// The index buffer of all instances. Never shrinks.
+    /// The index buffer of all instances. It never shrinks.
     pub fn buffer(&self) -> &[[I; 3]] {
         &self.faces
     }
@@ -98,7 +98,7 @@ impl<I: Index> Instances<I> {
         size_of_val(&*self.levels) + self.slices.bytes() + self.touched.bytes() + kept
     }
 
-    /// Brings an instance to a level by [`Program::change`]. The instance gets another slice if its own is too small,
+    /// Brings an instance to a level by [`Program::change`]. The instance gets another slice if its slice is too small,
     /// or more than four times too large.
     ///
     /// # Errors

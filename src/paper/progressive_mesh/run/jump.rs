@@ -5,10 +5,10 @@ use super::program::{Operation, Program, gather};
 use super::touched::IgnoreWrites;
 
 impl Program {
-    /// Builds the tables from which levels are constructed. A permutation becomes a keyframe if the permutations since
-    /// the last keyframe, itself included, move at least half of the faces that its level draws. So the keyframes have
-    /// at most twice as many entries as the permutations. After a construction, the permutations that are still to be
-    /// executed move less than half of the faces.
+    /// Builds the tables from which levels are constructed. A permutation becomes a keyframe if the permutations after
+    /// the last keyframe, up to and including this one, move at least half of the faces that its level draws. So the
+    /// keyframes have at most twice as many entries as the permutations. After a construction, the permutations that
+    /// are still to be executed move less than half of the faces.
     pub(super) fn tables(&self, predecessors: Vec<u32>) -> Direct {
         let mut direct = Direct { predecessors, ..Direct::default() };
         let mut numbers: Vec<u32> = (0..self.faces.len() as u32).collect();
@@ -38,8 +38,9 @@ impl Program {
         &self.direct
     }
 
-    /// The operations that bring an index buffer from one level to another. Of two ways, the one that writes fewer
-    /// indices is taken: [`Program::steps`], or a construction followed by the permutations since its keyframe.
+    /// The operations that bring an index buffer from one level to another. There are two ways: [`Program::steps`], or
+    /// a construction followed by the permutations since the construction's keyframe. The way that writes fewer indices
+    /// is taken.
     pub fn change(&self, from: u32, to: u32) -> Vec<Operation> {
         if !self.constructs(from, to) {
             return self.steps(from, to);

@@ -1,17 +1,17 @@
 //! Execution, sections 3 to 5: vsplit, ecol, tswap and its inverse, in place in an index buffer.
 //!
 //! Three implementations give identical bits:
-//! - [`State`] is the paper's pseudocode on the paper's arrays, with the errata corrected. A split writes the
-//!   new vertex's index (printed: "by CurNewTris"). tswap keeps the first face in a temporary (printed: no
-//!   temporary). Its inverse runs the cycle backwards (printed: forwards).
+//! - [`State`] is the paper's pseudocode on the paper's arrays, with the errata corrected. A split writes the new
+//!   vertex's index (printed: "by CurNewTris"). tswap keeps the first face in a temporary (printed: no temporary). The
+//!   inverse of tswap runs the cycle backwards (printed: forwards).
 //! - [`Program`] is the production version: the same writes as three flat lists. Every execution writes the
 //!   same corners, so each corner is looked up once, when the program is made. A split then neither reads nor
 //!   compares faces, and a permutation goes through the buffer in order (see [`Moves`]).
 //! - [`apply`](super::apply) runs the same lists on the GPU.
 //!
 //! Differs from the paper: [`Instances`] keep only drawn faces. Nothing writes a face that is not drawn, so a face is
-//! copied from the shared buffer of level 0 when it is first drawn. A jump whose steps would write more than a
-//! construction of the level constructs it instead ([`Program::change`], ours).
+//! copied from the shared buffer of level 0 when it is first drawn. If the steps of a jump would write more than a
+//! construction of the level, the level is constructed instead ([`Program::change`], ours).
 
 mod births;
 mod direct;
@@ -33,8 +33,8 @@ pub use touched::{BLOCK_WORDS, DirtyBlocks, IgnoreWrites, WriteObserver};
 
 use super::mesh::Level;
 
-/// The coarsest level whose error is at most `error` object units; the last level if there is none (also for
-/// NaN).
+/// The coarsest level whose error is at most `error` object units; the last level if no level has such an error, or if
+/// `error` is NaN.
 ///
 /// # Panics
 /// If there are no levels.

@@ -16,15 +16,15 @@ pub struct Program {
     /// For each level the number of faces drawn, from the start of the index buffer. With births in place
     /// this may exceed the live faces.
     pub(super) drawn: Vec<u32>,
-    /// The index buffer (the paper's F) at level 0, with the slots of all levels. A slot that level 0 does
-    /// not draw has its face as first drawn.
+    /// The index buffer (the paper's F) at level 0, with the slots of all levels. A slot that level 0 does not draw
+    /// holds the face that it draws first, with the corners of that level.
     pub(super) faces: Vec<[u32; 3]>,
-    /// For each level the number of [`Corners`] up to and including it.
+    /// For each level, the number of [`Corners`] up to and including this level.
     pub(super) corner_ends: Vec<u32>,
     pub(super) corners: Corners,
     /// Levels that carry a permutation, ascending.
     pub(super) swap_levels: Vec<u32>,
-    /// For each of `swap_levels` the number of runs, and of faces in runs, up to and including it.
+    /// For each of `swap_levels`, the number of runs, and of faces in runs, up to and including this level.
     pub(super) move_ends: Vec<[u32; 2]>,
     pub(super) moves: Moves,
     pub(super) direct: Direct,
@@ -37,20 +37,20 @@ pub struct Corners {
     pub words: Vec<u32>,
     /// The vertex that a split writes.
     pub up: Vec<u32>,
-    /// The vertex that its collapse writes: `splitVert`.
+    /// The vertex that the collapse of this split writes: `splitVert`.
     pub down: Vec<u32>,
 }
 
-/// The moves of the permutations. A permutation covers runs of adjacent slots. Going up, the faces are
-/// gathered and copied back run by run; going down, the runs are copied out and their faces scattered. Half
-/// of the accesses are sequential. The others jump less than the accesses of cycles do, because faces that
-/// are close in one cache-friendly order are close in another.
+/// The moves of the permutations. A permutation covers runs of adjacent slots. Going up, the faces are gathered and
+/// copied back run by run; going down, the runs are copied out and their faces scattered. Half of the accesses are
+/// sequential. The other accesses jump less than the accesses of cycles do, because faces that are close in one
+/// cache-friendly order are close in another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moves {
     /// First slot and end of each run. The runs of one permutation ascend and do not overlap.
     pub runs: Vec<[u32; 2]>,
-    /// For each slot of each run the slot from which its face comes; its own number if it only joins two
-    /// runs.
+    /// For each slot of each run, the slot from which its face comes. A slot that only joins two runs has its own
+    /// number here.
     pub from: Vec<u32>,
 }
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// One slice of an index buffer for each instance. Slices come in few sizes, so that they can be reused. A
-/// new slice holds at least 64 faces, or all faces of a smaller mesh; larger ones have at most a quarter more slots
-/// than faces. When its instance becomes coarser, a slice may become up to four times too large. This type holds no
-/// faces: the caller copies them when an instance gets another slice.
+/// One slice of an index buffer for each instance. Slices come in few sizes, so that they can be reused. A new slice
+/// holds at least 64 faces, or all faces of a smaller mesh. Larger slices have at most a quarter more slots than faces.
+/// When its instance becomes coarser, a slice may become up to four times too large. This type holds no faces: the
+/// caller copies the faces when an instance gets another slice.
 #[derive(Clone, Debug)]
 pub struct Slices {
     of_instances: Vec<FreeFaces>,
@@ -42,7 +42,7 @@ fn size_for(faces: u32, most: u32) -> u32 {
 }
 
 impl Slices {
-    /// Without instances, for a mesh whose finest level has `most` faces.
+    /// No slices yet, for instances of a mesh whose finest level has `most` faces.
     pub fn new(most: u32) -> Slices {
         let (of_instances, free, given_back) = (Vec::new(), BTreeMap::new(), Vec::new());
         Slices { of_instances, free, given_back, end: 0, most }
@@ -67,12 +67,12 @@ impl Slices {
         self.of_instances.is_empty()
     }
 
-    /// Where an instance's faces begin, in faces.
+    /// The number of the first face of an instance's slice in the whole buffer.
     pub fn first(&self, instance: usize) -> u32 {
         self.of_instances[instance].first
     }
 
-    /// Faces of the whole buffer. Never shrinks.
+    /// Number of faces in the whole buffer. This number never falls.
     pub fn end(&self) -> u32 {
         self.end
     }
@@ -83,9 +83,9 @@ impl Slices {
         size_of_val(&*self.of_instances) + size_of_val(&*self.given_back) + free
     }
 
-    /// Makes an instance's slice large enough for `faces` faces and at most four times too large. If the
-    /// instance gets another slice, returns the first faces of the old and of the new one. The old slice
-    /// keeps its faces until [`Slices::release`].
+    /// Makes an instance's slice large enough for `faces` faces and at most four times too large. If the instance gets
+    /// another slice, returns the first face of the old slice and the first face of the new slice. The old slice keeps
+    /// its faces until [`Slices::release`].
     ///
     /// # Errors
     /// [`TooMany`]; the slice is unchanged.
@@ -101,7 +101,7 @@ impl Slices {
         Ok(Some([old.first, new.first]))
     }
 
-    /// Makes returned slices reusable. Called once their faces have been copied.
+    /// Makes returned slices reusable. Must be called only after the faces of these slices have been copied.
     pub fn release(&mut self) {
         for FreeFaces { first, size } in self.given_back.drain(..) {
             self.free.entry(size).or_default().push(first);

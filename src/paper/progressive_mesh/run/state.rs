@@ -10,7 +10,7 @@ pub struct State {
 }
 
 impl State {
-    /// At level 0 (the paper's M0).
+    /// The mesh at level 0 (the paper's M0).
     pub fn new(mesh: &ProgressiveMesh) -> State {
         State { level: 0, faces: mesh.faces.clone() }
     }
@@ -92,7 +92,7 @@ pub fn tswap(faces: &mut [[u32; 3]], slots: &[u32]) {
     faces[*last as usize] = kept;
 }
 
-/// The inverse: the same cycle, run backwards.
+/// The inverse of [`tswap`]: the same cycle, run backwards.
 pub fn tswap_back(faces: &mut [[u32; 3]], slots: &[u32]) {
     let [first, .., last] = slots else { return };
     let kept = faces[*last as usize];

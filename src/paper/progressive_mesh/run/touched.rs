@@ -32,7 +32,7 @@ pub struct DirtyBlocks {
 }
 
 impl DirtyBlocks {
-    /// For an index buffer of `faces` faces.
+    /// The blocks of an index buffer of `faces` faces; none is written yet.
     pub fn new(faces: usize) -> DirtyBlocks {
         let words = 3 * faces;
         DirtyBlocks { dirty: vec![false; words.div_ceil(BLOCK_WORDS)], words }

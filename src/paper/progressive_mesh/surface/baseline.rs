@@ -2,8 +2,8 @@
 //!
 //! - An order made for each level: the host builds the faces of a level once for all instances at that level.
 //!   When an instance's level changes, all its faces are copied to its slice.
-//! - Skip lists: each instance has a copy of its list. If the level needs another list, all of it is copied;
-//!   otherwise only the blocks that were written.
+//! - Skip lists: each instance has a copy of its list. If the level needs another list, the whole new list is copied.
+//!   Otherwise only the blocks that were written are copied.
 //! - Compacted: the device fills the slices in a separate pass.
 //! - A discrete chain: its meshes are stored once in the index buffer, and an instance draws one of them. The request
 //!   is a level of the progressive mesh, as for other orders. The coarsest mesh with at least as many faces is drawn.
@@ -18,12 +18,12 @@ use std::sync::{Arc, Weak};
 
 type Faces = Arc<[[u32; 3]]>;
 
-/// Instances of one mesh.
+/// Instances of one mesh that a baseline draws.
 pub struct Baselines {
     program: Arc<Program>,
     prepared: PreparedBaseline,
     compaction: Option<Box<FaceCompaction>>,
-    /// Where each mesh of a discrete chain begins in the index buffer, in faces.
+    /// The first face of each mesh of a discrete chain in the index buffer.
     meshes: Vec<u32>,
     members: Vec<BaselineInstance>,
     slices: Slices,
@@ -44,17 +44,17 @@ struct BaselineInstance {
 
 /// Where an instance's faces are kept.
 enum Shown {
-    /// On the device only, or in the discrete chain.
+    /// The faces are on the device only, or in the discrete chain.
     Elsewhere,
-    /// Shared by the instances at the same level.
+    /// The faces are shared by the instances at the same level.
     Level(Faces),
-    /// In the instance's own list.
+    /// The faces are in the instance's own list.
     Skip(Box<Skip>),
 }
 
 /// An instance's copy of a skip list.
 struct Skip {
-    /// Its index among the skip lists.
+    /// The index of the list among the skip lists.
     list: usize,
     faces: Vec<[u32; 3]>,
     touched: DirtyBlocks,
@@ -200,7 +200,7 @@ impl Baselines {
         self.members[instance].first
     }
 
-    /// Faces that an instance draws, including degenerate ones.
+    /// Faces that an instance draws, including degenerate faces.
     pub fn drawn(&self, instance: usize) -> u32 {
         self.members[instance].drawn
     }

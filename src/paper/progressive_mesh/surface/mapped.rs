@@ -5,8 +5,8 @@ use crate::vk::{Buffer, BufferUse, Gpu, IndexType, Result};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The buffers. Each receives what changed since its last frame. They are only written, never read: such memory is
-/// often slow to read.
+/// The buffers. In each frame, one buffer receives the changes since the last frame that used it. The host never reads
+/// the buffers, because such memory is often slow to read.
 pub struct Mapped {
     index: IndexType,
     slots: PerFrame<Copied>,

@@ -2,10 +2,10 @@
 //!
 //! All instances share the vertex buffer and the program of splits and permutations. Each instance has its own
 //! placement, level, and slice of one index buffer on the device. A slice is sized for the faces that the instance
-//! draws ([`Slices`]). So 500 instances of the bunny, most of them far away, need a tenth of the memory of 500
-//! full meshes. If the host changes the levels, it keeps a second copy of these faces. It uploads the written parts, or
-//! copies them into memory that the device reads, with a buffer for each frame in flight. If the device changes the
-//! levels, the host has no faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
+//! draws ([`Slices`]). So 500 instances of the bunny, most of them far away, need a tenth of the memory of 500 full
+//! meshes. If the host changes the levels, it keeps a second copy of these faces. The host uploads the written parts,
+//! or copies them into memory that the device reads directly, with a buffer for each frame in flight. If the device
+//! changes the levels, the host has no faces. Indices have 16 bits if the mesh has fewer than 65,536 vertices.
 //!
 //! [`Slices`]: crate::paper::progressive_mesh::run::Slices
 
@@ -84,7 +84,7 @@ struct Member {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameChanges {
     pub instances_seen: usize,
-    /// Drawn faces; for a baseline including degenerate ones.
+    /// Drawn faces; for a baseline, degenerate faces are included.
     pub faces: u64,
     /// Live faces at the instances' levels.
     pub live_faces: u64,
@@ -141,7 +141,8 @@ impl MeshOnDevice {
         })
     }
 
-    /// Brings the error of each visible instance to the wanted one, or as near to it as the [`ErrorPace`] allows.
+    /// Brings the error of each visible instance to the wanted error, or as near to the wanted error as the
+    /// [`ErrorPace`] allows.
     pub(super) fn follow(&mut self, view: &View) {
         let (pose, size) = (&view.pose, view.size);
         self.arriving = false;
@@ -164,7 +165,7 @@ impl MeshOnDevice {
         self.members.iter().filter_map(|member| member.seen).map(|seen| live(seen.error)).sum()
     }
 
-    /// Brings every visible instance to its level: the coarsest whose error is at most the instance's, multiplied by
+    /// Brings every visible instance to its level: the coarsest level whose error is at most the instance's error times
     /// `factor`. `upload` receives bytes and their offset in [`MeshOnDevice::indices`].
     pub(super) fn go(
         &mut self,
@@ -288,7 +289,7 @@ impl MeshOnDevice {
         }
     }
 
-    /// True if the last frame drew an instance at an error that is not yet the wanted one.
+    /// True if the last frame drew an instance at an error that is not yet the wanted error.
     pub(super) fn arriving(&self) -> bool {
         self.arriving
     }
@@ -387,7 +388,7 @@ impl MeshOnDevice {
         }
     }
 
-    /// The number of instances and the memory of one, as text.
+    /// The number of instances and the memory of one instance, as text.
     pub fn of_an_instance(&self) -> String {
         let memory = self.memory();
         let [least, most] =
@@ -412,7 +413,7 @@ impl MeshOnDevice {
         baseline.map_or(own.clone(), |adds| format!("{own}; {adds}"))
     }
 
-    /// Bytes of the index buffer, or of one for each frame in flight.
+    /// Bytes of the index buffer, or of the index buffers of all frames in flight.
     pub(super) fn index_bytes(&self) -> u64 {
         self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
     }

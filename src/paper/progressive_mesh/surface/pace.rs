@@ -1,12 +1,12 @@
-//! The error at which an instance is drawn: the wanted one, followed at a limited pace.
+//! The error at which an instance is drawn. It follows the wanted error at a limited pace.
 
 use crate::paper::progressive_mesh::config::ProgressiveSurface;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 
-/// Default of `pixels_per_frame` with geomorphing. With it, no frame of pm.pop changes more than 1 % of the bunny's
-/// pixels visibly; with 0.045 one frame changes 1.03 %. Other models may change more at errors above 8 pixels.
+/// Default of `pixels_per_frame` with geomorphing. With this limit, no frame of pm.pop changes more than 1 % of the
+/// bunny's pixels visibly; with 0.045 one frame changes 1.03 %. Other models may change more at errors above 8 pixels.
 pub const PIXELS_PER_FRAME: f64 = 0.043;
 
 /// Above this error in pixels the limit is proportional to the error, because larger steps of so coarse a mesh hardly
@@ -14,8 +14,8 @@ pub const PIXELS_PER_FRAME: f64 = 0.043;
 /// quarter of a pixel.
 const PROPORTIONAL_FROM: f64 = 4.0;
 
-/// An approaching camera raises the drawn error to at most this multiple of the wanted one. Without it, a fast approach
-/// to a small error would end with an error of many pixels.
+/// An approaching camera raises the drawn error to at most this multiple of the wanted error. Without this bound, a
+/// fast approach to a small error would end with an error of many pixels.
 const MOST_BEHIND: f64 = 2.0;
 
 /// The error of an instance in one frame, in object units, and the size of a pixel there.
@@ -28,7 +28,7 @@ pub struct InstanceError {
 /// How instances of one mesh follow the wanted error.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorPace {
-    /// All larger errors show level 0. In object units.
+    /// The smallest shown error that selects level 0, in object units. All larger errors also select level 0.
     coarsest: f64,
     pixels_per_frame: Option<f64>,
     /// New vertices move while the shown error falls by this many octaves, and arrive at the error at which they would

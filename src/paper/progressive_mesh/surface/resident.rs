@@ -81,8 +81,8 @@ impl Resident {
             return Ok(());
         }
         let (old, new) = (self.live(from), self.live(to));
-        // A construction needs no faces. Otherwise the slice must hold the faces of both levels during the change. A
-        // slice that is then too large shrinks at the next change.
+        // A construction needs no faces. Otherwise the slice must hold the faces of both levels during the change. If
+        // the slice is too large after the change, it shrinks at the next change.
         let constructs = self.program.constructs(from, to);
         let places = self.slices.fit(instance, if constructs { new } else { old.max(new) })?;
         self.moved.extend(places.filter(|_| !constructs).map(|places| self.bytes(places, old)));

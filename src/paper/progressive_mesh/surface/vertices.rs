@@ -25,16 +25,16 @@ pub struct MorphVertex {
     /// errors (`ErrorPace::chosen`).
     pub birth_log2: f32,
     pub normal: [f32; 3],
-    /// The vertex from whose position it starts; its own index if it replaces none.
+    /// The vertex from whose position this vertex starts. A vertex that replaces no vertex has its own index here.
     pub split_vertex: u32,
 }
 
-/// A new vertex reaches its position when the chosen error has fallen by an octave since its birth. On the
-/// approaches of pm.pop, half an octave makes 1.6 times as many pixels change visibly. Two octaves halve their
-/// number, but need twice the faces.
+/// A new vertex reaches its position when the chosen error has fallen by an octave since its birth. On the approaches
+/// of pm.pop, half an octave makes 1.6 times as many pixels change visibly. Two octaves halve the number of these
+/// pixels, but need twice the faces.
 pub const MORPH_BAND_LOG2: f32 = 1.0;
 
-/// A `birth_log2` above all errors, for vertices of level 0 and vertices that replace none.
+/// A `birth_log2` above all errors, for vertices of level 0 and vertices that replace no vertex.
 pub const ALWAYS_LOG2: f32 = 1000.0;
 /// log2 of a chosen error so small that every vertex has reached its position.
 pub const EXACT_LOG2: f32 = -1000.0;
@@ -64,7 +64,7 @@ pub fn face_normals(mesh: &ProgressiveMesh, faces: &[[u32; 3]], shared: &[u32]) 
     shared.iter().map(unit).collect()
 }
 
-/// Each vertex with its birth.
+/// Each vertex with the error at which it appears, and with its split vertex.
 pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<MorphVertex> {
     let first = mesh.levels[0].vertices;
     let mut births: Vec<(f32, u32)> = (0..first).map(|vertex| (ALWAYS_LOG2, vertex)).collect();
@@ -72,7 +72,8 @@ pub fn morph_vertices(mesh: &ProgressiveMesh, normals: &[[f32; 3]]) -> Vec<Morph
         for vertex in pair[0].vertices..pair[1].vertices {
             births.push(match mesh.splits.split_vertices[(vertex - first) as usize] {
                 NOWHERE => (ALWAYS_LOG2, vertex),
-                // An error of 0 has no finite logarithm. Vertices born at it reach their position only at EXACT_LOG2.
+                // An error of 0 has no finite logarithm. Vertices that are born at an error of 0 reach their position
+                // only at EXACT_LOG2.
                 split => (pair[0].error.log2().max(EXACT_LOG2 + MORPH_BAND_LOG2), split),
             });
         }

@@ -17,7 +17,7 @@
 //! computes each value with one fused multiply-add, or the rasteriser interpolates the values. In compute shaders,
 //! threads walk rows ([`RowWalk`]). Threads compute the values of their first pixel by multiplication. We add walks
 //! that restart from the row's constants, walks in integers, and analytic derivatives, whose denominator is `w^2`. We
-//! also add threads that read their row's constants once and compute each of their pixels from them.
+//! also add threads that read their row's constants once and compute each of their pixels from these constants.
 //!
 //! [`reference`](mod@reference) has the formulas in f64, [`twin`] the GPU's forms in f32; [`pass`] runs
 //! them.
@@ -49,8 +49,8 @@ pub enum Form {
     /// The fragment shader reads the row's constants from a buffer and computes each numerator and the denominator
     /// with one `fma`.
     RowConstants,
-    /// As `RowConstants` in a compute shader: a thread reads its row's constants once, and computes each of its
-    /// pixels from them.
+    /// As `RowConstants` in a compute shader: a thread reads its row's constants once and computes each of its pixels
+    /// from these constants.
     RowConstantsBy(RowWalk),
     /// As `Textbook` in a compute shader: a thread first evaluates the terms that all pixels of its row share, and
     /// then adds each pixel's own term with one `fma`.
@@ -77,7 +77,8 @@ pub enum RowWalk {
 /// How derivatives are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DerivativeMethod {
-    /// Differences to the right and the lower pixel's coordinates, each computed from the nine coefficients.
+    /// Differences to the coordinates of the right and the lower pixel. The coordinates of all three pixels are
+    /// computed from the nine coefficients.
     Differences,
     /// Numerators and denominators of formula (9) from the row's constants.
     Incremental,
@@ -85,8 +86,8 @@ pub enum DerivativeMethod {
     Analytic,
 }
 
-/// The set-up in f64, rounded to f32 for the GPU: numerators and denominator at the first pixel's centre,
-/// and their steps.
+/// The set-up in f64, rounded to f32 for the GPU: numerators and denominator at the first pixel's centre, and their
+/// steps from pixel to pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowConstants {
     /// (u w, v w, w).
@@ -103,7 +104,7 @@ pub struct RowConstants {
 }
 
 impl Form {
-    /// All forms of the figures.
+    /// All forms that the figures measure.
     pub const ALL: [Form; 20] = [
         Form::Varyings,
         Form::NoPerspective,
@@ -144,7 +145,8 @@ impl Form {
     /// Counts for a picture of `size` pixels, equal on every device: the invocations that have pixels, and the bytes of
     /// the rows' constants that these invocations read for coordinates.
     pub fn invocations_and_bytes(self, size: [u32; 2]) -> [u64; 2] {
-        // Numerators and denominator at the row's first pixel in f32; integers also read the steps.
+        // Bytes that a thread reads: the numerators and the denominator at the row's first pixel in f32. An integer
+        // form reads these terms and their steps as 64-bit integers.
         const START: u64 = 3 * 4;
         const INTEGERS: u64 = 2 * 3 * 8;
         let [width, height] = size;

@@ -16,11 +16,11 @@ use crate::vk::{
 pub enum Output {
     /// A bilinear sample of the image, RGBA8: one word. All other outputs have four words.
     Texels,
-    /// u w, v w and w; integers are converted to f32.
+    /// u w, v w and w. The integers of [`Form::Integer`] are converted to f32.
     Terms,
     /// u and v.
     Coordinates,
-    /// du/dx, dv/dx, du/dy and dv/dy. [`DerivativeMethod::Differences`] needs [`Form::Textbook`]; the others
+    /// du/dx, dv/dx, du/dy and dv/dy. [`DerivativeMethod::Differences`] needs [`Form::Textbook`]; the other two methods
     /// need [`Form::RowConstants`] or [`Form::Walk`].
     Derivatives(DerivativeMethod),
 }
@@ -69,7 +69,7 @@ fn integers(rows: &[RowConstants], width: u32) -> Vec<u32> {
     rows.iter().flat_map(words).collect()
 }
 
-/// The set-up of a band's rows, in the layout of its form's shader.
+/// The set-up of a band's rows, in the layout that the shader of `form` reads.
 pub fn set_up(form: Form, plane: &TiltedPlane, band: Band) -> Vec<u32> {
     let [width, height] = band.size;
     let rows: Vec<_> = (0..height).map(|row| plane.row_constants(band.first_row + row)).collect();

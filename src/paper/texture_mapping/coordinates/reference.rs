@@ -1,5 +1,5 @@
-//! Coordinates and the differences of formula (9) in f64, from their definitions. [`TiltedPlane::jacobian`] has the
-//! derivatives.
+//! Coordinates and the differences of formula (9) in f64, from their definitions. [`TiltedPlane::jacobian`] computes
+//! the exact derivatives.
 
 use super::TiltedPlane;
 

@@ -1,8 +1,8 @@
 //! The GPU's forms in f32 on the CPU, with the same operations.
 //!
-//! Vulkan allows an `fma` to round once or twice and a division to err by 2.5 ulp; both differ between devices. So
-//! the twins return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`] bounds
-//! the division's error.
+//! Vulkan allows an `fma` to round once or twice and a division to err by 2.5 ulp, so results differ between devices.
+//! The twins therefore return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`]
+//! bounds the division's error.
 
 use super::{RowConstants, RowWalk, TiltedPlane};
 

@@ -1,7 +1,7 @@
 //! Compares a method's picture on the GPU with the f64 reference, pixel by pixel.
 //!
 //! Coordinates and Jacobians are compared with the plane's in f64. The reference filter then takes the GPU's
-//! coordinates and Jacobian as its input, so that its result differs only by the filter's own rounding.
+//! coordinates and Jacobian as its input, so that the two results differ only by the filter's own rounding.
 
 use crate::paper::texture_mapping::method::{Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::reference::Mean;
@@ -124,7 +124,7 @@ fn value(
     judge(agreement, place, "value", error, truth.slack);
 }
 
-/// Records an error above its bound. NaN always counts as above.
+/// Records an error above its bound. NaN always counts as an error above the bound.
 fn judge(agreement: &mut Agreement, place: &str, what: &str, error: f64, bound: f64) {
     if error > 0.0 {
         agreement.worst_share = agreement.worst_share.max(error / bound);

@@ -206,7 +206,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Time of the set-up on the host, in ms: the least of five runs.
+/// Time of the set-up on the host, in ms: the shortest of five runs.
 fn host_time(form: Form, plane: &TiltedPlane, band: Band) -> Row {
     let words = RefCell::new(0);
     let run = |_| {

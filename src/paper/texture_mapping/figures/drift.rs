@@ -142,7 +142,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A method's exact derivatives at a position, and the largest absolute value of them.
+/// The exact values of a method's derivatives at a position, and the largest of their absolute values.
 fn exact_derivatives(method: DerivativeMethod, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
     let [[u_x, u_y], [v_x, v_y]] = match method {
         DerivativeMethod::Analytic => plane.jacobian(x, y),

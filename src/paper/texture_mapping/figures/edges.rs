@@ -71,7 +71,7 @@ const NONE: &str = "none";
 const NMSE: &str = "NMSE, formula (4)";
 const NMSE_EWA: &str = "NMSE, EWA kernel";
 const TIME: &str = "time per pixel";
-/// Counted by the shader that is timed.
+/// The shader that is timed counts these texels.
 const TEXELS: &str = "texels fetched per pixel";
 const VOLUME: &str = "part of the texel";
 const OFF: &str = "largest error of the form";

@@ -151,7 +151,8 @@ fn plane_of(scene: &str) -> TiltedPlane {
     match scene {
         "tilt-89.999" => turned(89.999).plane(SIZE[1]),
         "horizon" => Tilt { half_view_degrees: 20.0, ..turned(82.0) }.plane(SIZE[1]),
-        // Pixel columns left of the middle have w < 0, except the last one: w = 0 at its centre.
+        // Pixel columns left of the middle have w < 0, except the last of these columns, where w = 0 at the pixel's
+        // centre.
         "behind" => TiltedPlane([[1.0, 0.25, 3.0], [0.125, 1.0, 5.0], [0.25, 0.0, 0.125]]),
         "rank-1" => TiltedPlane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]]),
         "magnified" => Tilt { texels_per_pixel: 0.02, ..turned(30.0) }.plane(SIZE[1]),

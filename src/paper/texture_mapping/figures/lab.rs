@@ -30,7 +30,7 @@ pub const FORMULA_4: PixelKernel = PixelKernel::Gaussian { sigma: 0.4, radius: 1
 /// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
 
-/// A pattern on a device, and the targets for pictures of it.
+/// A pattern on a device, and the targets for pictures of this pattern.
 pub struct Lab {
     pub gpu: Gpu,
     pub size: [u32; 2],
@@ -47,7 +47,7 @@ pub struct Lab {
 /// The passes of a method.
 pub enum LabPass {
     Filter(Box<FilterPass>),
-    /// Each plane's prepared polygons are kept.
+    /// The polygons of each plane, prepared once and kept for the next pictures.
     ObjectSpace {
         stages: Stages,
         spacing: f32,
@@ -62,7 +62,8 @@ pub struct LabPicture {
     pub fetched: f64,
 }
 
-/// Errors of a picture against a truth. All but FLIP cover only pixels whose kernel lies wholly on the surface.
+/// Errors of a picture against a truth. All errors except FLIP cover only pixels whose kernel lies wholly on the
+/// surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
     pub nmse: f64,
@@ -105,7 +106,8 @@ impl Lab {
         })
     }
 
-    /// An ellipse filter with the given form of the coordinates, for `plane` only.
+    /// A pass of an ellipse filter that computes coordinates by the given method. The pass draws only pictures of
+    /// `plane`.
     ///
     /// # Errors
     /// Out of memory.
@@ -134,7 +136,7 @@ impl Lab {
         self.supersampled(plane, kernel, Density::FINE)
     }
 
-    /// As [`Lab::truth`], with bounded sampling for unbounded footprints.
+    /// As [`Lab::truth`], with a bounded number of samples per pixel, because some footprints are unbounded.
     pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: PixelKernel) -> Truth {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
     }
@@ -271,7 +273,7 @@ pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
     }
 }
 
-/// Lavapipe's anisotropic sampler scans an ellipse, so it has a name of its own.
+/// Lavapipe's anisotropic sampler scans an ellipse, unlike a GPU's sampler, so this sampler has a separate name.
 pub const SOFTWARE_SAMPLER: &str = "software driver's EWA";
 
 pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {

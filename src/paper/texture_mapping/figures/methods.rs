@@ -7,8 +7,8 @@ use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 
-/// The paper's filter at the level that the minor axis selects. At level 0, as printed, a distant pixel scans
-/// thousands of texels.
+/// The paper's filter at the level that the minor axis selects. The filter as printed always reads level 0, where a
+/// distant pixel scans thousands of texels.
 pub const PAPER_BY_LEVEL: EllipseFilter =
     EllipseFilter::PAPER.scan(Scan::RowSpan).minor_texels(2.0).determinant(Determinant::AllPositive);
 
@@ -19,7 +19,7 @@ pub const SQUARED_128: WeightMap =
 /// The names of our settings begin with this.
 pub const OURS: &str = "ellipse";
 
-/// Object-space texturing, with both spacings in pixels.
+/// Object-space texturing with two spacings, in pixels.
 pub const OBJECT_SPACE: [(&str, Method); 2] = [
     ("object space, spacing 1", Method::ObjectSpace(1.0)),
     ("object space, spacing 1/2", Method::ObjectSpace(0.5)),

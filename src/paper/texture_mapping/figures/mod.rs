@@ -19,7 +19,7 @@ mod temporal;
 
 use crate::figure::Figure;
 
-/// In the order of the report.
+/// The figures, in the order of the report.
 pub const FIGURES: &[&Figure] = &[
     &coordinates::COORDINATES,
     &anisotropic::ANISOTROPIC,

@@ -103,7 +103,7 @@ fn contenders() -> Vec<(String, Method)> {
     methods::all().into_iter().chain([accumulated]).collect()
 }
 
-/// A method's results in all cases; `worst` is the largest error of a pixel.
+/// A method's results in all cases.
 #[derive(Default)]
 struct Score {
     nmse: Vec<f64>,
@@ -154,7 +154,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// A contender's picture, accumulated if its name says so.
+/// A contender's picture. The contender named [`ACCUMULATED`] gives the mean of [`FRAMES`] pictures.
 fn shown(lab: &Lab, (name, pass): (&str, &LabPass), plane: &TiltedPlane) -> anyhow::Result<LabPicture> {
     lab.accumulated(pass, plane, if name == ACCUMULATED { FRAMES } else { 1 })
 }
@@ -178,7 +178,7 @@ fn score_of(
     Ok(())
 }
 
-/// Each truth's own error, and the samples of the Gaussian one.
+/// The errors of both truths, and the numbers of samples of the Gaussian truth.
 fn floor_rows(truths: &[[Truth; 2]]) -> Vec<Row> {
     let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse()).collect::<Vec<_>>());
     let samples: Vec<f64> = truths.iter().map(|[truth, _]| truth.mean_samples).collect();
@@ -224,8 +224,8 @@ fn front(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points
 }
 
-/// For every other method whose texels are counted: 0 if one of our settings has no more texels and no larger error,
-/// else 1.
+/// For every method that is not ours and whose texels are counted: 0 if one of our settings has no more texels and no
+/// larger error, else 1.
 fn ahead(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()

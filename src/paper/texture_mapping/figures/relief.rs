@@ -194,13 +194,14 @@ fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) ->
     Ok(())
 }
 
-/// The distance maps in the order of [`Build::ALL`], and the cone map and the relaxed cone map.
+/// The maps of a relief: the distance maps in the order of [`Build::ALL`], the cone map, and the relaxed cone map.
 struct Maps {
     distances: Vec<DistanceMap>,
     cones: [Vec<f32>; 2],
 }
 
-/// The last relief's maps, by scene and side. Consecutive cells of the figure need the same maps.
+/// The maps of the relief that was measured last, with its scene and its side. Consecutive cells of the figure need the
+/// same maps.
 static LAST: Mutex<Option<(String, usize, Arc<Maps>)>> = Mutex::new(None);
 
 fn maps(gpu: &Gpu, scene: &str, relief: &Relief, layers: usize) -> anyhow::Result<Arc<Maps>> {
@@ -278,7 +279,7 @@ fn mean_steps(found: &[Traced]) -> f64 {
     found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64
 }
 
-/// A refined map's steps compared with Donnelly's, ray by ray.
+/// Compares the steps through a refined map with the steps through Donnelly's map, ray by ray.
 fn gain(name: &str, refined: &[Traced], donnelly: &[Traced]) -> [Row; 2] {
     assert_eq!(refined.len(), donnelly.len(), "rays");
     let more = refined.iter().zip(donnelly).filter(|(refined, donnelly)| refined.steps > donnelly.steps);

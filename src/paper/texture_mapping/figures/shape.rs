@@ -49,7 +49,7 @@ pub const SHAPE: Figure = Figure {
             "Weights that follow the footprint's shape, as printed, are more accurate than no weights.",
             &[Test::ratio(one(NMSE, ROWS), one(NMSE, NONE), Below(1.0))],
         ),
-        // At tilt 0 the blind and the printed weights equal the exact ones, hence the bound of 1.001.
+        // At tilt 0 the blind and the printed weights equal the exact weights, hence the bound of 1.001.
         Claim::ours(
             "corrected",
             "At every tilt, weights with the exact axes are more accurate than none, and at least as \
@@ -111,7 +111,8 @@ const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
 const TIME: &str = "time per pixel";
-/// Counts that are equal on every device: texels, counted by the shader, and texels times map entries per weight.
+/// Two counts that are equal on every device. The shader counts the texels. The entries read are the texels times the
+/// map entries per weight.
 const TEXELS: &str = "texels fetched per pixel";
 const ENTRIES: &str = "entries of the weight map read per pixel";
 

@@ -6,7 +6,7 @@ use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::ReliefKind;
 use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
 
-/// No changes.
+/// No changes to a scene.
 pub const NONE: [&str; 0] = [];
 
 /// A flat scene whose camera `tilted` looks at the board's centre from 24 m. At the shipped sizes a texel is 1/16 m.
@@ -77,7 +77,7 @@ fn generated() -> impl Iterator<Item = View> {
     ReliefKind::ALL.into_iter().map(view)
 }
 
-/// The shipped reliefs, then the generated ones.
+/// The shipped reliefs, then the generated reliefs.
 pub fn reliefs() -> Vec<View> {
     let shipped = ["relief-brick/low", "relief-rock/low", "relief-brick/above", "relief-rock/above"];
     shipped.map(|scene| View::new(scene, scene, NONE)).into_iter().chain(generated()).collect()

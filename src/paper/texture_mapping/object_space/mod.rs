@@ -1,20 +1,21 @@
 //! Object-space texturing, filtered in the screen plane (paper 3, step G).
 //!
-//! Each polygon is rotated parallel to the screen (first about x, then about y). All of its points then have one
-//! depth and so one level of detail. In this position the polygon is sampled at lattice points, which are called
+//! Each polygon is rotated parallel to the screen (first about x, then about y). All points of the rotated polygon have
+//! one depth and so one level of detail. In this position the polygon is sampled at lattice points, which are called
 //! fragments. Each fragment is textured, rotated back, projected, and added to the four surrounding pixels with the
-//! weights `(1-fx)(1-fy), fx fy, fx (1-fy), (1-fx) fy`. A pixel is the weighted mean. The cost follows the polygons'
-//! area in object space.
+//! weights `(1-fx)(1-fy), fx fy, fx (1-fy), (1-fx) fy`. A pixel's colour is the weighted mean of the fragments added to
+//! it. The cost follows the polygons' area in object space.
 //!
-//! Difference: the thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each
-//! pixel by an atomic maximum of `1 / w`, and a second adds the fragments that are not behind it. The depth is that
-//! of the polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each other. Sums are
-//! integers (weights in units of 1/1024, bytes of colour), so the picture does not depend on the order of the
-//! threads.
+//! Difference: the thesis locks each pixel for the depth test. Here a first pass finds the nearest plane of each pixel
+//! by an atomic maximum of `1 / w`, and a second pass adds the fragments that are not behind this plane. The depth of a
+//! fragment is the depth of its polygon's plane at the pixel's centre, so fragments of one polygon cannot hide each
+//! other. Sums are integers (weights in units of 1/1024, bytes of colour), so the picture does not depend on the order
+//! of the threads.
 //!
 //! Where a polygon lies behind the projection plane (w >= 1), its projected fragments are at most `spacing` pixels
-//! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`TexturedPolygons::of_plane`] moves a
-//! plane behind the projection plane and ends it before its horizon, where a pixel would hold too many fragments.
+//! apart. With a spacing of at most 1, every pixel inside the polygon gets a fragment. [`TexturedPolygons::of_plane`]
+//! moves a plane behind the projection plane and cuts it off before its horizon, where a pixel would hold too many
+//! fragments.
 
 pub mod pass;
 pub mod reference;
@@ -51,9 +52,9 @@ pub const MOST_FRAGMENTS: u64 = 1 << 26;
 const MARGIN_PX: f64 = 2.0;
 
 impl TexturedPolygons {
-    /// The part of an infinite plane that a picture of `size` pixels shows, which may be empty. The eye is
-    /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The
-    /// plane is cut off where a pixel would hold more than `most_per_pixel` fragments.
+    /// The part of an infinite plane that is visible in a picture of `size` pixels. This part may be empty. The eye is
+    /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The plane
+    /// is cut off where a pixel would hold more than `most_per_pixel` fragments.
     pub fn of_plane(
         plane: &TiltedPlane,
         size: [u32; 2],

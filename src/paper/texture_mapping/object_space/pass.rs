@@ -81,8 +81,8 @@ impl Stages {
         texture: &Uploaded,
         targets: &Targets,
     ) -> Result<()> {
-        assert_eq!(of.push.coarsest, texture.coarsest, "the polygons and the texture");
-        assert_eq!(of.push.size, targets.size, "the polygons and the targets");
+        assert_eq!(of.push.coarsest, texture.coarsest, "coarsest level of the polygons and the texture");
+        assert_eq!(of.push.size, targets.size, "picture size of the polygons and the targets");
         let resources = of.resources(texture);
         let push = bytemuck::bytes_of(&of.push);
         let of_fragments = group_line(of.push.capacity.div_ceil(64).into());
@@ -129,7 +129,7 @@ impl Stages {
 }
 
 impl ObjectSpaceBuffers {
-    /// Buffers for pictures of `size` pixels; `coarsest` is the texture's level of one texel.
+    /// Buffers for pictures of `size` pixels; `coarsest` is the number of the texture's level that has one texel.
     ///
     /// # Errors
     /// Out of memory.

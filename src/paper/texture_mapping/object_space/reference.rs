@@ -64,11 +64,11 @@ fn rotation([nx, ny, nz]: Vec3) -> [Vec3; 3] {
     [[d, -sin * nx, -cos * nx], [0.0, cos, -sin], [nx, ny, nz]]
 }
 
-/// The sums of a pixel, and its nearest planes, between the passes.
+/// A pixel's state between the two passes: its sums and its nearest planes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
-    /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and those that
-    /// may count.
+    /// The largest 1 / w of three sets: the fragments that certainly count, all fragments as computed, and the
+    /// fragments that may count.
     certain: f64,
     near: f64,
     possible: f64,
@@ -111,7 +111,7 @@ impl Sums {
         }
         self.weights += part.weight;
         self.values += part.weight * part.value;
-        // The weight itself is rounded.
+        // The weight itself is rounded to a multiple of `WEIGHT_STEP`.
         self.weight_errors += part.weight_error + 0.5 * WEIGHT_STEP;
         self.value_error = self.value_error.max(part.value_error);
         self.fragments += u32::from(part.weight >= 0.5 * WEIGHT_STEP);
@@ -123,7 +123,7 @@ impl Sums {
             return Mean { undecided, ..Mean::default() };
         }
         // Values from 0 to 1 differ from their mean by at most 1, so errors of the weights shift the mean by at most
-        // their share of the weights.
+        // the sum of these errors divided by the sum of the weights.
         let by_weights = self.weight_errors / (self.weights - self.weight_errors).max(0.0);
         Mean {
             value: self.values / self.weights,
@@ -137,7 +137,7 @@ impl Sums {
 /// A triangle parallel to the screen.
 struct RotatedTriangle<'a> {
     triangle: &'a TexturedTriangle,
-    /// Rows of the rotation; the last is the normal.
+    /// Rows of the rotation matrix; the last row is the normal.
     turn: [Vec3; 3],
     camera: f64,
     spacing: f64,
@@ -184,7 +184,8 @@ impl RotatedTriangle<'_> {
         })
     }
 
-    /// Change of u (`n` = 0) or v (1), in texels of level 0, for one lattice step right and for one down.
+    /// Change of u (`n` = 0) or v (`n` = 1), in texels of level 0, for one lattice step right and for one lattice step
+    /// down.
     fn slopes(&self, n: usize) -> [f64; 2] {
         let texels = self.triangle.texels.map(|texels| f64::from(texels[n]));
         let [first, second] = [texels[1] - texels[0], texels[2] - texels[0]];
@@ -195,7 +196,8 @@ impl RotatedTriangle<'_> {
         ]
     }
 
-    /// The level whose texel spacing matches the fragments', and whether rounding decides it.
+    /// The level whose texel spacing matches the spacing of the fragments, and true if rounding decides between two
+    /// levels.
     fn level(&self, coarsest: u32) -> (u32, bool) {
         let [u, v] = [self.slopes(0), self.slopes(1)];
         let wanted = u[0].hypot(v[0]).max(u[1].hypot(v[1])).max(1e-30).log2() + 0.5;
@@ -292,7 +294,7 @@ fn splat(own: &RotatedTriangle<'_>, size: [u32; 2], texels: &GreyMipmap, mut add
     }
 }
 
-/// The level's value at a position in its own texels.
+/// The bilinear value of a level at a position in texels of this level.
 fn bilinear(texels: &GreyMipmap, level: u32, [u, v]: [f64; 2]) -> f64 {
     let ([i, j], [fx, fy]) =
         ([(u - 0.5).floor(), (v - 0.5).floor()], [u - 0.5, v - 0.5].map(|c| c - c.floor()));

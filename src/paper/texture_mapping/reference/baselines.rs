@@ -11,9 +11,9 @@ pub const SAMPLER: f64 = 5.0 / 256.0;
 
 /// A texture, and how a surface reads it.
 pub struct Texture<'a> {
-    /// The level of one texel.
+    /// The number of the level that has one texel.
     pub coarsest: u32,
-    /// A texel, 0 to 1, by level, column and row. Column and row may lie outside the level.
+    /// The value of a texel, 0 to 1, by level, column and row. Column and row may lie outside the level.
     pub texel: &'a dyn Fn(u32, i64, i64) -> f64,
     /// Maximum distance along an axis from the pixel's centre to a sample, in texels of the level. Samples farther away
     /// raise the level. For an ellipse: the maximum sum of its semi-axes.
@@ -70,7 +70,7 @@ struct Probe {
     weight: f64,
 }
 
-/// The level's value at a position in its own texels.
+/// The bilinear value of a level at a position in texels of this level.
 fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
     let (x, y) = (u - 0.5, v - 0.5);
     let (right, down) = (x - x.floor(), y - y.floor());
@@ -90,7 +90,7 @@ fn probes(
 ) -> FilteredTexel {
     let coarsest = f64::from(texture.coarsest);
     let raised = texture.raised(level, reach[0].hypot(reach[1]));
-    // Rounding decides on which side of 0 a level lies. A raised level is an integer without rounding.
+    // Rounding decides on which side of 0 a level near 0 lies. A raised level is an exact integer.
     let near_0 = raised == level && level.abs() < 2f64.powi(-16);
     let undecided = if near_0 { 4 * probes.len() as u32 } else { 0 };
     let level = raised.clamp(0.0, coarsest);
@@ -120,7 +120,7 @@ fn feline(pixel: &PixelCentre, texture: &Texture<'_>, most: u32) -> FilteredTexe
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
     let count = wanted.floor().clamp(1.0, f64::from(most));
-    // With too few probes, each is widened to fill the gaps.
+    // If there are too few probes, each probe is widened to fill the gaps.
     let minor = minor.max(2.0 * major / (count + 1.0));
     let reach = (major - minor).max(0.0);
     let probe = |n: u32| {
@@ -167,7 +167,7 @@ fn pbrt(pixel: &PixelCentre, texture: &Texture<'_>, longer: [f64; 2], shorter: [
     let part = lod - lod.floor();
     FilteredTexel {
         value: finer.value * (1.0 - part) + coarser.value * part,
-        // Error of the level's fraction in f32, in addition to each level's own.
+        // Error of the level's fraction in f32, in addition to the error of each level's value.
         slack: finer.slack + coarser.slack + 2f64.powi(-18),
         fetched: finer.fetched + coarser.fetched,
         undecided: finer.undecided + coarser.undecided,
@@ -194,7 +194,7 @@ fn pbrt_level(
     let (width, height) = (c.sqrt() + 1.0, a.sqrt() + 1.0);
     let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
-    // The quadratic form r2 cancels terms of up to a c / f, which multiplies its rounding error by that factor. Two
+    // The quadratic form r2 cancels terms of up to a c / f, which multiplies the rounding error of r2 by a c / f. Two
     // neighbouring entries of the weight table differ by 2/127 in the exponent.
     let rounding = 2f64.powi(-21) * (a * c / f);
     // Both semi-axes are at least one texel, so that r2 has a slope of at most 2 per texel.
@@ -241,7 +241,7 @@ fn random([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// The level that the minor axis selects: two different ones if rounding decides.
+/// The level that the minor axis selects. The two entries differ if rounding decides between two levels.
 pub fn stochastic_levels(pixel: &PixelCentre, texture: &Texture<'_>) -> [u32; 2] {
     let (_, minor, _) = axes(pixel);
     let level = minor.max(1e-30).log2();

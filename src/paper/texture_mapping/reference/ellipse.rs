@@ -1,5 +1,5 @@
-//! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives their
-//! distances.
+//! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives the
+//! distances of the texels.
 
 use super::FilteredTexel;
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
@@ -20,7 +20,7 @@ impl Symmetric {
     }
 }
 
-/// The ellipse of a pixel at a level, and a square root of its inverse.
+/// The ellipse of a pixel at a level, and a square root of the inverse of its matrix.
 struct Shaped {
     v: Symmetric,
     det: f64,
@@ -46,7 +46,7 @@ fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
 }
 
-/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]; its value is then the texture's mean.
+/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]. The pixel's value is then the texture's mean.
 fn sees_all(v: Symmetric) -> bool {
     v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
 }
@@ -72,7 +72,7 @@ pub fn bounded(pixel: &PixelCentre, most: f64, across: f64) -> PixelCentre {
     PixelCentre { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
 }
 
-/// The level that the method chooses: two different ones if rounding decides.
+/// The level that the method chooses. The two entries differ if rounding decides between two levels.
 pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u32; 2] {
     let (v, det) = widened(ellipse, pixel);
     if sees_all(v) {
@@ -90,7 +90,7 @@ pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u
     let by_count = (4.0 * visited / f64::from(MOST_VISITED)).log2() / 2.0;
     let by_rows = (a.max(c).sqrt() / f64::from(ellipse.footprint.most_reach)).log2();
     let wanted = by_minor.floor().max(by_count.ceil()).max(by_rows.ceil());
-    // The error of log2 in f32: its argument has a relative error of 2^-21, and its result, up to 2^5, is rounded.
+    // The error of log2 in f32: the argument has a relative error of 2^-21, and the result, up to 2^5, is rounded.
     let undecided = 2f64.powi(-16);
     let near =
         [by_minor, by_count, by_rows].into_iter().any(|level| (level - level.round()).abs() < undecided);
@@ -135,7 +135,7 @@ fn literal(x: f64, y: f64, other: f64, scale: f64, k: f64) -> (f64, f64, f64, f6
     ((length * length * scale + k).sqrt(), (other * other * scale + k).sqrt(), cos, sin)
 }
 
-/// The part of a texel that the edge keeps (step C). `distance` is in texels, positive inside.
+/// How much of a texel counts if the ellipse's edge cuts the texel (step C). `distance` is in texels, positive inside.
 pub fn kept(edge: Edge, distance: f64) -> f64 {
     if edge == Edge::None {
         return if distance >= 0.0 { 1.0 } else { 0.0 };
@@ -157,7 +157,7 @@ pub fn kept(edge: Edge, distance: f64) -> f64 {
     if distance >= 0.0 { inside } else { 1.0 - inside }
 }
 
-/// The weight map's value (step D): that of the nearest entry, or interpolated between the two nearest.
+/// The weight map's value (step D): the nearest entry, or the interpolation of the two nearest entries.
 fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let [x, y] = place.map(|c| c / reach);
     let entries = f64::from(map.entries);
@@ -214,8 +214,8 @@ pub fn weights(
     found
 }
 
-/// The value of a pixel at a level of [`levels`]. `value` returns a texel, 0 to 1, by column and row; both may be
-/// outside the level.
+/// The value of a pixel at a level of [`levels`]. `value` returns a texel, 0 to 1, by column and row. Column and row
+/// may be outside the level.
 pub fn filtered(
     ellipse: &EllipseFilter,
     pixel: &PixelCentre,
@@ -313,8 +313,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
             let distance = |r: f64| (1.0 - r) * texels_a_radius;
             let rounding = rounding(&shaped, [du, dv], r);
-            // Where the edge curves away, `distance` is too short. Texels outside the outer ellipse are more than half
-            // a texel beyond the edge and do not contribute.
+            // Where the edge curves away, `distance` is less than the true distance. Texels outside the outer ellipse
+            // are more than half a texel beyond the edge and do not contribute.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
             // If the terms of the slope cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
@@ -324,7 +324,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
             let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
-            // The slope of the weight's exponent is 2 alpha r; a map's entries are steps.
+            // The slope of the weight's exponent is 2 alpha r. A weight map without interpolation changes in steps from
+            // entry to entry.
             let slope = 2.0 * f64::from(ellipse.kernel.alpha) * r.max(rounding);
             visit(Texel {
                 place: [column as i64 + i, row as i64 + j],

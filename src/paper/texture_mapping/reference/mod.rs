@@ -1,4 +1,5 @@
-//! Every method in f64 on the CPU, written from the papers; shares names with the GPU code, but no code.
+//! Every method in f64 on the CPU, written from the papers. The functions have the same names as the shaders'
+//! functions, but share no code with them.
 
 pub mod baselines;
 pub mod ellipse;
@@ -22,8 +23,8 @@ pub struct FilteredTexel {
     pub empty: bool,
 }
 
-/// The levels that a method may choose: two different ones if rounding decides, and `[0, 0]` for methods that mix
-/// levels.
+/// The levels that a method may choose. The two entries differ if rounding decides between two levels. Methods that mix
+/// levels return `[0, 0]`.
 pub fn levels(method: &Method, pixel: &PixelCentre, texels: &GreyMipmap) -> [u32; 2] {
     match method {
         Method::Ellipse(ellipse) => ellipse::levels(ellipse, pixel, texels.coarsest()),

@@ -41,7 +41,8 @@ impl Holds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fan {
     pub holds: Holds,
-    /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH, and one past the last.
+    /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH. The last entry is the
+    /// number of squares.
     pub starts: Vec<u32>,
     /// Squares of cells, each given by the offset of its first cell. They cover the cells that may contain a point at
     /// that distance from a point of cell (0, 0), and no others.
@@ -53,7 +54,7 @@ pub struct Fan {
 }
 
 impl Fan {
-    /// For reliefs of at most this depth, which bounds all distances.
+    /// Offsets and sectors for reliefs of at most this depth. The depth bounds all distances.
     pub fn new(depth: f32, holds: Holds) -> Fan {
         let radius = depth.ceil() as i32 + 1;
         let mut fan = Fan { holds, starts: vec![0], squares: Vec::new(), near: Vec::new(), radius };
@@ -78,7 +79,7 @@ impl Fan {
         fan
     }
 
-    /// For each cell, row by row, the least height in the square of cells that starts there.
+    /// For each cell, row by row, the least height in the square of cells that starts at this cell.
     pub fn lows(&self, bounds: &[[f32; 2]], side: usize) -> Vec<f32> {
         let square = self.holds.square();
         let low = |at: usize| {
@@ -130,7 +131,8 @@ fn squares_on_arc(sector: usize, distance: f64) -> Vec<[i32; 2]> {
     squares.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): first and count.
+/// The sectors opposite to the directions from a point of cell (0, 0) to a point of cell (a, b): the first sector and
+/// the number of sectors.
 fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     let centre = f64::from(b).atan2(f64::from(a));
     let sector = |angle: f64| ((angle + centre + 0.5 * TAU) * SECTORS as f64 / TAU).floor();
@@ -142,7 +144,7 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     };
     let corners = reach.map(|[x, y]| {
         let angle = f64::from(b + y).atan2(f64::from(a + x)) - centre;
-        // Maps the angle to within half a turn of the centre's.
+        // Maps the angle to within half a turn of the angle of the cell's centre.
         angle - (angle / TAU).round() * TAU
     });
     let (low, high) = corners.iter().fold((0f64, 0f64), |(low, high), &c| (low.min(c), high.max(c)));
@@ -223,10 +225,10 @@ pub fn inverse(distance: usize) -> f32 {
     (1.0 / distance as f64) as f32
 }
 
-/// The largest f32 whose rounded square is at most `square`. Every device finds the same number, whatever its own
-/// square root.
+/// The largest f32 whose rounded square is at most `square`. Every device finds the same number, however the device
+/// rounds square roots.
 pub fn exact_root(square: f32) -> f32 {
-    // Below this the squares underflow.
+    // Squares of smaller roots underflow.
     if square < f32::MIN_POSITIVE {
         return 0.0;
     }
@@ -245,7 +247,7 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
     let (side, bounds) = (relief.side, bounds(relief, fan.holds));
     let lows = fan.lows(&bounds, side);
     let thickness = relief.depth / layers as f32;
-    // As a share of a layer's thickness.
+    // The heights between which the distance must hold, as shares of a layer's thickness.
     let [lowest, highest] = match fan.holds {
         Holds::AtCentres => [0.5, 0.5],
         Holds::Everywhere => [0.0, 1.0],
@@ -313,7 +315,7 @@ const MARCH: u32 = 32;
 
 /// Cones on the texels as ratios of radius to height, at most 1. Dummer's cones contain no other texel. Inside a
 /// relaxed cone a ray may enter the solid once. For each other texel, a ray starts on the top plane above the cone's
-/// own texel and passes through the other one. The point at which this ray leaves the solid limits the relaxed cone.
+/// own texel and passes through the other texel. The point at which this ray leaves the solid limits the relaxed cone.
 pub fn cone_map(relief: &Relief, relaxed: bool) -> Vec<f32> {
     let (side, reach) = (relief.side as i64, relief.side as i64 / 2);
     let offsets = || (-reach..=reach).flat_map(move |b| (-reach..=reach).map(move |a| [a, b]));

@@ -116,7 +116,7 @@ fn rock(x: usize, y: usize, side: usize) -> u8 {
 }
 
 impl ReliefKind {
-    /// Matching sRGB colours: fired clay and mortar, or stone that is darker in its hollows.
+    /// sRGB colours that match the heights: fired clay and mortar, or stone that is darker in its hollows.
     pub fn picture(self, side: usize) -> Vec<[u8; 3]> {
         let relief = self.relief(side);
         let unit = side / 16;
@@ -161,9 +161,9 @@ impl Relief {
 /// A ray that starts at the top plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// x and y.
+    /// x and y of the start.
     pub origin: [f32; 2],
-    /// Of length 1; z below 0.
+    /// A unit vector with a negative z.
     pub direction: [f32; 3],
 }
 

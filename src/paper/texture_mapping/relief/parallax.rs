@@ -1,15 +1,16 @@
 //! Parallax mapping with filtering (step H of paper 3): a pixel's colour where a relief moves, deforms and hides parts
 //! of its footprint.
 //!
-//! The paper filters the moved footprint and counts only texels that the relief does not hide; it gives no formula
-//! for the offset. Here the rays of the footprint's ends are traced, so its offset and its stretching are exact.
-//! Difference: one sweep along the view direction finds the hidden texels by a running maximum of the screen
-//! position. The paper traces a ray for each texel and stores those already counted, which gives the same set. In the
-//! same sweep, our [`ParallaxFilter::Projected`] weights each texel by its visible width on the screen.
+//! The paper filters the moved footprint and counts only texels that the relief does not hide; the paper gives no
+//! formula for the offset. Here the rays of the footprint's two ends are traced, so the offset and the stretching of
+//! the footprint are exact. Difference: one sweep along the view direction finds the hidden texels by a running maximum
+//! of the screen position. The paper traces a ray for each texel and stores which texels are already counted; both
+//! methods find the same set of texels. In the same sweep, our [`ParallaxFilter::Projected`] weights each texel by its
+//! visible width on the screen.
 //!
 //! The view is parallel, along +x. The ray that shows a point (x, height) enters the top plane at `s = x - (depth -
-//! height) cot(elevation)`. The point is hidden if a point before it has a larger s. A pixel is a square of the top
-//! plane, `pixel` texels a side. Its texels are summed along lines parallel to x, two for each row of texels.
+//! height) cot(elevation)`. The point is hidden if a point with a smaller x has a larger s. A pixel is a square of the
+//! top plane, `pixel` texels a side. Its texels are summed along lines parallel to x, two for each row of texels.
 
 use super::reference::first_hit;
 use super::{Ray, Relief};

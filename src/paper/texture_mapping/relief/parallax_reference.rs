@@ -5,8 +5,8 @@
 //! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
 //! Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
-//! Every texel is visited. For descents of more than [`MOST_DESCENT`] texels the GPU skips hidden ones by longer
-//! strides.
+//! The reference visits every texel. For descents of more than [`MOST_DESCENT`] texels, the GPU skips hidden texels by
+//! longer strides.
 
 use super::Relief;
 use super::parallax::{ParallaxFilter, ParallaxView};
@@ -36,7 +36,8 @@ pub fn pixels(
     let descent = f64::from(relief.depth) * cotangent;
     assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of at most {MOST_DESCENT}");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
-    // A position has half an ulp of error. A height, interpolated and times the cotangent, has at most six roundings.
+    // A position has an error of half an ulp. Interpolating a height and multiplying it by the cotangent takes at most
+    // six roundings.
     let slack = f64::from(f32::EPSILON) * (extent + 6.0 * descent);
     let of = |slack| Lines { relief, colours, cotangent, slack };
     let (exact, rounded) = (of(0.0), of(slack));
@@ -71,7 +72,7 @@ struct Possible {
 struct Sum {
     colour: f64,
     weight: f64,
-    /// Colours of texels that may count or not.
+    /// Colours of texels for which rounding decides whether they count.
     doubtful: Vec<f64>,
     texels: [u32; 2],
 }
@@ -155,7 +156,7 @@ impl Lines<'_> {
         sum.possible(instead)
     }
 
-    /// Adds the texels with a <= x < b. If `visible`, adds only those that nothing hides.
+    /// Adds the texels with a <= x < b. If `visible`, adds only texels that nothing hides.
     fn add(&self, sum: &mut Sum, [a, b]: [[f64; 2]; 2], y: f64, visible: bool) {
         let first = a[0].ceil() as i64;
         // Texels farther away than a ray's whole descent hide nothing.
@@ -200,19 +201,21 @@ impl Lines<'_> {
             let visited = self.hits(b, y).map(|hit| (hit.ceil() as i64 - first) as u32);
             texels = [0, 1].map(|n| texels[n] + visited[n]);
         }
-        // If entries err by the slack, each end of a visible part moves by at most the slack. The share of its middle
-        // then changes by at most four slacks divided by the segment's length. The part is not longer than the segment.
-        // So it adds at most six slacks to the error of the sum of colours, and two to that of the sum of weights.
+        // If entries err by the slack, each end of a visible part moves by at most the slack. The position of the
+        // part's middle within the segment then changes by at most four slacks divided by the segment's length. The
+        // part is not longer than the segment. So the part adds at most six slacks to the error of the sum of colours,
+        // and at most two slacks to the error of the sum of weights.
         let error = 8.0 * self.slack * f64::from(texels[1]) / weight;
         Possible { range: [-error, error].map(|error| colour / weight + error), texels }
     }
 }
 
 impl Sum {
-    /// The means over the texels that count and any of the doubtful ones. `instead`: the colours if none counts.
+    /// The range of means over the texels that certainly count and any subset of the doubtful texels. `instead` is the
+    /// range of colours for a pixel in which no texel counts.
     fn possible(mut self, instead: [f64; 2]) -> Possible {
         if self.weight == 0.0 {
-            // A pixel without texels visits the two at the centre ray's hit instead.
+            // A pixel without texels visits the two texels at the centre ray's hit instead.
             let least = self.texels[0] + if self.doubtful.is_empty() { 2 } else { 0 };
             let range = hull(self.doubtful.into_iter().chain(instead));
             return Possible { range, texels: [least, self.texels[1] + 2] };

@@ -23,7 +23,7 @@ pub const BRICK_WALL: Shipped = Shipped {
 };
 
 /// Origin: scenes/cliff.NOTICE. The heights are coarser than the colours, because the map of 128 x 128 texels is built
-/// four times faster than that of 256 x 256.
+/// four times faster than a map of 256 x 256 texels.
 pub const CLIFF: Shipped = Shipped {
     colours: include_bytes!("../../../../scenes/cliff.jpg"),
     heights: include_bytes!("../../../../scenes/cliff-heights.png"),

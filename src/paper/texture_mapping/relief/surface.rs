@@ -1,4 +1,4 @@
-//! A relief below a plane of a scene: the inputs of its shader.
+//! A relief below a plane of a scene: the inputs of the relief's shader.
 //!
 //! The plane is the relief's top and rays descend from it, so the plane's outline stays straight. The relief repeats
 //! beyond the outline. Projected widths treat the view as parallel within each pixel. Long descents are searched in
@@ -22,7 +22,7 @@ pub struct ReliefSurface {
     map: Buffer,
 }
 
-/// Limit of [`work`]. This much takes one or two minutes of one core on a software device.
+/// Limit of [`work`]. On a software device, this much work takes one core one or two minutes.
 pub const MOST_WORK: u64 = 1 << 31;
 
 /// Time between two reports of a build's progress.
@@ -41,13 +41,14 @@ pub fn work(relief: &Relief) -> u64 {
     cells.saturating_add(HORIZON_SQUARES).saturating_mul((relief.side * relief.side) as u64)
 }
 
-/// Squares of a [`Fan`].
+/// Number of squares in a [`Fan`].
 const HORIZON_SQUARES: u64 = 7296;
 
 /// Rows of cells per submission. Drivers end a submission that takes seconds.
 const ROWS: u32 = 8;
 
-/// Builds the refined map. A build of more than a second reports its progress. It ends with the first error of `go_on`.
+/// Builds the refined map. A build of more than a second reports its progress. If `go_on` returns an error, the build
+/// ends with this error.
 fn distance_map<E: From<vk::Error>>(
     gpu: &Gpu,
     relief: &Relief,
@@ -102,7 +103,7 @@ impl ReliefSurface {
 
     /// Specialization constants of the pipeline.
     pub fn constants(method: ReliefMethod) -> [(&'static str, u32); 2] {
-        // Tracing uses the distance map.
+        // TRACER 1 traces by the distance map.
         [("RELIEF_METHOD", u32::from(method == ReliefMethod::Trace)), ("TRACER", 1)]
     }
 

@@ -21,9 +21,10 @@ pub const LINEAR_STEPS: u32 = 64;
 pub enum Tracer<'a> {
     /// [`LINEAR_STEPS`] equal steps to the floor, then [`HALVINGS`] bisections.
     Linear,
-    /// By a distance map with this many bits per cell.
+    /// Steps by the distances of a distance map with this many bits per cell.
     Distances(&'a DistanceMap, u32),
-    /// By a cone map; a cell uses the smallest cone of its corners. Between texels the surface may reach into a cone.
+    /// Steps by the cones of a cone map; a cell uses the smallest cone of its corners. Between texels the surface may
+    /// reach into a cone.
     Cones(&'a [f32]),
     /// As `Cones`; a step may end below the surface and is then bisected back.
     RelaxedCones(&'a [f32]),
@@ -74,8 +75,9 @@ impl Tracer<'_> {
     }
 }
 
-/// Traces a ray. A map's distances are used as stored, whatever its bits per cell. `step` receives each step's start,
-/// its end, and true if the map guarantees that the step hits nothing (it allows at least [`LEAST_STEP`]).
+/// Traces a ray. The distances of a [`DistanceMap`] are used as stored; the number of bits per cell has no effect here.
+/// `step` receives each step's start, its end, and true if the map guarantees that the step hits nothing (the map
+/// allows a step of at least [`LEAST_STEP`]).
 pub fn traced(
     relief: &Relief,
     tracer: &Tracer<'_>,
