@@ -1,7 +1,7 @@
 //! Claims of a figure as data: quantities, variants, places and a bound. [`Claim::judge`] gives the
 //! verdict.
 
-/// A claim holds if every test holds in every place.
+/// A claim holds if every test holds in every place; with `somewhere`, if its test holds in at least one place.
 #[derive(Clone, Copy)]
 pub struct Claim {
     /// Unique in the figure.
@@ -12,6 +12,9 @@ pub struct Claim {
     /// another name ("holds here" instead of "reproduced"), because its times do not predict the times of a GPU.
     pub timed: bool,
     pub places: Places,
+    /// True if the claim is that its only test holds in at least one of the places. Otherwise all tests must hold in all
+    /// places.
+    pub somewhere: bool,
     pub tests: &'static [Test],
     /// Preconditions. Example: vertices must be the bottleneck before their time counts.
     pub given: &'static [Test],
@@ -126,7 +129,16 @@ pub enum Better {
 impl Claim {
     /// A claim of this project.
     pub const fn ours(id: &'static str, text: &'static str, tests: &'static [Test]) -> Claim {
-        Claim { id, text, from: Origin::Ours, timed: false, places: Places::ALL, tests, given: &[] }
+        Claim {
+            id,
+            text,
+            from: Origin::Ours,
+            timed: false,
+            places: Places::ALL,
+            somewhere: false,
+            tests,
+            given: &[],
+        }
     }
 
     /// A claim of the paper, with section.
@@ -146,6 +158,12 @@ impl Claim {
 
     pub const fn at(self, places: Places) -> Claim {
         Claim { places, ..self }
+    }
+
+    /// The claim that the test holds in at least one place.
+    pub const fn somewhere(self) -> Claim {
+        assert!(self.tests.len() == 1, "only one number can choose the best place");
+        Claim { somewhere: true, ..self }
     }
 
     pub const fn given(self, given: &'static [Test]) -> Claim {

@@ -4,15 +4,17 @@
 //! its median is on the right side, and misses it if the interval is on the wrong side. Otherwise the claim is
 //! undecided. Ratios and differences of interleaved measurements are computed for each round.
 
+mod bound;
 mod sample;
 #[cfg(test)]
 mod tests;
+mod words;
 
-use super::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
-use super::words::human;
-use super::{Finding, Table, Verdict};
-use crate::stats::{median, median_interval};
+use super::claim::{At, Bound, Claim, Pick, Places, Term, Test, Who};
+use super::{Finding, Row, Table, TableRecord, Value, Verdict};
+use crate::stats::{Summary, median, median_interval};
 use sample::{FoundSamples, Sample, SceneAt, places};
+use words::{numbers, why};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
 /// cases (2 x 2^-5).
@@ -59,21 +61,37 @@ struct Items {
 impl Claim {
     /// The verdict on the numbers of `table`.
     pub fn judge(&self, table: &Table) -> Finding {
-        let found: Vec<Items> = self.tests.iter().map(|test| test.items(table, &self.places)).collect();
+        let Some((best, places)) = self.in_best_place(table).filter(|_| self.somewhere) else {
+            return self.judge_all(table);
+        };
+        let mut finding = self.judge_all(&best);
+        finding.why += &format!(" (the best of {places} places, chosen by every second round)");
+        finding
+    }
+
+    /// The rows of the place with the best number, and the number of places. As for the best of several variants, every
+    /// second round chooses the place and the other rounds remain for the judgement: the largest of many noisy numbers
+    /// would be too large.
+    fn in_best_place(&self, table: &Table) -> Option<(Table, usize)> {
+        let [test] = self.tests else { return None };
+        let chosen_by = test.items(&every_second_round(table, 0), &self.places).items;
+        let by =
+            |a: &&Item, b: &&Item| test.bound.shortfall(a.value).total_cmp(&test.bound.shortfall(b.value));
+        let at = &chosen_by.iter().min_by(by)?.at;
+        let mut best = every_second_round(table, 1);
+        best.records
+            .retain(|record| at.scenes.contains(&record.scene) && at.x.is_none_or(|x| record.x == Some(x)));
+        Some((best, chosen_by.len()))
+    }
+
+    fn judge_all(&self, table: &Table) -> Finding {
+        let mut found: Vec<Items> = self.tests.iter().map(|test| test.items(table, &self.places)).collect();
         let numbers = numbers(self.tests, &found);
         if let Some(why) = self.lost(table) {
             return Finding::new(Verdict::NotMeasured, numbers, why);
         }
-        for (given, items) in self.given.iter().map(|test| (test, test.items(table, &self.places))) {
-            if items.items.is_empty() {
-                let why = format!("its precondition was not measured: no {}", given.term.label());
-                return Finding::new(Verdict::NotMeasured, numbers, why);
-            }
-            if items.items.iter().any(|item| !item.met()) {
-                let numbers_given = self::numbers(std::slice::from_ref(given), std::slice::from_ref(&items));
-                let why = format!("its precondition fails: {numbers_given}, must be {}", given.bound.words());
-                return Finding::new(Verdict::NotMeasurable, numbers, why);
-            }
+        if let Some((verdict, why)) = self.given.iter().find_map(|given| self.unmet(given, table)) {
+            return Finding::new(verdict, numbers, why);
         }
         // If a test has no number, the claim has no judgement, whatever the results of the other tests are.
         if let Some(empty) = found.iter().position(|items| items.items.is_empty()) {
@@ -85,11 +103,41 @@ impl Claim {
                 }
             };
         }
+        if self.somewhere {
+            found.iter_mut().flat_map(|items| &mut items.items).for_each(Item::double_rounds);
+        }
         let items: Vec<&Item> = found.iter().flat_map(|items| &items.items).collect();
         let verdict = verdict(&items);
         let verdict = if self.timed && table.machine.is_software() { verdict.here() } else { verdict };
         Finding::new(verdict, numbers, why(self.tests, &found))
     }
+
+    /// The verdict if the precondition `given` does not hold for certain, and why.
+    fn unmet(&self, given: &Test, table: &Table) -> Option<(Verdict, String)> {
+        let items = given.items(table, &self.places);
+        if items.items.is_empty() {
+            let why = format!("its precondition was not measured: no {}", given.term.label());
+            return Some((Verdict::NotMeasured, why));
+        }
+        if items.items.iter().all(Item::met) {
+            return None;
+        }
+        let fails = items.items.iter().any(|item| item.outcome == BoundRelation::Fails);
+        let (verdict, word) =
+            if fails { (Verdict::NotMeasurable, "fails") } else { (Verdict::Undecided, "is undecided") };
+        let (given, items) = (std::slice::from_ref(given), std::slice::from_ref(&items));
+        Some((verdict, format!("its precondition {word}: {} ({})", numbers(given, items), why(given, items))))
+    }
+}
+
+/// The table with every second round of each repeated measurement, from round `first` on.
+fn every_second_round(table: &Table, first: usize) -> Table {
+    let half = |record: &TableRecord| {
+        let rounds: Vec<f64> = record.row.rounds.iter().skip(first).step_by(2).copied().collect();
+        let value = Summary::of(&rounds).map_or_else(|| record.row.value.clone(), Value::Summary);
+        TableRecord { row: Row { rounds, value, ..record.row.clone() }, ..record.clone() }
+    };
+    Table { records: table.records.iter().map(half).collect(), ..table.clone() }
 }
 
 impl Claim {
@@ -108,7 +156,8 @@ impl Claim {
 }
 
 /// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails in a place
-/// if a number there misses its bound.
+/// if a number there misses its bound. One failing place is enough to reject a claim that holds in no place for certain:
+/// noise elsewhere cannot make it hold everywhere.
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {
@@ -127,8 +176,8 @@ fn verdict(items: &[&Item]) -> Verdict {
     }
     match (holds + better, fails, undecided) {
         (1.., 1.., _) => Verdict::InPart,
+        (_, 1.., _) => Verdict::NotReproduced,
         (_, _, 1..) => Verdict::Undecided,
-        (0, ..) => Verdict::NotReproduced,
         _ if holds == 0 => Verdict::BetterThanStated,
         _ => Verdict::Reproduced,
     }
@@ -148,19 +197,15 @@ fn judged_places<'a>(items: &[&'a Item]) -> Vec<&'a SceneAt> {
 }
 
 impl Item {
-    fn met(&self) -> bool {
-        matches!(self.outcome, BoundRelation::Holds | BoundRelation::Better)
+    /// If half of the rounds are judged, twice as many must be measured.
+    fn double_rounds(&mut self) {
+        if let BoundRelation::Undecided(rounds) = &mut self.outcome {
+            *rounds *= 2.0;
+        }
     }
 
-    /// `earth/oblique 2.7x [2.6 .. 2.9] (tile-memo)`
-    fn words(&self) -> String {
-        let Item { place, names, unit, value, interval: [low, high], rounds, .. } = self;
-        let interval =
-            if *rounds > 0 { format!(" [{} .. {}]", human(*low), human(*high)) } else { String::new() };
-        let names = if names.is_empty() { String::new() } else { format!(" ({names})") };
-        // Without the separator, "solid at 50 0.9x" reads as two numbers.
-        let colon = if place.ends_with(|c: char| c.is_ascii_digit()) { ":" } else { "" };
-        format!("{place}{colon} {}{unit}{interval}{names}", human(*value))
+    fn met(&self) -> bool {
+        matches!(self.outcome, BoundRelation::Holds | BoundRelation::Better)
     }
 }
 
@@ -312,86 +357,6 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> FoundSampl
     found
 }
 
-impl Bound {
-    fn met(self, value: f64) -> bool {
-        match self {
-            Bound::AtLeast(bound) => value >= bound,
-            Bound::AtMost(bound) => value <= bound,
-            Bound::Above(bound) => value > bound,
-            Bound::Below(bound) => value < bound,
-            Bound::Equal(bound) => value == bound,
-            Bound::Within(low, high, _) => (low..=high).contains(&value),
-        }
-    }
-
-    /// Met or better.
-    fn fine(self, value: f64) -> bool {
-        self.met(value) || self.bettered(value)
-    }
-
-    /// Outside the range, on its better side.
-    fn bettered(self, value: f64) -> bool {
-        match self {
-            Bound::Within(low, _, Better::Less) => value < low,
-            Bound::Within(_, high, Better::More) => value > high,
-            _ => false,
-        }
-    }
-
-    /// Values at which the outcome changes between met and missed.
-    fn edges(self) -> Vec<f64> {
-        match self {
-            Bound::Within(_, edge, Better::Less) | Bound::Within(edge, _, Better::More) => vec![edge],
-            Bound::AtLeast(edge)
-            | Bound::AtMost(edge)
-            | Bound::Above(edge)
-            | Bound::Below(edge)
-            | Bound::Equal(edge) => vec![edge],
-            Bound::Within(low, high, _) => vec![low, high],
-        }
-    }
-
-    fn outcome(self, value: f64, [low, high]: [f64; 2], rounds: usize, halved: bool) -> BoundRelation {
-        let factor = if halved { 2.0 } else { 1.0 };
-        // A range can be missed on either side.
-        let astride = self.edges().iter().any(|&edge| low < edge && edge < high);
-        match [self.fine(low), self.fine(high)] {
-            _ if (1..LEAST_ROUNDS).contains(&rounds) => {
-                BoundRelation::Undecided(factor * LEAST_ROUNDS as f64)
-            }
-            [true, true] if self.bettered(low) && self.bettered(high) => BoundRelation::Better,
-            [true, true] => BoundRelation::Holds,
-            [false, false] if !astride => BoundRelation::Fails,
-            _ if rounds == 0 => BoundRelation::Fails,
-            _ => BoundRelation::Undecided(factor * self.rounds_to_decide(value, [low, high], rounds as f64)),
-        }
-    }
-
-    /// Estimates the rounds until the interval excludes the nearest edge: intervals shrink with the square
-    /// root of the rounds.
-    fn rounds_to_decide(self, value: f64, [low, high]: [f64; 2], rounds: f64) -> f64 {
-        let needed = |edge: f64| {
-            let (half, away) =
-                if edge < value { (value - low, value - edge) } else { (high - value, edge - value) };
-            rounds * (half / away).powi(2).max(1.0)
-        };
-        let inside = self.edges().into_iter().filter(|edge| (low..=high).contains(edge));
-        inside.map(needed).fold(rounds + 1.0, f64::max).ceil()
-    }
-
-    /// `at most 2`
-    pub fn words(self) -> String {
-        match self {
-            Bound::AtLeast(bound) => format!("at least {}", human(bound)),
-            Bound::AtMost(bound) => format!("at most {}", human(bound)),
-            Bound::Above(bound) => format!("above {}", human(bound)),
-            Bound::Below(bound) => format!("below {}", human(bound)),
-            Bound::Equal(bound) => format!("equal to {}", human(bound)),
-            Bound::Within(low, high, _) => format!("within {} to {}", human(low), human(high)),
-        }
-    }
-}
-
 impl Who {
     /// The name, if there is only one.
     fn only(self) -> Option<String> {
@@ -441,63 +406,4 @@ impl Term {
             Term::Steps(pick) => format!("steps of {}", of(pick)),
         }
     }
-}
-
-/// The numbers of all tests, each after its term.
-fn numbers(tests: &[Test], found: &[Items]) -> String {
-    let of = |(test, Items { items, .. }): (&Test, &Items)| {
-        let values = match &items[..] {
-            [] => return None,
-            items if items.len() <= MOST_LISTED => {
-                items.iter().map(Item::words).collect::<Vec<_>>().join(", ")
-            }
-            items => {
-                let by = |a: &&Item, b: &&Item| a.value.total_cmp(&b.value);
-                let (least, most) = (items.iter().min_by(by)?, items.iter().max_by(by)?);
-                match least.value == most.value {
-                    true => format!("{}{} in all {}", human(least.value), least.unit, items.len()),
-                    false => format!("{} to {}, {} numbers", least.words(), most.words(), items.len()),
-                }
-            }
-        };
-        Some(format!("{}: {values}", test.term.label()))
-    };
-    tests.iter().zip(found).filter_map(of).collect::<Vec<_>>().join("; ")
-}
-
-/// The bounds, and the places in which a number misses its bound or is undecided.
-fn why(tests: &[Test], found: &[Items]) -> String {
-    let of = |(test, Items { items, .. }): (&Test, &Items)| {
-        let met = items.iter().filter(|item| item.met()).count();
-        let better = items.iter().filter(|item| item.outcome == BoundRelation::Better).count();
-        let mut words = format!("{met} of {} {}", items.len(), test.bound.words());
-        if better > 0 {
-            words += &format!(" or better ({better} better)");
-        }
-        let named = |item: &Item| match items.len() {
-            1 => String::new(),
-            ..=MOST_LISTED => format!(" {}", item.place),
-            _ => format!(" {}", item.words()),
-        };
-        let failed: Vec<String> =
-            items.iter().filter(|item| item.outcome == BoundRelation::Fails).map(named).collect();
-        if !failed.is_empty() && failed.len() < items.len() {
-            let more = if failed.len() > MOST_LISTED { ", …" } else { "" };
-            words += &format!(", not{}{more}", failed[..failed.len().min(MOST_LISTED)].join(","));
-        }
-        for item in items {
-            if let BoundRelation::Undecided(rounds) = item.outcome {
-                let rounds = if rounds > 1e5 { "more than 100 000".into() } else { human(rounds) };
-                words += &format!(", undecided{}: {rounds} rounds would decide", named(item));
-            }
-        }
-        words
-    };
-    let mut words: Vec<String> = tests.iter().zip(found).map(of).collect();
-    let mut absent: Vec<&String> = found.iter().flat_map(|items| &items.why_not).collect();
-    absent.dedup();
-    if let Some(first) = absent.first() {
-        words.push(format!("not judged in {} places ({first})", absent.len()));
-    }
-    words.join("; ")
 }

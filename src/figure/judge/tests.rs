@@ -288,8 +288,71 @@ fn a_claim_needs_its_precondition() {
     let claim = Claim::ours("id", "text", SMALL).given(GIVEN);
     let found = |b| claim.judge(&exact(&[("a", 1.0), ("b", b)]));
     assert_eq!([found(3.9).verdict, found(4.0).verdict], [NotMeasurable, Reproduced]);
-    assert!(found(3.9).why.contains("must be at least 4"), "{}", found(3.9).why);
+    assert_eq!(found(3.9).why, "its precondition fails: q, b over a: s 3.9x (0 of 1 at least 4)");
     assert_eq!(claim.judge(&exact(&[("a", 1.0)])).verdict, NotMeasured);
+
+    // Six equal rounds of a, and rounds of b whose interval is below, around and above the bound.
+    let noisy = |low: f64, high: f64| {
+        let b = [low, high].repeat(3);
+        claim.judge(&rounds("discrete", &[("a", vec![1.0; 6]), ("b", b)]))
+    };
+    let of = [noisy(3.0, 3.9), noisy(3.0, 4.5), noisy(4.0, 4.5)];
+    assert_eq!(of.each_ref().map(|finding| finding.verdict), [NotMeasurable, Undecided, Reproduced]);
+    assert!(
+        of[1].why.starts_with("its precondition is undecided: q, b over a: s 3.8x [3 .. 4.5]"),
+        "{}",
+        of[1].why
+    );
+}
+
+#[test]
+fn noise_in_one_place_does_not_hide_a_failure_in_another() {
+    const SMALL: &[Test] = &[Test::value(OF_A, AtMost(1.0))];
+    let of = |scene: &str, rounds: [f64; 2]| TableRecord {
+        scene: scene.into(),
+        x: None,
+        row: Row::of_rounds("a", "q", "ms", Some(rounds.repeat(3))),
+    };
+    let (holds, noise, fails) = ([0.8, 0.9], [0.9, 1.1], [1.1, 1.2]);
+    let found = |places: &[[f64; 2]]| {
+        let records = ["s", "t", "u"].iter().zip(places).map(|(scene, rounds)| of(scene, *rounds)).collect();
+        verdict(SMALL, &Table { records, ..table("discrete", &[]) })
+    };
+    assert_eq!([found(&[holds, noise]), found(&[noise, noise])], [Undecided; 2]);
+    assert_eq!([found(&[fails, noise]), found(&[fails, fails, noise])], [NotReproduced; 2]);
+    assert_eq!(found(&[holds, noise, fails]), InPart);
+}
+
+#[test]
+fn a_claim_about_some_place_is_judged_in_the_best_place_by_other_rounds_than_chose_it() {
+    const FAST: &[Test] = &[Test::ratio(OF_B, OF_A, AtLeast(2.0))];
+    let claim = Claim::ours("id", "text", FAST).somewhere();
+    let exact = |ratios: [f64; 3]| {
+        let places = ["s", "t", "u"].into_iter().zip(ratios);
+        let rows: Vec<_> = places
+            .flat_map(|(scene, ratio)| {
+                [("a", 1.0), ("b", ratio)].map(|(name, q)| (scene, None, name, Value::Number(q)))
+            })
+            .collect();
+        claim.judge(&table("discrete", &rows))
+    };
+    assert_eq!([exact([1.0, 2.0, 1.5]).verdict, exact([1.0, 1.9, 1.5]).verdict], [Reproduced, NotReproduced]);
+    assert!(exact([1.0, 2.0, 1.5]).numbers.ends_with("t 2x"), "{}", exact([1.0, 2.0, 1.5]).numbers);
+    assert!(exact([1.0, 2.0, 1.5]).why.contains("best of 3 places"), "{}", exact([1.0, 2.0, 1.5]).why);
+
+    // In t, only the rounds that choose the place are fast. In s, all rounds are fast enough.
+    let noisy = |of_s: f64| {
+        let row = |scene: &str, name: &str, rounds: [f64; 2]| TableRecord {
+            scene: scene.into(),
+            x: None,
+            row: Row::of_rounds(name, "q", "ms", Some(rounds.repeat(6))),
+        };
+        let rows =
+            [("s", "b", [of_s; 2]), ("t", "b", [3.0, 1.0]), ("s", "a", [1.0; 2]), ("t", "a", [1.0; 2])];
+        let records = rows.map(|(scene, name, rounds)| row(scene, name, rounds)).to_vec();
+        claim.judge(&Table { records, ..table("discrete", &[]) }).verdict
+    };
+    assert_eq!([noisy(2.5), noisy(3.5)], [NotReproduced, Reproduced]);
 }
 
 #[test]

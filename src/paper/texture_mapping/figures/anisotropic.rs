@@ -60,6 +60,7 @@ pub const ANISOTROPIC: Figure = Figure {
             &[Test::ratio(one(TIME, TEXTBOOK), one(TIME, INCREMENTAL), AtLeast(1.4))],
         )
         .at(Places::scenes(&["tilt 0", "tilt 30"]))
+        .somewhere()
         .timed(),
         Claim::ours(
             "same-picture",

@@ -55,6 +55,7 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
             \"on average up to 30 %\").",
             &[Test::ratio(one(TIME, PAPERS_EWA), one(TIME, SPACING_1), AtLeast(1.3))],
         )
+        .somewhere()
         .timed(),
         Claim::paper(
             "claim 1",

@@ -54,6 +54,7 @@ pub const RELIEF: Figure = Figure {
             "In some views the refined map is 11 % faster than Donnelly's (the thesis: \"up to 11 %\").",
             &[Test::ratio(one(TIME, DONNELLY_AT_CENTRES), one(TIME, REFINED_AT_CENTRES), AtLeast(1.11))],
         )
+        .somewhere()
         .timed(),
         Claim::ours(
             "no-more-steps-at-centres",

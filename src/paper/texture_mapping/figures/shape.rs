@@ -3,7 +3,7 @@
 use super::lab::{FLOOR, FORMULA_4, Lab, errors};
 use super::methods::{PAPER_BY_LEVEL, RADIAL_64, SQUARED_128};
 use super::shown::patterns;
-use crate::figure::claim::{Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Test, one};
+use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
@@ -71,15 +71,17 @@ pub const SHAPE: Figure = Figure {
         Claim::paper(
             "claim 4, figure 24",
             "map-speed",
-            "A weight map is up to 25 % faster than the formula.",
-            &[Test::ratio(one(TIME, ROWS), one(TIME, ROWS_MAP), Within(1.0, 1.25, Better::More))],
+            "At some tilt a weight map is 25 % faster than the formula (the thesis: \"up to 25 %\").",
+            &[Test::ratio(one(TIME, ROWS), one(TIME, ROWS_MAP), AtLeast(1.25))],
         )
+        .somewhere()
         .timed(),
         Claim::ours(
             "our-map-speed",
-            "With the exact axes, a radial map of 64 entries is up to 25 % faster than the formula.",
-            &[Test::ratio(one(TIME, FORMULA), one(TIME, RADIAL), Within(1.0, 1.25, Better::More))],
+            "With the exact axes, a radial map of 64 entries is 25 % faster than the formula at some tilt.",
+            &[Test::ratio(one(TIME, FORMULA), one(TIME, RADIAL), AtLeast(1.25))],
         )
+        .somewhere()
         .timed(),
         Claim::paper(
             "claim 4, figure 24",
