@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-/// Limit of a file of results, fronts or bookmarks. The largest results of all figures have 2 MB.
+/// Largest accepted file of results, Pareto fronts or bookmarks. The largest results of all figures have 2 MB.
 pub const MOST_RESULTS_BYTES: u64 = 256 << 20;
 
 /// A folder for files that the program can make again: `ortelius/NAME` below `XDG_CACHE_HOME`, else below

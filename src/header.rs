@@ -1,4 +1,4 @@
-//! Name and version of the JSON that programs read: the first two keys of every output (docs/formats.md).
+//! The header of each JSON output: its first two keys, which state the format's name and version (docs/formats.md).
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -5,7 +5,7 @@ layout(push_constant, scalar) uniform ObjectSpace {
     float spacing;    // pixels between fragments on a rotated polygon
     uint triangles;
     uint capacity;    // fragments
-    uint coarsest;    // the texture's level of one texel
+    uint coarsest;    // the level that has one texel
 } object;
 
 // Corners in pixels, z towards the eye, the origin in the picture's centre; texture coordinates in texels of level 0.

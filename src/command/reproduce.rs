@@ -31,7 +31,7 @@ pub struct ReproduceArgs {
     /// The default. Most pictures have at most 720 rows of pixels. Most times are measured in 12 runs, some in 6
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Measure most times in at least 30 runs, some in 6. This takes hours on a software device
+    /// Most times are measured in at least 30 runs, some in 6. This takes hours on a software device
     #[arg(long)]
     full: bool,
     /// The report's folder, created if absent

@@ -19,7 +19,7 @@ const WITH_ROUNDS: u32 = 3;
 /// The first format version with today's names.
 const WITH_NAMES: u32 = 5;
 
-/// Indented levels of the file: a measured row is one line.
+/// Depth down to which the file is indented; a measured row is one line.
 const LEVELS: usize = 6;
 
 /// The results of one run, or of several merged runs.
@@ -254,7 +254,8 @@ pub fn table(cells: &[CellRows], machines: &[Machine]) -> Option<Table> {
     Some(table)
 }
 
-/// Adds a note if a quick run leaves some of the claim's scenes out, and if the cells come from several machines.
+/// Adds up to two notes: one if a quick run leaves out some of the claim's scenes, and one if the cells come from
+/// several machines.
 fn noted(mut finding: Finding, cells: &[CellRows], not_in_quick: &[&str]) -> Finding {
     if !not_in_quick.is_empty() {
         finding.why += &format!(" (not in quick runs: {})", not_in_quick.join(", "));

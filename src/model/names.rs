@@ -34,7 +34,7 @@ pub(super) fn wrong_size(name: &str) -> Option<String> {
     if let Some(Generated { sizes, powers, .. }) = GENERATED.iter().find(|model| model.name == name) {
         let (least, most) = (sizes.start(), sizes.end());
         let which = if *powers { "a power of two" } else { "a number" };
-        return Some(format!("{name} has no size {size:?}: it is {which} from {least} to {most}"));
+        return Some(format!("{name} has no size {size:?}; sizes: {which} from {least} to {most}"));
     }
     NAMES.contains(&name).then(|| format!("{name} has only one size; omit :{size}"))
 }
@@ -122,8 +122,8 @@ mod tests {
             assert!(named(name).is_none(), "{name}");
         }
         let message = |name| wrong_size(name).unwrap();
-        assert_eq!(message("sphere:99999"), "sphere has no size \"99999\": it is a number from 1 to 512");
-        assert_eq!(message("solid:12"), "solid has no size \"12\": it is a power of two from 4 to 4096");
+        assert_eq!(message("sphere:99999"), "sphere has no size \"99999\"; sizes: a number from 1 to 512");
+        assert_eq!(message("solid:12"), "solid has no size \"12\"; sizes: a power of two from 4 to 4096");
         assert_eq!(message("bunny:3"), "bunny has only one size; omit :3");
         assert_eq!((wrong_size("none:3"), wrong_size("sphere")), (None, None));
     }

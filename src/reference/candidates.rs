@@ -17,8 +17,8 @@ pub struct Candidates {
 
 /// Relative depth differences below this count as equal: f32 cannot order them (2^-24, and a few roundings).
 const DEPTH_SLACK: f64 = 1e-6;
-/// Pieces of less than this fraction of the neighbourhood are slivers from rounding: f64 rounds a cut's corners by
-/// about 1e-16 of its side, far below this bound.
+/// Pieces of less than this fraction of the neighbourhood are slivers from rounding: f64 rounds the corners of
+/// a cut by about 1e-16 of the neighbourhood's side, far below this bound.
 const LEAST_PART: f64 = 1e-12;
 
 /// A linear function of the position relative to the pixel's centre, in pixels: dot product with `(x, y, 1)`.

@@ -47,7 +47,7 @@ pub fn run(
     );
     anyhow::ensure!(
         settings.len() <= MOST_SETTINGS,
-        "scene {}: its surfaces have {} combinations of filters, more than the {MOST_SETTINGS} that are open at a time; \
+        "scene {}: its surfaces have {} combinations of filters, but at most {MOST_SETTINGS} can be measured together; \
          measure a scene with fewer surfaces",
         scene.name,
         settings.len()
@@ -150,7 +150,7 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
             ]);
         }
     }
-    // Four taps of up to 16 samples cost about as much as the ellipse.
+    // Mavridis: four taps, each of up to 16 samples, cost about as much as the ellipse.
     for (kind, most, words) in [
         (Filtering::Feline, 16, "feline, 16 samples"),
         (Filtering::Mavridis, 4, "mavridis, 4 taps"),

@@ -82,7 +82,7 @@ fn face(face: &Face) -> [Row; 2] {
     let Face { instance, face, level, misses } = *face;
     let misses = match misses {
         Some(misses) => format!("{misses} vertices missed the cache"),
-        None => "cache misses are counted at rest".to_owned(),
+        None => "cache misses are counted while the camera rests".to_owned(),
     };
     [
         ("instance, face", format!("{instance}, {face}")),

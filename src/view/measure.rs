@@ -3,7 +3,7 @@
 //! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both passes
 //!   alike.
 //!
-//! Then frames from key presses to changed pictures are counted.
+//! After that, keys are pressed, and the frames until the picture changes are counted ([`super::response`]).
 
 use super::path::Player;
 use super::response::Response;
@@ -149,7 +149,7 @@ impl Measurement {
     fn caches_report(&self) -> String {
         let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
         format!(
-            "99th percentile, cold over warm: {:.2} (cold frames show coarser tiles, whose footprints hold fewer \
+            "99th percentile, cold over warm: {:.2} (cold frames show coarser tiles, so footprints hold fewer \
              texels)\nlongest frame without its waits for the device and the display: cold {cold:.2} ms, warm \
              {warm:.2} ms",
             self.cold_over_warm()
@@ -175,15 +175,15 @@ impl Measurement {
             processor.map(|(open, closed)| format!(", {:+.2} ms of processor time", open - closed));
         format!(
             "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}\n\
-             panels by their own timers: mean {:+.2} ms a frame: {} layouts {:.2} ms, triangles {:.2} ms, the rest on the \
-             device",
+             panels by their own timers: mean {:+.2} ms a frame; layout {:.2} ms (in {} frames), triangles {:.2} ms, the \
+             rest on the device",
             closed.line(),
             open.line(),
             median(&ms).expect("a pass has frames"),
             processor.unwrap_or_default(),
             open.parts_over(&closed).unwrap_or(f64::NAN),
-            open.layouts,
             open.layout_mean,
+            open.layouts,
             open.triangles_mean,
         )
     }
@@ -258,7 +258,7 @@ mod tests {
         measure.begin(&mut player, Duration::ZERO);
         std::thread::sleep(Duration::from_millis(2));
         measure.end(FrameCost::default(), Duration::ZERO, None);
-        assert!(measure.frames[0].host_ms >= 2.0, "a wait for something else");
+        assert!(measure.frames[0].host_ms >= 2.0, "other waits are host time");
         measure.begin(&mut player, Duration::from_secs(1));
         measure.end(
             FrameCost { display: Duration::from_secs(60), ..FrameCost::default() },

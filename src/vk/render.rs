@@ -174,7 +174,7 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// As [`Render::draw`], once for each part of the target, without its other pixels. Later draws of the same rendering
+    /// As [`Render::draw`], once for each part of the target and clipped to that part. Later draws of the same rendering
     /// keep the last part.
     ///
     /// # Errors

@@ -71,7 +71,7 @@ fn dumped(scene: &[&str]) -> (Planes, BTreeSet<TileId>) {
 }
 
 /// Checks every pixel of a dump against the paper's formula in f64 and returns the number that differ; each
-/// difference must be within f32's rounding of a decision.
+/// difference must be so near a boundary between two levels or sample counts that f32 may round to either side.
 fn disagreements(planes: &Planes, max_anisotropy: u32) -> usize {
     let pyramid = pyramid();
     let g1 = pyramid.first_resident_level();

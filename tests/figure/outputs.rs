@@ -78,7 +78,7 @@ fn a_claim_with_missing_cells_is_not_measured() {
     let claims = &results.figures[0].claims;
     assert_eq!(claims[0].finding.verdict, Verdict::NotMeasured);
     assert_eq!(claims[0].finding.why, "missing cells: 3 left out");
-    // A claim that the measured cells contradict is not measured either: the missing cells may be elsewhere.
+    // A claim that fails in all measured cells is also not measured, because it may hold in the missing ones.
     assert_eq!(claims[2].finding.verdict, Verdict::NotMeasured);
     assert_eq!(results.figures[1].claims[0].finding.why, "no cell was measured");
     let absent = results.figures[0].cells.iter().filter(|cell| cell.outcome == CellOutcome::Absent).count();
@@ -113,8 +113,8 @@ fn the_page_has_every_claim_verdict_and_plot_and_is_self_contained() {
     for part in ["\"bar cited\"", "\"bar ours\"", "<th class=\"cited\">slow", "<th class=\"ours\">fast"] {
         assert!(page.contains(part), "no {part}");
     }
-    // Plots: a sweep in each of two scenes; bars and a series; a sweep, and bars for each of 5 values, in
-    // two scenes.
+    // 16 plots. SWEPT: one in each of two scenes. BARS: bars and a series. MANY, in each of two scenes: a sweep, and
+    // bars for each of 5 values.
     let files =
         std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let plots: Vec<String> = files.filter(|name| name.ends_with(".svg")).collect();

@@ -80,7 +80,7 @@ pub fn forbidden_words(file: &str, tokens: &[Token]) -> Vec<String> {
         "unsafe" if !in_vk => Some("unsafe code outside src/vk"),
         "ash" if !in_vk => Some("ash outside src/vk"),
         "path" if word(at.wrapping_sub(1)) == "[" && word(at.wrapping_sub(2)) == "#" => {
-            Some("a module outside the path of its name escapes the floors")
+            Some("#[path] hides a module from this check")
         }
         _ => None,
     };

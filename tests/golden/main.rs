@@ -159,7 +159,7 @@ fn a_processor_has_pictures_of_its_own() {
     let both = store::merged(&old, &on_b, b);
     assert_eq!(both.hashes.len(), 3);
     assert_eq!(store::differences(&both, &recorded("a, 1", &entry(b, b"8")), b).len(), 1);
-    // A's new case is not recorded for B, and is no error there; a case that neither has is.
+    // A's new case `far` is not recorded for B, and is no difference on B. A case recorded for neither is a difference.
     let far = ("bunny/far/paper", b as &str, b"5" as &[u8]);
     let with_far = store::merged(
         &both,

@@ -70,7 +70,8 @@ pub(super) struct Dispatches {
     pub groups: [u32; 3],
 }
 
-/// A pipeline, and the bytes of its push constants: a `MarkingFrame` if the mask has a byte for each tile, else none.
+/// A pipeline, and the size of its push constants in bytes: that of a `MarkingFrame` if the mask has a byte for each
+/// tile, else 0.
 pub(super) struct Dispatch(pub ComputePipeline, pub usize);
 
 impl Fill {

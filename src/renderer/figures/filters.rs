@@ -32,24 +32,24 @@ pub const FILTERS: Figure = Figure {
     id: "scene.filters",
     title: "Filters of a virtual texture: error, tiles and time",
     about: "Paper 1 filters with up to 16 trilinear samples along the footprint (here 1, 4 or 16), paper 3 with the \
-            texels of the footprint's ellipse; the published filters beside it are Feline, that of Mavridis and \
-            Papaioannou, and pbrt's EWA. All read texels beyond a tile's border from the neighbouring tile, \
-            so the border does not change the picture. The ellipse has at least one, two or four texels along its \
-            minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3, on the earth \
-            2e-4. The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
-            kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
-            `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. The \
-            samples read the coarsest level that has 8 texels across the shorter side of the footprints around the \
-            pixel; averaging and interpolating its texels adds 2 % to the kernel's variance. \"One exact ellipse\" \
-            is the ellipse with two texels in f64 with the exact gradient: the error that an ellipse leaves on a \
-            curved surface. NMSE is of luminance, over the pixels whose kernel lies wholly on one piece of the \
-            textured surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the \
-            other; the NMSE with silhouettes counts these pixels, too. \
-            Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of fixed \
-            cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x 180 \
-            (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: its \
-            slopes are smaller than the pixels of a smaller picture. An instrumented shader counts the texels that the \
-            filter fetches per covered pixel.",
+            texels of the footprint's ellipse. Three published filters are measured, too: Feline, the filter of \
+            Mavridis and Papaioannou, and pbrt's EWA. All read texels beyond a tile's border from the neighbouring \
+            tile, so the border does not change the picture. The ellipse has at least one, two or four texels along \
+            its minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3 (on the \
+            earth: 2e-4). The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: \
+            512), with two kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box \
+            of one pixel. For `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a \
+            pixel away. For each pixel, the samples read the coarsest level in which the shorter side of every \
+            footprint around the pixel still has 8 texels; averaging and interpolating its texels adds 2 % to the \
+            kernel's variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. \
+            Its error is the one that any single ellipse leaves on a curved surface. NMSE is of luminance, over the \
+            pixels whose kernel lies wholly on one piece of the textured surface. On `valley`, which is shown unlit, \
+            kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes counts these pixels, \
+            too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of \
+            fixed cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x \
+            180 (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: \
+            its slopes are smaller than the pixels of a smaller picture. An instrumented shader counts the texels \
+            that the filter fetches per covered pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
@@ -158,7 +158,7 @@ const WORST: &str = "worst pixel";
 const TILES: &str = "visible tiles";
 const TIME: &str = "frame";
 const TEXTURING: &str = "texturing, per pixel of the picture";
-/// Counts beside [`TIME`] and [`TEXTURING`].
+/// The texel counts that are reported beside [`TIME`] and [`TEXTURING`].
 const TEXELS: &str = "texels fetched per pixel";
 const TEXELS_OF_TEXTURING: &str = "texels fetched per pixel, larger picture";
 
@@ -253,7 +253,7 @@ struct Subject {
     scene: Scene,
     /// The surface with the virtual texture, in world space.
     mesh: SourceMesh,
-    /// The file of a progressive mesh.
+    /// The temporary folder with the file of a progressive mesh.
     folder: Option<TempDir>,
 }
 
@@ -268,7 +268,7 @@ impl Subject {
         let model = models.iter().find(|model| model.name == "land").context("`land` is a mesh")?;
         let (mesh, _) =
             instances(model, pose, size, model.surface.error_pixels).map_err(anyhow::Error::msg)?;
-        // Each variant opens the scene; so the mesh is built only once.
+        // Each variant opens the scene. The mesh is read from a file, because building it again each time is slow.
         let folder = tempfile::tempdir()?;
         let file = folder.path().join("land.pmesh");
         model.mesh.write(&file)?;

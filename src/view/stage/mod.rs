@@ -112,8 +112,9 @@ impl Stage {
         &self.views[self.wanted.view].variants
     }
 
-    /// Requests a view, with the variants of the same names. Manual changes and the Pareto point stay if it is a view of
-    /// the same scene. On an error, the current view stays.
+    /// Requests a view. The new view shows its variants with the current names, or its first variant if it lacks a
+    /// name. Manual changes and the Pareto point stay if it is a view of the same scene. On an error, the current
+    /// view stays.
     ///
     /// # Errors
     /// As [`Renderer::open`].

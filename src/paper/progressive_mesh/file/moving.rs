@@ -10,11 +10,12 @@ use super::live::{Live, NONE};
 /// The number that replaces a face's search number once the face is placed.
 const PLACED: u32 = u32::MAX;
 
-/// Suggestions for a slot are the faces around the corners of the faces in this many earlier slots.
+/// A face is suggested for a slot if it shares a vertex with a face in one of this many slots before it.
 const WINDOW: usize = 8;
 
-/// If the vertices of the moving faces have more than this many faces per moving face, only the moving faces are
-/// visited. Example: two faces of a hub with thousands of faces are swapped.
+/// [`Moving::number`] visits all faces around the moving faces' vertices. If these are more than this many times the
+/// moving faces, [`Moving::gather`] visits only the moving faces. Example: two faces of a hub with thousands of faces
+/// are swapped.
 const LONG: usize = 64;
 
 /// Scratch memory of a permutation. Between permutations the tables by slot, face and vertex hold [`NONE`].
@@ -26,10 +27,11 @@ pub(super) struct Moving {
     /// For each slot of the mesh, its index in `slots`; for each face, its index in `faces`.
     pub at_slot: Vec<u32>,
     at_face: Vec<u32>,
-    /// The faces' corners, with vertices renumbered by first use; the old number of each vertex, and its new
-    /// number.
+    /// The corners of the moving faces, as indices into `vertices`.
     corners: Vec<[u32; 3]>,
+    /// The vertices of the moving faces, in order of first use.
     vertices: Vec<u32>,
+    /// For each vertex of the mesh, its index in `vertices`.
     at_vertex: Vec<u32>,
     /// Vertex n's moving faces are `around[starts[n] .. ends[n]]`, ascending by their original numbers. A
     /// search removes the placed faces that it meets, so that later searches around a hub do not visit them
@@ -45,7 +47,7 @@ pub(super) struct Moving {
     /// `reached`.
     window: [[u32; 3]; WINDOW],
     reached: u32,
-    /// The slot in which the face now in slot `reached - 1` was before the permutation.
+    /// The former slot of the face that is now in slot `reached - 1`.
     came_from: u32,
 }
 

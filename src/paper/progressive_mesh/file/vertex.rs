@@ -1,5 +1,5 @@
-//! A vertex's data: position, welding and attributes. Each number is coded as the difference
-//! from the split vertex's number.
+//! A vertex's data: position, welding and attributes. A position or an attribute is coded as the difference from the
+//! value of the vertex that the new vertex replaces.
 //!
 //! The coding is lossless. Floats map to integers in the same order, so that close floats are close integers.
 

@@ -1,4 +1,5 @@
-//! tm.v1: approximations of the cut-off volume of texels at the ellipse's edge, and their effect on a picture's error.
+//! tm.v1: texels that the ellipse's edge cuts. Compares approximations of V1, the volume on the inner side of the cut,
+//! and their effect on a picture's error. The thesis calls V1 the cut-off volume.
 
 use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, errors};
 use super::shape::pattern_of;
@@ -18,8 +19,8 @@ pub const EDGES: Figure = Figure {
             the texel's covered area inadequate. The error bounds of the approximations are partly illegible; we read \
             1e-2, 5e-3 and 1e-2, which the formulas can meet. Each approximation is compared with the exact volume. \
             Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 r^2) \
-            without a reconstruction term, as in the thesis. The other is the EWA filter's exp(-2 r^2) with a \
-            reconstruction term of 0.8, our default, which is timed; its shader counts the texels that it fetches. A \
+            without a reconstruction term, as in the thesis. The other is our default, the EWA filter's exp(-2 r^2) \
+            with a reconstruction term of 0.8. The times and the counts of fetched texels belong to this kernel. A \
             line shows each truth's own error. The pictures show planes of `pink-noise` and `checker-2` and have 96 x \
             72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],

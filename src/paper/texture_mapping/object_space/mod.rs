@@ -62,7 +62,7 @@ impl TexturedPolygons {
         spacing: f64,
         most_per_pixel: f64,
     ) -> TexturedPolygons {
-        assert!(most_per_pixel <= MOST_PER_PIXEL, "{most_per_pixel} fragments a pixel overflow its sum");
+        assert!(most_per_pixel <= MOST_PER_PIXEL, "a pixel's sum overflows with {most_per_pixel} fragments");
         let [g, h, i] = plane.0[2];
         let w = |[x, y]: [f64; 2]| g * x + h * y + i;
         let [right, down] = size.map(|side| f64::from(side) / 2.0 + MARGIN_PX);

@@ -57,8 +57,8 @@ settings! {
     /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
     /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
     /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
-    /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing draws other
-    /// fragments.
+    /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing filters no
+    /// pixels: it draws fragments of rotated polygons.
     pub struct Filter derive(Copy, Eq) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;

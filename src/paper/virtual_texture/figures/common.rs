@@ -40,8 +40,8 @@ pub fn setting(name: impl Into<String>, config: &Config) -> Setting {
     Setting::new(name, differing.map(|(own, _)| format!("variant.{own}")))
 }
 
-/// A shipped scene with the paper's filter, in tiles with a border of 16 texels, and one of the scene's cameras
-/// (`earth/oblique`) or paths (`earth/pan`).
+/// A shipped scene, and one of its cameras (`earth/oblique`) or paths (`earth/pan`). The scene is changed to the
+/// paper's filter and to tiles with a border of 16 texels.
 pub struct SceneView {
     pub scene: Scene,
     /// The camera's pose, or the path's first one.
@@ -71,8 +71,8 @@ impl SceneView {
         Ok(SceneView { scene, pose, path })
     }
 
-    /// A session of `size` pixels on a device of its own; `change` edits the settings last. No frame is drawn yet: use
-    /// [`ViewSession::look`] if only lists are needed, [`ViewSession::settle`] for pictures.
+    /// A session of `size` pixels with its own [`Gpu`] on the run's device; `change` edits the settings last. No frame
+    /// is drawn yet: use [`ViewSession::look`] if only lists are needed, [`ViewSession::settle`] for pictures.
     ///
     /// # Errors
     /// The device lacks a feature; the texture cannot be opened.
