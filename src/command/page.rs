@@ -39,6 +39,12 @@ pub fn run(args: &PageArgs) -> anyhow::Result<()> {
         let text = judged.with_context(shown)?.text();
         write_whole(&check_place(json)?, |file| file.write_all(text.as_bytes()))?;
     }
+    if judged.is_none() {
+        tracing::warn!(
+            "{}: the verdicts follow the rules of an earlier version: the file lacks the times of single rounds",
+            shown()
+        );
+    }
     let changes = judged.as_ref().map(|judged| Changes::between(&stored, judged).claims);
     for ClaimChange { figure, claim, before, after, .. } in changes.iter().flatten() {
         tracing::info!("{figure} {claim}: {before} -> {after}");

@@ -132,7 +132,12 @@ impl Results {
             FigureResult::of((figure, self.effort), cells, &self.machines)
         };
         let figures = self.figures.iter().map(again).collect();
-        (self.format_version >= WITH_ROUNDS).then(|| Results { figures, ..self.clone() })
+        self.has_rounds().then(|| Results { figures, ..self.clone() })
+    }
+
+    /// True if the file states the times of single rounds, from which today's rules give verdicts.
+    pub fn has_rounds(&self) -> bool {
+        self.format_version >= WITH_ROUNDS
     }
 
     /// The number of claims for each verdict that occurs.

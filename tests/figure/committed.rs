@@ -51,6 +51,8 @@ fn every_file_of_results_is_readable_and_gives_a_page() {
             assert!(page.contains(&format!("<section id=\"{}\"", figure.id)), "{}", figure.id);
         }
         assert!(!page.contains("<img") && page.contains("<svg"), "{}", file.display());
+        let remark = page.contains("follow the rules of an earlier version");
+        assert_eq!(remark, !results.has_rounds(), "{}", file.display());
     }
 }
 

@@ -29,6 +29,8 @@ struct Page<'a> {
     figures: Vec<FigureView<'a>>,
     changes: Option<ChangesView<'a>>,
     failed: usize,
+    /// True if the verdicts follow the rules of the program that measured them, not today's.
+    old_verdicts: bool,
     glossary: &'static [(&'static str, &'static str)],
 }
 
@@ -175,6 +177,7 @@ pub fn html(
             .map(|(verdict, count)| Count { name: verdict.name(), class: class(verdict), count })
             .collect(),
         changes: changes.map(ChangesView::of),
+        old_verdicts: !results.has_rounds(),
         failed: views.iter().map(|view| view.failures.len()).sum(),
         figures: views,
         glossary: GLOSSARY,
