@@ -10,7 +10,7 @@ mod sample;
 mod tests;
 mod words;
 
-use super::claim::{At, Bound, Claim, Pick, Places, Term, Test, Who};
+use super::claim::{At, Claim, Pick, Places, Term, Test, Who};
 use super::{Finding, Row, Table, TableRecord, Value, Verdict};
 use crate::stats::{Summary, median, median_interval};
 use sample::{FoundSamples, Sample, SceneAt, places};
