@@ -191,6 +191,15 @@ impl Meshes {
             in_place: of(FaceOrder::InPlace23)?,
         })
     }
+
+    /// The mesh in an order. Baselines and other orders begin with the classical one.
+    fn in_order(&self, order: FaceOrder) -> &Executable {
+        match order {
+            FaceOrder::Tail23 => &self.tail,
+            FaceOrder::InPlace23 => &self.in_place,
+            _ => &self.classical,
+        }
+    }
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -99,13 +99,9 @@ impl<'a> Way<'a> {
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
-                let of_order = match order {
-                    FaceOrder::Tail23 => &meshes.tail,
-                    FaceOrder::InPlace23 => &meshes.in_place,
-                    _ => &meshes.classical,
-                };
+                let mesh = &meshes.in_order(order).mesh;
                 // Nothing is drawn.
-                Runs::Scene(Box::new(session_of(gpu, &of_order.mesh, [64, 36], |surface| {
+                Runs::Scene(Box::new(session_of(gpu, mesh, [64, 36], |surface| {
                     (surface.order, surface.apply, surface.instances) = (order, apply, 1);
                 })?))
             }

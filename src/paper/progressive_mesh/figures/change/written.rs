@@ -39,12 +39,9 @@ pub fn walk(way: &WriteMethod, meshes: &Meshes, step: u32) -> Written {
     let face = classical.index_type().triangle_bytes();
     let mut written = Written::default();
     match way.order {
-        Some(FaceOrder::Classical) => changes.for_each(|change| written.add(executed(classical, change))),
-        Some(FaceOrder::Tail23) => {
-            changes.for_each(|change| written.add(executed(&meshes.tail.program, change)))
-        }
-        Some(FaceOrder::InPlace23) => {
-            changes.for_each(|change| written.add(executed(&meshes.in_place.program, change)));
+        Some(order @ (FaceOrder::Classical | FaceOrder::Tail23 | FaceOrder::InPlace23)) => {
+            let program = &meshes.in_order(order).program;
+            changes.for_each(|change| written.add(executed(program, change)));
         }
         Some(FaceOrder::Discrete) => changes.for_each(|_| written.add(0)),
         Some(FaceOrder::SkipLists) => {
