@@ -4,7 +4,7 @@ use super::{Effort, Row};
 use crate::math::splitmix::SplitMix64;
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
-use crate::vk::{Feature, Gpu, GpuOptions, Message, Need, PassTime, Work};
+use crate::vk::{self, Feature, Frame, Gpu, GpuOptions, Message, Need, PassTime, Work};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -49,6 +49,37 @@ pub struct Contender<'a> {
     pub run: Box<dyn FnMut() -> anyhow::Result<Vec<PassTime>> + 'a>,
 }
 
+impl<'a> Contender<'a> {
+    pub fn new(
+        variant: impl Into<String>,
+        run: impl FnMut() -> anyhow::Result<Vec<PassTime>> + 'a,
+    ) -> Contender<'a> {
+        Contender { variant: variant.into(), run: Box::new(run) }
+    }
+
+    /// A frame that has only the passes that `record` adds.
+    pub fn frame(
+        gpu: &'a Gpu,
+        variant: impl Into<String>,
+        mut record: impl FnMut(&mut Frame<'_>) -> vk::Result<()> + 'a,
+    ) -> Contender<'a> {
+        Contender::new(variant, move || {
+            let mut frame = gpu.frame()?;
+            record(&mut frame)?;
+            Ok(frame.submit()?.wait()?)
+        })
+    }
+
+    /// Adds a last pass: the host's time for `work`, which follows the device's passes.
+    pub fn and_host<T>(mut self, label: &'a str, mut work: impl FnMut() -> T + 'a) -> Contender<'a> {
+        Contender::new(self.variant, move || {
+            let mut times = (self.run)()?;
+            times.push(PassTime::of_host(label, &mut work));
+            Ok(times)
+        })
+    }
+}
+
 /// A contender's times in milliseconds; `None` if the device has no timestamps.
 #[derive(Clone, Debug)]
 pub struct Timed {
@@ -74,7 +105,7 @@ impl Bench {
     ///
     /// # Errors
     /// As [`Gpu::new`]. If the device lacks a feature, the figure reports [`Value::Missing`].
-    pub fn gpu(&self, needs: &[Need]) -> crate::vk::Result<Gpu> {
+    pub fn gpu(&self, needs: &[Need]) -> vk::Result<Gpu> {
         let (device, validate) = (self.device.as_deref(), self.validate);
         let options = GpuOptions { device, validate, needs, wishes: &Feature::ALL, ..GpuOptions::default() };
         let gpu = Gpu::new(&options)?;
@@ -146,10 +177,7 @@ impl Bench {
         most: usize,
         enough: impl Fn(&[Timed]) -> bool,
     ) -> anyhow::Result<Vec<Timed>> {
-        contenders.push(Contender {
-            variant: "empty pass".into(),
-            run: Box::new(|| Ok(gpu.run_pass("empty pass", |_| Ok(()))?)),
-        });
+        contenders.push(Contender::new("empty pass", || Ok(gpu.run_pass("empty pass", |_| ())?)));
         let count = contenders.len();
         let mut samples: Vec<Vec<Vec<PassTime>>> = vec![Vec::new(); count];
         let mut counted: Vec<Vec<PassTime>> = vec![Vec::new(); count];

@@ -75,4 +75,9 @@ impl Model {
     pub fn face_positions(&self, face: usize) -> [u32; 3] {
         self.faces[face].map(|wedge| self.wedge_positions[wedge as usize])
     }
+
+    /// The position of each wedge.
+    pub fn wedge_points(&self) -> Vec<DVec3> {
+        self.wedge_positions.iter().map(|&position| self.positions[position as usize]).collect()
+    }
 }

@@ -55,9 +55,14 @@ impl IndexType {
         }
     }
 
+    /// Bytes of a triangle's indices.
+    pub const fn triangle_bytes(self) -> u64 {
+        3 * self.bytes()
+    }
+
     /// Bytes of `faces` faces, rounded up to whole words, because shaders read indices by words.
     pub fn bytes_of_faces(self, faces: u64) -> u64 {
-        (3 * self.bytes() * faces).next_multiple_of(4)
+        (self.triangle_bytes() * faces).next_multiple_of(4)
     }
 
     /// The bytes of an index buffer of this type.

@@ -35,6 +35,45 @@ pub struct PassTime {
     pub work: Option<Work>,
 }
 
+impl PassTime {
+    /// A time without counted work.
+    pub fn new(label: impl Into<String>, ns: Option<u64>) -> PassTime {
+        PassTime { label: label.into(), ns, work: None }
+    }
+
+    /// The host's time for `work`, as a pass.
+    pub fn of_host<T>(label: impl Into<String>, work: impl FnOnce() -> T) -> PassTime {
+        let start = Instant::now();
+        std::hint::black_box(work());
+        PassTime::new(label, Some(start.elapsed().as_nanos() as u64))
+    }
+}
+
+/// What a closure that records a pass returns: `()` if its commands cannot fail, or a [`Result`].
+pub trait Recorded {
+    type Output;
+
+    /// # Errors
+    /// The error of the recording.
+    fn result(self) -> Result<Self::Output>;
+}
+
+impl Recorded for () {
+    type Output = ();
+
+    fn result(self) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl<T> Recorded for Result<T> {
+    type Output = T;
+
+    fn result(self) -> Result<T> {
+        self
+    }
+}
+
 type Times = Arc<OnceLock<Vec<PassTime>>>;
 
 /// One frame's command pool, queries and descriptors.
@@ -298,10 +337,10 @@ impl Gpu {
     ///
     /// # Errors
     /// The error of `record`; [`Error::DeviceLost`].
-    pub fn run_pass(
+    pub fn run_pass<R: Recorded>(
         &self,
         label: &str,
-        record: impl FnOnce(&mut Cmd<'_>) -> Result<()>,
+        record: impl FnOnce(&mut Cmd<'_>) -> R,
     ) -> Result<Vec<PassTime>> {
         let mut frame = self.frame()?;
         frame.pass(label, record)?;
@@ -363,7 +402,11 @@ impl Frame<'_> {
     ///
     /// # Errors
     /// The error of `record`.
-    pub fn pass<T>(&mut self, label: &str, record: impl FnOnce(&mut Cmd<'_>) -> Result<T>) -> Result<T> {
+    pub fn pass<R: Recorded>(
+        &mut self,
+        label: &str,
+        record: impl FnOnce(&mut Cmd<'_>) -> R,
+    ) -> Result<R::Output> {
         let (device, counting, lists) = (&*self.gpu.device, self.counting, self.listed.is_some());
         let slot = self.slot();
         assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
@@ -387,7 +430,7 @@ impl Frame<'_> {
         if let Some(statistics) = statistics {
             cmd.begin_statistics(statistics, query);
         }
-        let result = record(&mut cmd);
+        let result = record(&mut cmd).result();
         if let Some(statistics) = statistics {
             cmd.end_statistics(statistics, query);
             slot.works.push(cmd.work);

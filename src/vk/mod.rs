@@ -37,7 +37,7 @@ pub use device::failure_at_the_end;
 pub use error::Error;
 pub use features::{Feature, Need};
 pub use format::Format;
-pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Ticket};
+pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Recorded, Ticket};
 pub use graphics_info::{Blend, Depth, GraphicsInfo};
 pub use image::{Image, ImageInfo, ReadAs};
 pub use instance::{Instance, Survey, driver_folders};

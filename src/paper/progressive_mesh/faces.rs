@@ -45,7 +45,7 @@ struct OfSurface {
 
 /// Bytes of the cache misses: a word for each face of the index buffer.
 fn miss_bytes(surface: &MeshOnDevice) -> u64 {
-    4 * surface.indices.bytes() / (3 * surface.indices.index_type().bytes())
+    4 * surface.indices.bytes() / surface.indices.index_type().triangle_bytes()
 }
 
 impl Faces {

@@ -29,6 +29,14 @@ pub struct LoadedMesh {
     pub textured: Option<Textured>,
 }
 
+impl LoadedMesh {
+    /// A mesh of a complete file, without texture, before it is moved onto its ground.
+    pub fn new(scene: &Scene, name: &str, surface: ProgressiveSurface, mesh: ProgressiveMesh) -> LoadedMesh {
+        let stands = stands(scene, &surface);
+        LoadedMesh { name: name.to_owned(), surface, mesh, cut_from: None, stands, textured: None }
+    }
+}
+
 /// How another technique textures a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Textured {
@@ -65,8 +73,7 @@ pub fn load(scene: &Scene) -> Result<Vec<LoadedMesh>, LoadError> {
         let mut surface = config::surface(scene, name)?;
         let (mesh, cut_from) = mesh(scene, name, &surface)?;
         surface.metric = mesh.metric;
-        let stands = stands(scene, &surface);
-        Ok(LoadedMesh { name: name.to_owned(), mesh, cut_from, stands, surface, textured: None })
+        Ok(LoadedMesh { cut_from, ..LoadedMesh::new(scene, name, surface, mesh) })
     };
     let mut models = config::names(scene).map(load).collect::<Result<Vec<_>, LoadError>>()?;
     let grounds: HashMap<String, Heights> = models

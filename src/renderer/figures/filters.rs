@@ -210,7 +210,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let seen = TexturedView { source, size, samples: &samples, surface: &surface, strata };
     let truths = KERNELS.map(|(quantity, kernel)| (quantity, seen.truth(kernel)));
     let own = &truths[0].1;
-    let mut parts = vec![(SILHOUETTES, own.whole.clone())];
     let is_inside: Vec<bool> = match subject.hides_itself() {
         true => shows_one_piece(&dense, &subject.mesh, size, RADIUS_PX),
         false => samples.iter().map(Option::is_some).collect(),
@@ -218,8 +217,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let counts: Vec<bool> =
         own.whole.iter().zip(&is_inside).map(|(whole, inside)| *whole && *inside).collect();
     let near = counts.iter().zip(outline(&is_inside, size)).map(|(counts, near)| *counts && near).collect();
-    parts.truncate(usize::from(subject.hides_itself()));
-    parts.extend([(NMSE, counts.clone()), (OUTLINE, near)]);
+    let silhouettes = subject.hides_itself().then(|| (SILHOUETTES, own.whole.clone()));
+    let parts = Vec::from_iter(silhouettes.into_iter().chain([(NMSE, counts.clone()), (OUTLINE, near)]));
     let floor =
         |(quantity, counts): &(_, Vec<bool>)| Row::number(FLOOR, *quantity, "", own.own_nmse_where(counts));
     let mut rows: Vec<Row> = parts.iter().map(floor).collect();
@@ -313,12 +312,11 @@ fn texels(name: &str, quantity: &str, renderer: &Renderer) -> anyhow::Result<Row
 /// One frame of each renderer.
 fn contenders<'a>(shown: &'a mut [(&'static str, Renderer)], pose: &'a Pose) -> Vec<Contender<'a>> {
     let contender = |(name, renderer): &'a mut (&'static str, Renderer)| {
-        let run = move || -> anyhow::Result<_> {
+        Contender::new(*name, move || {
             renderer.frame(pose)?;
             renderer.drain()?;
             Ok(renderer.records.last().context("a drained frame has a record")?.passes.clone())
-        };
-        Contender { variant: name.to_string(), run: Box::new(run) }
+        })
     };
     shown.iter_mut().map(contender).collect()
 }

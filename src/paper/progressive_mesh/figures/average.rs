@@ -11,7 +11,7 @@ use super::super::simplify::Collapses;
 use super::equal_memory::{self, AT_MEMORY_OF, EQUAL_MEMORY};
 use super::orders::{
     CLASSICAL, CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, ORDERS, PAPER, TAIL_10, TAIL_23,
-    WITH_SCANS, moved_per_split, number, ordered, simplified,
+    WITH_SCANS, moved_per_split, number, ordered, orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
 use crate::figure::claim::{
@@ -202,19 +202,18 @@ const WEDGES: &str = "FIFO-16 on wedges";
 const PER_VERTEX: &str = "transforms per vertex";
 
 fn variants() -> Vec<String> {
-    let baselines = BASELINES.iter().map(|baseline| baseline.name().to_string());
-    let at_memory = AT_MEMORY_OF.iter().map(|(_, name)| name.to_string());
-    let orders = ORDERS.iter().map(|(name, _)| name.to_string());
-    orders.chain(baselines).chain(at_memory).chain([LOWER_BOUND.to_string()]).collect()
+    let at_memory = AT_MEMORY_OF.iter().map(|(_, name)| *name);
+    let more = at_memory.chain([LOWER_BOUND]).map(str::to_owned);
+    orders_and_baselines().into_iter().chain(more).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let plain = ordered(&model, &collapses, None);
     let all = sampled_levels(&plain, 100_000, 256);
     let some = bench.effort_of(sampled_levels(&plain, 0, 128), all.clone());
     let mut rows = Vec::new();
+    let levels = sampled_levels(&plain, 0, 64);
     for (name, options) in &ORDERS {
         let mesh = ordered(&model, &collapses, options.as_ref());
         for cache in CACHES {
@@ -227,17 +226,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         }
         rows.push(number(name, MOVED, "faces", moved_per_split(&mesh)));
         let program = Program::new(&mesh)?;
-        let face_bytes = 3 * program.index_type().bytes();
-        rows.push(number(name, MEMORY, "bytes per face", face_bytes as f64));
+        rows.push(number(name, MEMORY, "bytes per face", program.index_type().triangle_bytes() as f64));
         let drawn =
             |&level: &u32| f64::from(program.drawn(level)) / f64::from(plain.levels[level as usize].faces);
         rows.push(number(name, DRAWN, "faces", all.iter().map(drawn).sum::<f64>() / all.len() as f64));
         rows.extend(on_wedges(name, &mesh, &program, &some));
-        rows.extend(equal_memory::rows(name, &mesh, &plain, &sampled_levels(&plain, 0, 64))?);
+        rows.extend(equal_memory::rows(name, &program, &plain, &levels));
     }
     rows.extend(made_for_each_size(&model, &collapses, &some));
     rows.push(number(LOWER_BOUND, FIFO_16, PER_VERTEX, bound(&plain, &some)));
-    let levels = sampled_levels(&plain, 0, 64);
     for baseline in BASELINES {
         let (name, found) = (baseline.name(), baseline_costs(&plain, baseline, &CACHES, &levels));
         let means = CACHES.iter().zip(&found.costs);

@@ -10,7 +10,6 @@ use super::{models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use anyhow::Context;
-use glam::DVec3;
 
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",
@@ -87,12 +86,10 @@ const PARTS: [f64; 4] = [0.5, 0.2, 0.1, 0.05];
 const ROUNDING: f64 = 1e-9;
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let samples = bench.effort_of(50_000, 400_000);
     let diagonal = Size::of(&model).diagonal;
-    let wedges: Vec<DVec3> =
-        model.wedge_positions.iter().map(|&position| model.positions[position as usize]).collect();
+    let wedges = model.wedge_points();
     let mut rows = Vec::new();
     for &effort in BuildEffort::ALL {
         let name = effort.name();

@@ -23,21 +23,15 @@ pub const AT_MEMORY_OF: [(&str, &str); 3] = [
     (TAIL_23, "skip-lists at tail-23's memory"),
 ];
 
-/// The rows of an order of `mesh`, and of the corresponding skip lists at `levels` of the mesh in classical
-/// order.
-pub fn rows(
-    name: &str,
-    mesh: &ProgressiveMesh,
-    plain: &ProgressiveMesh,
-    levels: &[u32],
-) -> anyhow::Result<Vec<Row>> {
-    let (faces, program) = (mesh.faces.len() as f64, Program::new(mesh)?);
-    let shared = program.command_bytes() as f64 + 3.0 * program.index_type().bytes() as f64 * faces;
+/// The rows of an order, and of the corresponding skip lists at `levels` of the mesh in classical order.
+pub fn rows(name: &str, program: &Program, plain: &ProgressiveMesh, levels: &[u32]) -> Vec<Row> {
+    let faces = plain.faces.len() as f64;
+    let shared = program.command_bytes() as f64 + program.index_type().triangle_bytes() as f64 * faces;
     let mut rows = vec![number(name, SHARED, UNIT, shared / faces)];
     if let Some((_, lists)) = AT_MEMORY_OF.iter().find(|(order, _)| *order == name) {
         rows.extend(skip_lists_within(lists, plain, shared, levels));
     }
-    Ok(rows)
+    rows
 }
 
 /// The largest number of lists that fit into `most_bytes`. Lists that shrink by a factor r have 1 / (1 - r)
@@ -49,7 +43,7 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
         let prepared = PreparedBaseline::new(plain, baseline, plain.vertices.welded.clone());
         (prepared.list_bytes(index) as f64, prepared.listed_faces() as f64)
     };
-    let (faces, face_bytes) = (plain.faces.len() as f64, 3.0 * index.bytes() as f64);
+    let (faces, face_bytes) = (plain.faces.len() as f64, index.triangle_bytes() as f64);
     // The corners that level changes write take nearly the same memory at every ratio.
     let (some_bytes, some_faces) = lists(0.9);
     let most_listed = (most_bytes - some_bytes) / face_bytes + some_faces;

@@ -7,7 +7,6 @@ use super::{models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use anyhow::Context;
-use glam::DVec3;
 
 pub const ERROR: Figure = Figure {
     id: "pm.error",
@@ -25,7 +24,7 @@ pub const ERROR: Figure = Figure {
             --full) `dragon` are measured if they have been fetched. They are not included in the means over \
             models.",
     scenes: &["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE],
-    variants,
+    variants: || [OURS, BASELINE].map(String::from).into(),
     paper: &[],
     ours: &["ours"],
     full_only: &[scans::LARGE],
@@ -87,12 +86,7 @@ const ROUNDING: f64 = 1e-9;
 /// a distance takes some dozen operations.
 const TWO_WAYS: f64 = 64.0 * f64::EPSILON;
 
-fn variants() -> Vec<String> {
-    [OURS, BASELINE].map(String::from).into()
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let model = scans::open(&cell.scene)?;
     let part = cell.x.context("the sweep has values")? / 100.0;
     let target_faces = (model.faces.len() as f64 * part) as usize;
@@ -101,8 +95,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         simplify(&model, &SimplifyOptions { target_faces, ..SimplifyOptions::default() }, &mut |_, _| {});
     let steps = simplified.collapses.steps_to(&model, target_faces);
     let ours = simplified.collapses.faces_after(&model, steps);
-    let wedges: Vec<DVec3> =
-        model.wedge_positions.iter().map(|&position| model.positions[position as usize]).collect();
+    let wedges = model.wedge_points();
     let theirs = baseline(&wedges, &model.faces, target_faces)?;
     let diagonal = Size::of(&model).diagonal;
     let both =

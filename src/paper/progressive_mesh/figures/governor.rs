@@ -192,6 +192,7 @@ fn rows_of_runs(variant: &str, runs: &[&[MeshFrameRecord]], budget_ms: f64) -> a
     let series = |values: Vec<f64>| {
         Value::Series(values.iter().enumerate().map(|(n, value)| [n as f64, *value]).collect())
     };
+    let faces = first.iter().map(|record| record.change.faces as f64).collect();
     let shown = runs.iter().map(|run| Shown::of(run)).collect::<anyhow::Result<Vec<_>>>()?;
     let all: Vec<f64> = shown.iter().flat_map(|shown| shown.times.iter().copied()).collect();
     let over = |quantity, unit, of: &dyn Fn(&Shown) -> f64| {
@@ -202,12 +203,7 @@ fn rows_of_runs(variant: &str, runs: &[&[MeshFrameRecord]], budget_ms: f64) -> a
     let mut rows = vec![
         Row::new(variant, TIME, "ms", series(times(first).context("timed before")?)),
         Row::new(variant, FACTOR, "", series(first.iter().map(|record| record.error_factor).collect())),
-        Row::new(
-            variant,
-            FACES,
-            "faces",
-            series(first.iter().map(|record| record.change.faces as f64).collect()),
-        ),
+        Row::new(variant, FACES, "faces", series(faces)),
         Row::new(variant, FRAMES, "ms", Value::Summary(Summary::of(&all).context("a path has frames")?)),
     ];
     rows.extend([

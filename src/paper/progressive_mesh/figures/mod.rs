@@ -23,9 +23,12 @@ mod texture;
 use crate::figure::{Bench, Figure, Setting, View};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
-use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes, load};
+use crate::paper::progressive_mesh::config::{self, ProgressiveSurface};
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes, load};
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
+use crate::vk::Gpu;
 use anyhow::Context;
 
 /// All figures, in the report's order.
@@ -93,4 +96,20 @@ fn session(
     change(&mut settings);
     let gpu = bench.gpu(&[])?;
     Ok(ProgressiveMeshes::run(gpu, &load(scene)?, settings)?)
+}
+
+/// A session of the scene `bunny` with one instance of another mesh. `change` edits the surface last.
+fn session_of(
+    gpu: &Gpu,
+    mesh: &ProgressiveMesh,
+    size: [u32; 2],
+    change: impl FnOnce(&mut ProgressiveSurface),
+) -> anyhow::Result<Run<ProgressiveMeshes>> {
+    let scene = Scene::embedded("bunny")?;
+    let mut surface = config::surface(&scene, "bunny")?;
+    change(&mut surface);
+    let model = LoadedMesh::new(&scene, "bunny", surface, mesh.clone());
+    let settings =
+        ProgressiveMeshSettings { size, ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8)? };
+    Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }

@@ -4,7 +4,8 @@ use super::super::baselines::{BASELINES, baseline_costs};
 use super::super::cache::{CACHES, Cache, LevelCosts, level_costs, sampled_levels};
 use super::super::mesh::ProgressiveMesh;
 use super::orders::{
-    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, ordered, simplified,
+    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, ordered,
+    orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
 use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
@@ -26,7 +27,7 @@ pub const ORDER: Figure = Figure {
             vertices, which is what a device shades. The scans `dragon_res4` and, with --full, `dragon` \
             are measured if they have been fetched; claims use only the shipped models.",
     scenes: &WITH_SCANS,
-    variants,
+    variants: orders_and_baselines,
     paper: &[CLASSICAL, PAPER],
     ours: &[TAIL_23],
     full_only: &[scans::LARGE],
@@ -82,13 +83,7 @@ const fn plot(quantity: &'static str) -> Plot {
     Plot::curves(quantity, "faces").log_x()
 }
 
-fn variants() -> Vec<String> {
-    let baselines = BASELINES.iter().map(|baseline| baseline.name().to_string());
-    ORDERS.iter().map(|(name, _)| name.to_string()).chain(baselines).collect()
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let count = bench.effort_of(97, 385);
     let plain = ordered(&model, &collapses, None);

@@ -1,7 +1,10 @@
 //! Shared by the figures on orders: the models, the orders by name, and their costs.
 
+use super::super::baselines::BASELINES;
+use super::super::check::MeshFlaw;
 use super::super::mesh::ProgressiveMesh;
 use super::super::order::{OrderOptions, classical, order};
+use super::super::run::Program;
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::Row;
@@ -43,9 +46,29 @@ const fn named(order: FaceOrder) -> NamedOrder {
     (order.name(), OrderOptions::of(order))
 }
 
+/// The names of all orders and baselines.
+pub fn orders_and_baselines() -> Vec<String> {
+    let baselines = BASELINES.iter().map(|baseline| baseline.name());
+    ORDERS.iter().map(|(name, _)| *name).chain(baselines).map(str::to_owned).collect()
+}
+
 /// A row whose value is one number.
 pub fn number(variant: &str, quantity: impl Into<String>, unit: &str, number: f64) -> Row {
     Row::number(variant, quantity, unit, number)
+}
+
+/// A mesh in an order, and the program that executes its levels.
+pub struct Executable {
+    pub mesh: ProgressiveMesh,
+    pub program: Program,
+}
+
+impl Executable {
+    /// # Errors
+    /// The mesh cannot be executed, which is a bug of the order.
+    pub fn new(mesh: ProgressiveMesh) -> Result<Executable, MeshFlaw> {
+        Ok(Executable { program: Program::new(&mesh)?, mesh })
+    }
 }
 
 /// A shipped or fetched model and its collapses down to 64 faces.

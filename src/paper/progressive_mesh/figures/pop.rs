@@ -57,7 +57,7 @@ pub const POP: Figure = Figure {
             difference from the full mesh is measured in the frames of the approach. The limit was chosen on the \
             bunny; `knot/near` is the scene `bunny/near` with a model on which it was not chosen.",
     scenes: &["bunny/near", "bunny/above", UNSEEN],
-    variants,
+    variants: || VARIANTS.map(|(name, ..)| name.to_string()).into(),
     paper: &[AT_ONCE],
     ours: &["geomorph"],
     show: Show::views(|| seen(POP.scenes)).variants(settings),
@@ -122,10 +122,6 @@ pub const POP: Figure = Figure {
     ..Figure::BASE
 };
 
-fn variants() -> Vec<String> {
-    VARIANTS.map(|(name, ..)| name.to_string()).into()
-}
-
 /// The variants as settings of the scene. Without a limit the picture may change by any amount.
 fn settings() -> Vec<Setting> {
     let changes = |morphs, limit: Option<f64>| {
@@ -186,6 +182,9 @@ fn errors(limit: Option<f64>) -> Vec<f64> {
     errors
 }
 
+/// The largest change of a pixel that is not visible, in levels of 8-bit sRGB.
+pub const INVISIBLE: u8 = 8;
+
 /// Samples along each side of a pixel.
 pub const SAMPLES: u32 = 4;
 
@@ -230,7 +229,7 @@ fn approach(pictures: &[Vec<u8>], errors: &[f64], full: &[u8], variant: &str) ->
         along.push([error, rms(&pair[0], &pair[1])]);
         let changes: Vec<f64> = covered.iter().map(|&pixel| change(&pair[0], &pair[1], pixel)).collect();
         largest = changes.iter().copied().fold(largest, f64::max);
-        let seen = changes.iter().filter(|change| **change > 8.0).count();
+        let seen = changes.iter().filter(|change| **change > f64::from(INVISIBLE)).count();
         let percent = 100.0 * seen as f64 / covered.len() as f64;
         if percent > worst.0 || worst.1.is_nan() {
             worst = (percent, error);

@@ -25,8 +25,9 @@ pub fn check_fetched(name: &str) -> Result<(), LeftOut> {
 /// A model by its name, shipped or fetched.
 ///
 /// # Errors
-/// As [`Model::open`].
+/// As [`check_fetched`] and [`Model::open`].
 pub fn open(name: &str) -> anyhow::Result<Model> {
+    check_fetched(name)?;
     Ok(Model::open(name)?.0)
 }
 

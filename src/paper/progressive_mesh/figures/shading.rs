@@ -9,9 +9,9 @@ use super::super::mesh::{Level, ProgressiveMesh, Vertices};
 use super::super::place::{Bounds, Placement};
 use super::super::run::level_for_error;
 use super::super::simplify::{SimplifyOptions, simplify};
-use super::super::stand::{Stand, stands};
+use super::super::stand::stands;
 use super::super::surface::vertices::{face_normals, normals};
-use super::pop::{SAMPLES, averaged};
+use super::pop::{INVISIBLE, SAMPLES, averaged};
 use super::surfaces::distances;
 use super::{metrics, scans, seen};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
@@ -49,7 +49,7 @@ pub const SHADING: Figure = Figure {
             have no texture, so the texture coordinates of knot are left out of its error; pm.texture measures what \
             they add.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
-    variants,
+    variants: || [PAPER, LEVEL, AWARE, AWARE_AS_MANY, PAPER_AS_MANY, LEVEL_AS_MANY].map(String::from).into(),
     paper: &[PAPER],
     ours: &[AWARE],
     full_only: &[],
@@ -127,17 +127,12 @@ const WORST: &str = "largest difference of a pixel";
 const FACES: &str = "faces";
 const DISTANCE: &str = "mean distance";
 
-fn variants() -> Vec<String> {
-    [PAPER, LEVEL, AWARE, AWARE_AS_MANY, PAPER_AS_MANY, LEVEL_AS_MANY].map(String::from).into()
-}
-
 /// The wanted error and the scenes of the pictures that are written.
 const PICTURED: (f64, [&str; 2]) = (4.0, ["bunny/near", "solid/near"]);
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let wanted = cell.x.context("the sweep has values")?;
     let (name, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
-    scans::check_fetched(name)?;
     let model = scans::open(name)?;
     let stage = ShadingScene::new(bench, name, eye)?;
     // The picture has no texture. pm.texture measures what texture coordinates add to the error.
@@ -200,8 +195,8 @@ fn picture(bench: &mut Bench, cell: &Cell, what: &str, shot: &Shot, size: [u32; 
 struct ShadingScene {
     gpu: Gpu,
     settings: ProgressiveMeshSettings,
+    scene: Scene,
     surface: ProgressiveSurface,
-    stands: Vec<Stand>,
     pose: Pose,
     /// Width and height in pixels.
     size: [u32; 2],
@@ -227,9 +222,9 @@ impl ShadingScene {
                 size: size.map(|side| side * SAMPLES),
                 ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Linear32)?
             },
-            stands: stands(&scene, &surface),
             surface,
             pose: scene.camera(eye)?.pose(),
+            scene,
             size,
         })
     }
@@ -237,20 +232,14 @@ impl ShadingScene {
     /// The level that a wanted error in pixels selects.
     fn level(&self, mesh: &ProgressiveMesh, pixels: f64) -> u32 {
         let bounds = Bounds::of(&mesh.vertices.positions);
-        let place = Placement::new(&self.surface, &bounds, &self.stands[0]);
+        let place = Placement::new(&self.surface, &bounds, &stands(&self.scene, &self.surface)[0]);
         level_for_error(&mesh.levels, place.wanted_error(&self.pose, self.size[1], pixels) as f32)
     }
 
     /// The picture of a level whose vertices have these normals.
     fn shot(&self, mesh: &ProgressiveMesh, level: u32, normals: Vec<[f32; 3]>) -> anyhow::Result<Shot> {
-        let model = LoadedMesh {
-            name: "bunny".into(),
-            surface: self.surface.clone(),
-            mesh: still(mesh, level, normals),
-            cut_from: None,
-            stands: self.stands.clone(),
-            textured: None,
-        };
+        let mesh = still(mesh, level, normals);
+        let model = LoadedMesh::new(&self.scene, "bunny", self.surface.clone(), mesh);
         let mut run = ProgressiveMeshes::run(self.gpu.clone(), &[model], self.settings)?;
         run.frame(&self.pose)?;
         let bytes = run.picture_bytes()?;
@@ -305,9 +294,6 @@ struct Difference {
     rms: f64,
     worst: f64,
 }
-
-/// Largest change that is not visible, in levels of 8-bit sRGB.
-const INVISIBLE: u8 = 8;
 
 impl Difference {
     fn between(one: &Shot, other: &Shot, width: usize) -> Difference {

@@ -2,10 +2,7 @@
 
 use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
-use super::orders::{
-    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_10, TAIL_23, WITH_SCANS, ordered,
-    simplified,
-};
+use super::orders::{CLASSICAL, CLOSED, IN_PLACE_23, ORDERS, TAIL_23, WITH_SCANS, ordered, simplified};
 use super::{face_orders, models, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
@@ -75,14 +72,13 @@ const RATIO: f64 = 0.707;
 const UNIT: &str = "bytes per split";
 
 fn variants() -> Vec<String> {
-    [CLASSICAL, PAPER, TAIL_23, TAIL_10, IN_PLACE_23, IN_PLACE_10, SKIP_LISTS].map(String::from).into()
+    ORDERS.iter().map(|(name, _)| *name).chain([SKIP_LISTS]).map(str::to_owned).collect()
 }
 
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let (model, collapses) = simplified(&cell.scene)?;
     let mut rows = Vec::new();
-    for (name, options) in ORDERS.iter().filter(|(name, _)| variants().iter().any(|known| known == name)) {
+    for (name, options) in &ORDERS {
         let mesh = ordered(&model, &collapses, options.as_ref());
         rows.extend(of_mesh(name, &mesh)?);
     }

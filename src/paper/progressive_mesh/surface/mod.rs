@@ -394,7 +394,7 @@ impl MeshOnDevice {
         let [least, most] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
-        let face = 3 * self.program.index_type().bytes();
+        let face = self.program.index_type().triangle_bytes();
         let (places, faces, baseline) = match &self.levels {
             InstanceLevels::Host(_) if self.mapped.is_some() => {
                 ("in main and in mapped memory of each frame in flight", "live", None)

@@ -138,6 +138,6 @@ impl Resident {
 
     /// A copy of faces: source, destination and length in bytes.
     fn bytes(&self, [from, to]: [u32; 2], faces: u32) -> [u64; 3] {
-        [from, to, faces].map(|faces| 3 * self.program.index_type().bytes() * u64::from(faces))
+        [from, to, faces].map(|faces| self.program.index_type().triangle_bytes() * u64::from(faces))
     }
 }

@@ -1,10 +1,10 @@
 //! vt.address: length and cost of the list with level-0 and with own-level tile addresses.
 
 use super::common::{PAPERS, pixels_of, setting};
-use super::list_on_the_host::{ON_THE_HOST, host_pass};
+use super::cost::ON_THE_HOST;
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Show, Sweep, Timed};
+use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
 
@@ -18,7 +18,7 @@ pub const ADDRESS: Figure = Figure {
             turn triples into sorted, distinct tiles. The levels are those of the paper's NA = 16. Quick and full runs \
             differ only in the picture heights.",
     scenes: &["globe/africa", "earth/oblique"],
-    variants,
+    variants: names,
     paper: &["level-0"],
     ours: &["own-level"],
     full_only: &[],
@@ -29,7 +29,7 @@ pub const ADDRESS: Figure = Figure {
         full: &[360.0, 540.0, 720.0, 1080.0, 1440.0, 2160.0],
     }),
     show: Show::scenes(PAPERS)
-        .variants(|| configs().map(|(name, config)| setting(name, &config)).into()),
+        .variants(|| VARIANTS.map(|(name, config)| setting(name, &config)).into()),
     measure,
     plots: &[
         Plot::sweep(LENGTH).log_y(),
@@ -43,7 +43,7 @@ pub const ADDRESS: Figure = Figure {
              tiles.",
             &[
                 Test::difference(one(LENGTH, "own-level"), one(TILES, "own-level"), Equal(0.0)),
-                Test::value(each(SAME, variants), Equal(0.0)),
+                Test::value(each(SAME, names), Equal(0.0)),
             ],
         ),
         Claim::ours(
@@ -66,15 +66,13 @@ const LENGTH: &str = "list length";
 const STAGES: &str = "stages 2 and 3";
 const TILES: &str = "distinct tiles";
 const SAME: &str = "tiles that the other tile address does not name";
-const NAMES: [&str; 2] = ["level-0", "own-level"];
+const VARIANTS: [(&str, Config); 2] = [
+    ("level-0", Config { address: TileAddress::Level0, ..PAPER }),
+    ("own-level", Config { address: TileAddress::OwnLevel, ..PAPER }),
+];
 
-fn variants() -> Vec<String> {
-    NAMES.map(String::from).into()
-}
-
-fn configs() -> [(&'static str, Config); 2] {
-    let [level_0, own_level] = [TileAddress::Level0, TileAddress::OwnLevel];
-    [(NAMES[0], Config { address: level_0, ..PAPER }), (NAMES[1], Config { address: own_level, ..PAPER })]
+fn names() -> Vec<String> {
+    VARIANTS.map(|(name, _)| name.to_owned()).into()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
@@ -83,15 +81,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let pair = |(name, config)| {
         Pair::new(&stage1, name, Config { request_format: Some(RequestFormat::Packed), ..config })
     };
-    let pairs = match configs().into_iter().map(pair).collect::<Result<Vec<_>, _>>() {
+    let pairs = match VARIANTS.into_iter().map(pair).collect::<Result<Vec<_>, _>>() {
         Ok(pairs) => pairs,
-        Err(why) => return Ok(NAMES.map(|name| Row::missing(name, LENGTH, why.clone())).into()),
+        Err(why) => return Ok(VARIANTS.map(|(name, _)| Row::missing(name, LENGTH, why.clone())).into()),
     };
     let lists: Vec<_> = pairs.iter().map(|pair| pair.triples(&stage1)).collect::<anyhow::Result<_>>()?;
     let mut rows = Vec::new();
     let first_resident = pyramid.first_resident_level();
     let tiles = [0, 1].map(|n| distinct_tiles(&lists[n], pairs[n].config.address, first_resident));
-    for (n, name) in NAMES.into_iter().enumerate() {
+    for (n, (name, _)) in VARIANTS.into_iter().enumerate() {
         let number = |quantity, unit, count: usize| Row::number(name, quantity, unit, count as f64);
         let alone = tiles[n].iter().filter(|tile| tiles[1 - n].binary_search(tile).is_err()).count();
         rows.push(number(LENGTH, "triples", lists[n].len()));
@@ -99,14 +97,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(SAME, "tiles", alone));
     }
     let contenders = pairs.iter().enumerate().map(|(n, pair)| {
-        let mut on_the_device = pair.contender(&stage1);
         let (triples, address) = (&lists[n], pair.config.address);
-        let run = move || {
-            let mut times = (on_the_device.run)()?;
-            times.push(host_pass(|| distinct_tiles(triples, address, first_resident)));
-            Ok(times)
-        };
-        Contender { variant: NAMES[n].into(), run: Box::new(run) }
+        let tiles = move || distinct_tiles(triples, address, first_resident);
+        pair.contender(&stage1).and_host(ON_THE_HOST, tiles)
     });
     let timed = bench.interleave(gpu, contenders.collect())?;
     rows.extend(timed.iter().flat_map(time_rows));

@@ -1,15 +1,16 @@
 //! Shared by this paper's figures: scenes by name, sessions on the run's device, single passes to be timed.
 
-use crate::figure::{Bench, Contender, Setting};
+use crate::figure::{Bench, Setting};
 use crate::frame::Run;
 use crate::math::camera::Pose;
+use crate::math::pyramid::TileId;
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
+use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextureSettings, needs};
-use crate::picture::PixelFormat;
+use crate::picture::{Picture, PixelFormat};
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use crate::vk::{Frame, Gpu};
 use anyhow::Context;
 
 /// A border that contains the paper's 16 samples. As in the paper, a pixel then needs the tile of its triple alone: no
@@ -94,6 +95,11 @@ impl SceneView {
 }
 
 impl ViewSession {
+    /// The stage 1 of a variant that is not fused.
+    pub fn stage1(&self) -> &FootprintPass {
+        self.session.technique.stage1().expect("a staged variant")
+    }
+
     /// Draws one frame and waits for it. The request image and the lists then belong to the pose, but the tiles may
     /// not be resident yet.
     ///
@@ -115,23 +121,24 @@ impl ViewSession {
     }
 }
 
+/// The last frame's picture; the session's target is [`PixelFormat::Linear32`].
+pub fn linear_picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
+    let [width, height] = session.technique.settings.size;
+    let bytes = session.picture_bytes()?;
+    Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+}
+
+/// Triples of own-level tile addresses as sorted tiles. Repeats are kept.
+pub fn own_level_tiles(triples: &[[u32; 3]]) -> Vec<TileId> {
+    let tile = |&[level, row, column]: &[u32; 3]| TileId { level, row, column };
+    let mut tiles: Vec<TileId> = triples.iter().map(tile).collect();
+    tiles.sort_unstable();
+    tiles
+}
+
 /// Size of a 16:9 picture with this many rows, a value of a sweep.
 pub fn pixels_of(rows: f64) -> [u32; 2] {
     [(rows * 16.0 / 9.0).round() as u32, rows as u32]
-}
-
-/// A contender whose frame has only the passes that `record` adds.
-pub fn passes<'a>(
-    gpu: &'a Gpu,
-    variant: impl Into<String>,
-    mut record: impl FnMut(&mut Frame<'_>) -> crate::vk::Result<()> + 'a,
-) -> Contender<'a> {
-    let run = move || {
-        let mut frame = gpu.frame()?;
-        record(&mut frame)?;
-        Ok(frame.submit()?.wait()?)
-    };
-    Contender { variant: variant.into(), run: Box::new(run) }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! vt.compact: stage 3 in all its variants.
 
 use super::common::{self, SceneView, setting};
-use super::counts::of_stage_3;
+use super::counts::{of_stage_3, reference_list};
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show};
 use crate::paper::virtual_texture::read_requests;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress};
 use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
@@ -108,14 +108,10 @@ fn settings() -> Vec<Setting> {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let stage1 = Stage1::draw(bench, &cell.scene)?;
     let requests = read_requests(&stage1.gpu, &stage1.footprint, &stage1.pyramid)?;
-    let tiles = reference::visible_tiles(&requests, &stage1.pyramid);
-    let lists = [
-        Vec::from_iter(reference::distinct_triples(&requests, &stage1.pyramid)),
-        tiles.iter().map(|tile| [tile.level, tile.row, tile.column]).collect(),
-    ];
     let addresses = [(TileAddress::Level0, PAPERS), (TileAddress::OwnLevel, NATIVE)];
     let mut rows = Vec::new();
-    for (((address, time), quantity), list) in addresses.into_iter().zip(LENGTHS).zip(lists) {
+    for ((address, time), quantity) in addresses.into_iter().zip(LENGTHS) {
+        let list = reference_list(&requests, &stage1.pyramid, address);
         let length = list.len();
         let counts = |name: &str, config: &Config| {
             let (_, ending) = time.split_once(',').expect("it names the tile address");

@@ -16,6 +16,9 @@ pub const UNLISTED: &str = "one draw, no list";
 /// Name of the paper's frame.
 pub const THE_PAPER: &str = "paper";
 
+/// Label of the host's pass that makes a list.
+pub const ON_THE_HOST: &str = "list on the host";
+
 /// Quantity: the time of a whole frame.
 pub const FRAME: &str = "frame";
 
@@ -62,10 +65,8 @@ mod tests {
 
     /// Passes with their milliseconds in each round.
     fn timed(variant: &str, passes: &[(&str, [f64; 3])]) -> Timed {
-        let pass = |&(label, ms): &(&str, [f64; 3]), round: usize| PassTime {
-            label: label.into(),
-            ns: Some((ms[round] * 1e6) as u64),
-            work: None,
+        let pass = |&(label, ms): &(&str, [f64; 3]), round: usize| {
+            PassTime::new(label, Some((ms[round] * 1e6) as u64))
         };
         let rounds = (0..3).map(|round| passes.iter().map(|of| pass(of, round)).collect()).collect();
         Timed::of(variant, rounds)

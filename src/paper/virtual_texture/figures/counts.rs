@@ -102,18 +102,23 @@ pub fn of_list(
         Some(footprint) => DedupPass::new(gpu, pyramid, config, footprint)?.groups_and_texels(*size),
         None => [0, 0],
     };
-    let list = match config.address {
-        TileAddress::Level0 => Vec::from_iter(reference::distinct_triples(triples, pyramid)),
-        TileAddress::OwnLevel => {
-            let tiles = reference::visible_tiles(triples, pyramid);
-            tiles.iter().map(|tile| [tile.level, tile.row, tile.column]).collect()
-        }
-    };
+    let list = reference_list(triples, pyramid, config.address);
     let stage_2 = of_stage_2((name, config.dedup), requests, [groups, texels], ", stage 2");
     // Without the depth prepass, the list also has hidden tiles.
     let exact =
         (config.dedup != Dedup::Fused).then(|| of_stage_3((name, config), &list, pyramid, ", stage 3"));
     Ok(stage_2.into_iter().chain(exact.into_iter().flatten()).collect())
+}
+
+/// The reference's list of the visible tiles in a request image.
+pub fn reference_list(triples: &[[u32; 3]], pyramid: &Pyramid, address: TileAddress) -> Vec<[u32; 3]> {
+    match address {
+        TileAddress::Level0 => Vec::from_iter(reference::distinct_triples(triples, pyramid)),
+        TileAddress::OwnLevel => {
+            let tiles = reference::visible_tiles(triples, pyramid);
+            tiles.iter().map(|tile| [tile.level, tile.row, tile.column]).collect()
+        }
+    }
 }
 
 /// The rows of a variant of stage 2 with this number of workgroups and of fetched texels. `ending` is appended to the

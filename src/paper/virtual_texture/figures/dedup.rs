@@ -1,12 +1,12 @@
 //! vt.dedup: stage 2 in all its variants.
 
-use super::common::{PAPERS, passes, setting};
+use super::common::{PAPERS, setting};
 use super::counts::{Requests, of_stage_2};
 use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
 };
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::FrameSlot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
@@ -157,7 +157,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             pass => pass?,
         };
         rows.extend(of_stage_2((&name, config.dedup), &requests, pass.groups_and_texels(stage1.size), ""));
-        contenders.push(passes(gpu, name, move |frame| {
+        contenders.push(Contender::frame(gpu, name, move |frame| {
             frame.pass("dedup", |cmd| pass.run(cmd, &footprint.requests, FrameSlot::FIRST))
         }));
     }

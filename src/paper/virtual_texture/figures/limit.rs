@@ -1,9 +1,8 @@
 //! vt.limit: the time of stages 2 and 3 relative to a lower bound, one copy of the request image.
 
-use super::common::{PAPERS, SceneView, passes, pixels_of, setting};
-use super::cost::{LIST, list_of_rounds, list_row};
+use super::common::{PAPERS, SceneView, own_level_tiles, pixels_of, setting};
+use super::cost::{LIST, ON_THE_HOST, list_of_rounds, list_row};
 use super::counts::{Requests, of_list};
-use super::list_on_the_host::and_list;
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
@@ -112,15 +111,8 @@ fn tiles(pair: &Pair, stage1: &Stage1) -> anyhow::Result<Vec<TileId>> {
         TileAddress::Level0 => {
             distinct_tiles(&triples, TileAddress::Level0, stage1.pyramid.first_resident_level())
         }
-        TileAddress::OwnLevel => own_level(&triples),
+        TileAddress::OwnLevel => own_level_tiles(&triples),
     })
-}
-
-fn own_level(triples: &[[u32; 3]]) -> Vec<TileId> {
-    let mut tiles: Vec<TileId> =
-        triples.iter().map(|&[level, row, column]| TileId { level, row, column }).collect();
-    tiles.sort_unstable();
-    tiles
 }
 
 /// `dedup` with the variant of stage 3 that is fastest with it on this device, or the reason why none runs.
@@ -176,8 +168,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
     let fused = (&*fused(), FLOORS);
     let mut fused = SideBySide::settled(bench, SceneView::find(&cell.scene)?, size, fused, |_| ())?;
-    let missing = fused.missing.iter();
-    rows.extend(missing.map(|(name, why)| Row::missing(&**name, LIST, why.clone())));
+    rows.extend(fused.missing_rows(LIST));
     rows.extend(times(bench, &stage1, &pairs, &mut fused)?);
     rows.extend(fused.counts()?);
     let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
@@ -199,29 +190,23 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
         HostList::new(pass, &stage1.pyramid, RequestFormat::Packed, TileAddress::OwnLevel).map(RefCell::new)
     };
     let lists = [(Listing::HostHash, host(HostPass::Hash)?), (Listing::HostBitmap, host(HostPass::Bitmap)?)];
-    let bring = |name: &str| {
-        passes(gpu, name, |frame| {
-            frame.pass("copy request image", |cmd| {
-                copy.run(cmd, requests);
-                Ok(())
-            })
-        })
-    };
     let mut contenders: Vec<Contender> = pairs.iter().map(|pair| pair.contender(stage1)).collect();
-    contenders.extend(lists.iter().map(|(list, host)| and_list(bring(list.name()), host, || copy.words())));
+    contenders.extend(lists.iter().map(|(list, host)| {
+        let bring = Contender::frame(gpu, list.name(), |frame| {
+            frame.pass("copy request image", |cmd| copy.run(cmd, requests))
+        });
+        bring.and_host(ON_THE_HOST, || host.borrow_mut().list(&copy.words()))
+    }));
     let place =
         gpu.buffer(COPY, 4 * u64::from(stage1.size[0]) * u64::from(stage1.size[1]), BufferUse::Storage)?;
     let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: stage1.size };
-    contenders.push(passes(gpu, COPY, move |frame| {
-        frame.pass(COPY, |cmd| {
-            cmd.copy_from_image(requests, &place, &[whole]);
-            Ok(())
-        })
+    contenders.push(Contender::frame(gpu, COPY, move |frame| {
+        frame.pass(COPY, |cmd| cmd.copy_from_image(requests, &place, &[whole]))
     }));
     contenders.extend(fused.contenders()?);
     let timed = bench.interleave(gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().flat_map(|of| time_rows(of, &timed)).collect();
-    let exact = own_level(&lists[1].1.borrow_mut().list(&copy.words()));
+    let exact = own_level_tiles(&lists[1].1.borrow_mut().list(&copy.words()));
     rows.push(Row::number(COPY, "visible tiles", "tiles", exact.len() as f64));
     for pair in pairs {
         let wrong = differing(&tiles(pair, stage1)?, &exact);

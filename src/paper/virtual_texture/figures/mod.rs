@@ -11,7 +11,6 @@ mod feedback;
 mod filtering;
 mod headline;
 mod limit;
-mod list_on_the_host;
 mod pipeline;
 pub mod side_by_side;
 mod sizes;

@@ -2,8 +2,8 @@
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
-use super::common::{SceneView, passes, setting};
-use super::cost::{self, FRAME};
+use super::common::{SceneView, setting};
+use super::cost::{self, FRAME, ON_THE_HOST};
 use super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
 use crate::figure::{Bench, Contender, Row, Setting};
 use crate::frame::Run;
@@ -170,9 +170,12 @@ impl SideBySide {
     pub fn time(&mut self, bench: &Bench) -> anyhow::Result<Vec<Row>> {
         let gpu = self.gpu.clone();
         let timed = bench.interleave(&gpu, self.contenders()?)?;
-        let missing = self.missing.iter();
-        let missing = missing.map(|(name, why)| Row::missing(&**name, FRAME, why.clone()));
-        Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(missing).collect())
+        Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(self.missing_rows(FRAME)).collect())
+    }
+
+    /// A row of `quantity` for each variant that does not run here.
+    pub fn missing_rows(&self, quantity: &str) -> impl Iterator<Item = Row> {
+        self.missing.iter().map(move |(name, why)| Row::missing(&**name, quantity, &**why))
     }
 
     /// A new session with the settings of session number `at`, settled at `pose` from empty caches.
@@ -206,18 +209,11 @@ impl SideBySide {
             if session.borrow().technique.settings.config.fused() && std::mem::take(&mut unlisted) {
                 contenders.push(unlisted_frame(gpu, session.clone(), &pose)?);
             }
-            contenders.push(Contender {
-                variant: name.clone(),
-                run: Box::new(move || {
-                    let Again { mut times, host_time, .. } = session.borrow_mut().again(&pose)?;
-                    times.push(PassTime {
-                        label: "list on the host".into(),
-                        ns: Some(host_time.as_nanos() as u64),
-                        work: None,
-                    });
-                    Ok(times)
-                }),
-            });
+            contenders.push(Contender::new(&**name, move || {
+                let Again { mut times, host_time, .. } = session.borrow_mut().again(&pose)?;
+                times.push(PassTime::new(ON_THE_HOST, Some(host_time.as_nanos() as u64)));
+                Ok(times)
+            }));
         }
         Ok(contenders)
     }
@@ -233,9 +229,7 @@ impl SideBySide {
         }
         rows
     }
-}
 
-impl SideBySide {
     /// A row [`TEXELS_PER_PIXEL`] for each session.
     ///
     /// # Errors
@@ -276,7 +270,7 @@ fn plain_frame<'a>(
     let plain = PlainBaseline::new(gpu, &*session.technique.source, &target, &Filter::ONE_SAMPLE)?;
     let shape = Shape::new(gpu, mesh)?;
     let view = View::new(pose, session.size());
-    Ok(passes(gpu, PLAIN, move |frame| {
+    Ok(Contender::frame(gpu, PLAIN, move |frame| {
         frame.pass("plain", |cmd| plain.draw(cmd, &DrawList::new([&shape], view, 0), &target))
     }))
 }
@@ -295,12 +289,12 @@ fn unlisted_frame<'a>(
     let unwritten = Stage3::new(gpu, &pyramid, config)?;
     let view = View::new(pose, of.size());
     drop(of);
-    Ok(passes(gpu, UNLISTED, move |frame| {
+    Ok(Contender::frame(gpu, UNLISTED, move |frame| {
         let session = session.borrow();
         let (texture, target) = (&session.technique, session.target());
         let (seen, images) = (texture.seen(view), (&*target.color, &*target.depth));
         let list = unwritten.list(FrameSlot::FIRST);
-        frame.pass("upload", |_| Ok(()))?;
+        frame.pass("upload", |_| ())?;
         frame.pass("fused", |cmd| draw.draw(cmd, &texture.resident, &seen, list, images))
     }))
 }

@@ -14,6 +14,14 @@ const EMPTY: &str = "empty pass";
 
 const MIB: f64 = 1_048_576.0;
 
+/// The variants of these figures.
+const SIZES: Figure = Figure {
+    variants: || [names(), vec![EMPTY.to_owned()]].concat(),
+    paper: &[THE_PAPER],
+    ours: &["fused, exact"],
+    ..Figure::BASE
+};
+
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
     title: "Growth with the picture",
@@ -21,10 +29,6 @@ pub const RESOLUTION: Figure = Figure {
             720 (quick) or 2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. Stage \
             2 reads every pixel once, so the time of a variant should grow at most as fast as the number of pixels.",
     scenes: &["earth/oblique", "globe/africa"],
-    variants: variants_and_empty,
-    paper: &["paper"],
-    ours: &["fused, exact"],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "picture height, pixels",
         quick: &[360.0, 540.0, 720.0],
@@ -55,6 +59,7 @@ pub const RESOLUTION: Figure = Figure {
             &[Test::growth(one("visible tiles", THE_PAPER), 2.0, AtMost(1.0))],
         ),
     ],
+    ..SIZES
 };
 
 pub const TILE_SIZE: Figure = Figure {
@@ -66,10 +71,6 @@ pub const TILE_SIZE: Figure = Figure {
             uses 512 and gives no reason. Pictures have 960 x 540 (quick) or 1920 x 1080 pixels; the border is always \
             16 texels, as the paper's NA = 16 needs.",
     scenes: &["earth/oblique"],
-    variants: variants_and_empty,
-    paper: &["paper"],
-    ours: &["fused, exact"],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "tile side, texels",
         quick: &[128.0, 256.0, 512.0, 1024.0],
@@ -93,6 +94,7 @@ pub const TILE_SIZE: Figure = Figure {
             AtMost(2.0),
         )],
     )],
+    ..SIZES
 };
 
 pub const TEXTURE_SIZE: Figure = Figure {
@@ -105,10 +107,6 @@ pub const TEXTURE_SIZE: Figure = Figure {
             have 960 x 540 (quick) or 1920 x 1080 pixels; tiles have 512 texels a side, and the tile pool has 96 \
             tiles.",
     scenes: &["earth/oblique"],
-    variants: variants_and_empty,
-    paper: &["paper"],
-    ours: &["fused, exact"],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "log2 of the texture's width in texels",
         quick: &[12.0, 16.0, 18.0, 20.0],
@@ -156,6 +154,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
         )
         .timed(),
     ],
+    ..SIZES
 };
 
 /// Quantity: MiB of the visible tiles as stored, with borders and the next coarser levels.
@@ -173,10 +172,6 @@ fn contenders() -> Vec<Combination> {
 
 fn names() -> Vec<String> {
     contenders().iter().map(|combination| combination.name.to_string()).collect()
-}
-
-fn variants_and_empty() -> Vec<String> {
-    names().into_iter().chain([EMPTY.to_string()]).collect()
 }
 
 /// Picture height in pixels of the figures that do not sweep it.

@@ -1,6 +1,6 @@
 //! Stages 2 and 3 alone, over a request image that is drawn once (for vt.dedup, vt.compact and others).
 
-use super::common::{SceneView, passes, pixels_of};
+use super::common::{SceneView, pixels_of};
 use super::side_by_side::{device, lacks};
 use crate::figure::{Bench, Contender, Effort};
 use crate::frame::{DrawList, FrameSlot, Shape, View};
@@ -75,10 +75,8 @@ impl Stage1 {
     fn fill(&self, words: &[u32]) -> anyhow::Result<()> {
         let staging = self.gpu.buffer_with("request image staging", words, BufferUse::Upload)?;
         let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: self.size };
-        self.gpu.run_pass("fill request image", |cmd| {
-            cmd.copy_to_image(&staging, &self.footprint.requests, &[whole]);
-            Ok(())
-        })?;
+        let requests = &self.footprint.requests;
+        self.gpu.run_pass("fill request image", |cmd| cmd.copy_to_image(&staging, requests, &[whole]))?;
         Ok(())
     }
 
@@ -125,12 +123,12 @@ impl Pair {
 
     /// A contender of both stages.
     pub fn contender<'a>(&'a self, stage1: &'a Stage1) -> Contender<'a> {
-        passes(&stage1.gpu, &*self.name, |frame| self.record(stage1, frame))
+        Contender::frame(&stage1.gpu, &*self.name, |frame| self.record(stage1, frame))
     }
 
     /// A contender of stage 3 alone, over the mask of the last [`Pair::triples`].
     pub fn compaction<'a>(&'a self, stage1: &'a Stage1, name: &str) -> Contender<'a> {
-        passes(&stage1.gpu, name, |frame| self.compact(frame))
+        Contender::frame(&stage1.gpu, name, |frame| self.compact(frame))
     }
 
     /// The list as the device made it.
@@ -141,10 +139,7 @@ impl Pair {
         let mut frame = stage1.gpu.frame()?;
         self.record(stage1, &mut frame)?;
         let mut list = self.list.borrow_mut();
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })?;
+        frame.pass("read-back", |cmd| list.read_back(cmd))?;
         frame.submit()?.wait()?;
         Ok(self.compact.collect(&stage1.gpu, self.dedup.mask(FrameSlot::FIRST), &mut list)?.0)
     }

@@ -4,19 +4,17 @@ mod ways;
 mod written;
 
 use super::models;
-use super::orders::simplified;
+use super::orders::{CLASSICAL, Executable, IN_PLACE_23, TAIL_23, simplified};
 use crate::figure::claim::{
     At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Bound::Within,
     Claim, Places, Test, best, each, every, one,
 };
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
 use crate::paper::progressive_mesh::choices::FaceOrder;
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
-use crate::paper::progressive_mesh::run::Program;
 use crate::vk::PassTime;
 use std::cell::RefCell;
-use ways::{CLASSICAL, COMPACTED, COPY, IN_PLACE_23, MAPPED, ON_DEVICE, SKIP_LISTS, TAIL_23, WAYS, Way};
+use ways::{COMPACTED, COPY, MAPPED, ON_DEVICE, SKIP_LISTS, WAYS, Way};
 use written::Written;
 
 /// The figure.
@@ -178,31 +176,38 @@ fn middle(last: u32, step: u32) -> Vec<u32> {
 
 /// A model in each order of the comparison.
 struct Meshes {
-    classical: ProgressiveMesh,
-    tail: ProgressiveMesh,
-    in_place: ProgressiveMesh,
+    classical: Executable,
+    tail: Executable,
+    in_place: Executable,
 }
 
 impl Meshes {
-    fn new(of: impl Fn(FaceOrder) -> ProgressiveMesh) -> Meshes {
-        Meshes {
-            classical: of(FaceOrder::Classical),
-            tail: of(FaceOrder::Tail23),
-            in_place: of(FaceOrder::InPlace23),
-        }
+    fn of(name: &str) -> anyhow::Result<Meshes> {
+        let (model, collapses) = simplified(name)?;
+        let of = |order| Executable::new(ordered(&model, &collapses, order));
+        Ok(Meshes {
+            classical: of(FaceOrder::Classical)?,
+            tail: of(FaceOrder::Tail23)?,
+            in_place: of(FaceOrder::InPlace23)?,
+        })
     }
 
-    fn programs(&self) -> anyhow::Result<[Program; 3]> {
-        Ok([Program::new(&self.classical)?, Program::new(&self.tail)?, Program::new(&self.in_place)?])
+    /// The mesh in an order. Baselines and other orders begin with the classical one.
+    fn in_order(&self, order: FaceOrder) -> &Executable {
+        match order {
+            FaceOrder::Tail23 => &self.tail,
+            FaceOrder::InPlace23 => &self.in_place,
+            _ => &self.classical,
+        }
     }
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let (model, collapses) = simplified(&cell.scene)?;
-    let meshes = Meshes::new(|order| ordered(&model, &collapses, order));
-    let step = splits(meshes.tail.last_level(), cell.x.expect("the sweep has values"));
-    let mut rows = written_rows(&meshes, step)?;
-    let levels = middle(meshes.tail.last_level(), step);
+    let meshes = Meshes::of(&cell.scene)?;
+    let last = meshes.tail.mesh.last_level();
+    let step = splits(last, cell.x.expect("the sweep has values"));
+    let mut rows = written_rows(&meshes, step);
+    let levels = middle(last, step);
     let gpu = bench.gpu(&[])?;
     let mut ways = Vec::new();
     for way in &WAYS {
@@ -217,25 +222,22 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn written_rows(meshes: &Meshes, step: u32) -> anyhow::Result<Vec<Row>> {
-    let programs = meshes.programs()?;
+fn written_rows(meshes: &Meshes, step: u32) -> Vec<Row> {
     let mut rows = Vec::new();
     for way in &WAYS {
-        let Written { bytes, changes, worst, copied } = written::walk(way, meshes, &programs, step);
+        let Written { bytes, changes, worst, copied } = written::walk(way, meshes, step);
         let mut row = |quantity: &str, unit: &str, number: f64| {
             rows.push(Row::number(way.name, quantity, unit, number));
         };
         row(WRITTEN, "bytes", bytes as f64 / changes as f64);
         row(WORST, "bytes", worst as f64);
         if step == 1 && way.order == Some(FaceOrder::SkipLists) {
-            let splits = f64::from(meshes.classical.last_level());
-            COPIED
-                .into_iter()
-                .zip(copied)
-                .for_each(|(name, faces)| row(name, "faces", faces as f64 / splits));
+            let splits = f64::from(meshes.classical.mesh.last_level());
+            let lists = COPIED.into_iter().zip(copied);
+            lists.for_each(|(name, faces)| row(name, "faces", faces as f64 / splits));
         }
     }
-    Ok(rows)
+    rows
 }
 
 /// The mean over the single changes of each round.
@@ -269,11 +271,7 @@ mod tests {
 
     #[test]
     fn a_round_is_the_mean_of_its_changes_and_both_are_host_and_device() {
-        let pass = |label: &str, ms: u64| crate::vk::PassTime {
-            label: label.into(),
-            ns: Some(ms * 1_000_000),
-            work: None,
-        };
+        let pass = |label: &str, ms: u64| PassTime::new(label, Some(ms * 1_000_000));
         let round = |ms: u64| vec![pass(HOST, ms), pass(DEVICE, 10), pass(HOST, ms + 1), pass(DEVICE, 20)];
         let rows = time_rows(&Timed::of("tail-23", vec![round(1), round(3)]));
         let of = |quantity: &str| match &rows.iter().find(|row| row.quantity == quantity).unwrap().value {

@@ -3,13 +3,10 @@
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::{Contender, Setting};
 use crate::frame::Run;
+use crate::paper::progressive_mesh::ProgressiveMeshes;
 use crate::paper::progressive_mesh::choices::{Apply, FaceOrder};
-use crate::paper::progressive_mesh::config;
+use crate::paper::progressive_mesh::figures::session_of;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Program};
-use crate::paper::progressive_mesh::stand::stands;
-use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::PixelFormat;
-use crate::scene::Scene;
 use crate::vk::{Buffer, BufferUse, Gpu, PassTime};
 use std::cell::RefCell;
 use std::time::Instant;
@@ -35,12 +32,9 @@ const fn of_scene(order: FaceOrder) -> WriteMethod {
     WriteMethod { name: order.name(), order: Some(order), by: By::Scene(Apply::Cpu) }
 }
 
-pub const TAIL_23: &str = FaceOrder::Tail23.name();
 pub const MAPPED: &str = "tail-23, mapped";
 pub const ON_DEVICE: &str = "tail-23, on the device";
-pub const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
 pub const IN_PLACE_ON_DEVICE: &str = "in-place-23, on the device";
-pub const CLASSICAL: &str = FaceOrder::Classical.name();
 pub const COMPACTED: &str = FaceOrder::Compacted.name();
 pub const SKIP_LISTS: &str = FaceOrder::SkipLists.name();
 pub const COPY: &str = "copy of the live faces";
@@ -75,19 +69,19 @@ pub fn settings() -> Vec<Setting> {
 pub struct Way<'a> {
     pub name: &'static str,
     gpu: &'a Gpu,
-    runs: Runs,
+    runs: Runs<'a>,
     levels: &'a [u32],
     /// True at the first of `levels`, false at the last.
     up: bool,
 }
 
-enum Runs {
+enum Runs<'a> {
     Scene(Box<Run<ProgressiveMeshes>>),
-    Copy(Box<Copying>),
+    Copy(Copying<'a>),
 }
 
-struct Copying {
-    program: Program,
+struct Copying<'a> {
+    program: &'a Program,
     /// Faces as the index buffer has them.
     packed: Vec<u8>,
     staging: Buffer,
@@ -99,21 +93,25 @@ impl<'a> Way<'a> {
     pub fn open(
         gpu: &'a Gpu,
         named: &WriteMethod,
-        meshes: &Meshes,
+        meshes: &'a Meshes,
         levels: &'a [u32],
     ) -> anyhow::Result<Way<'a>> {
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
-                Runs::Scene(Box::new(session(gpu, meshes, order, apply)?))
+                let mesh = &meshes.in_order(order).mesh;
+                // Nothing is drawn.
+                Runs::Scene(Box::new(session_of(gpu, mesh, [64, 36], |surface| {
+                    (surface.order, surface.apply, surface.instances) = (order, apply, 1);
+                })?))
             }
             By::Copy => {
-                let program = Program::new(&meshes.tail)?;
+                let program = &meshes.tail.program;
                 let index = program.index_type();
                 let packed = index.packed(program.faces().as_flattened());
                 let staging = gpu.buffer("staging", packed.len() as u64, BufferUse::Upload)?;
                 let indices = gpu.buffer("indices", packed.len() as u64, BufferUse::Indices(index))?;
-                Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
+                Runs::Copy(Copying { program, packed, staging, indices })
             }
         };
         let mut way = Way { name: named.name, gpu, runs, levels, up: true };
@@ -123,7 +121,7 @@ impl<'a> Way<'a> {
 
     pub fn contender(way: &'a RefCell<Way<'a>>) -> Contender<'a> {
         let name = way.borrow().name;
-        Contender { variant: name.into(), run: Box::new(move || Ok(way.borrow_mut().walk()?.0)) }
+        Contender::new(name, move || Ok(way.borrow_mut().walk()?.0))
     }
 
     /// Bytes that the host uploads for one walk up and down, after the slices have been allocated.
@@ -147,14 +145,15 @@ impl<'a> Way<'a> {
         let (program, mut expected) = (&surface.program, surface.program.faces().to_vec());
         program.run(&mut expected, 0, level, &mut Vec::new(), &mut IgnoreWrites);
         let packed = program.index_type().packed(expected.as_flattened());
-        let expected = &packed[..face_bytes(program) as usize * program.drawn(level) as usize];
+        let face_bytes = program.index_type().triangle_bytes();
+        let expected = &packed[..face_bytes as usize * program.drawn(level) as usize];
         let indices = &surface.indices;
         let host = match surface.settings.apply {
             Apply::Mapped => None,
             Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
         };
         let found = host.as_ref().unwrap_or(indices).mapped::<u8>();
-        let first = (face_bytes(program) * u64::from(surface.first_face(0))) as usize;
+        let first = (face_bytes * u64::from(surface.first_face(0))) as usize;
         Ok(Some(different_indices(&found[first..], expected, program.index_type().bytes() as usize)))
     }
 
@@ -170,8 +169,7 @@ impl<'a> Way<'a> {
         for &level in &levels[1..] {
             let (host, device, bytes) = self.go_to(level)?;
             sent += bytes;
-            passes.push(PassTime { label: HOST.into(), ns: Some(host), work: None });
-            passes.push(PassTime { label: DEVICE.into(), ns: device, work: None });
+            passes.extend([PassTime::new(HOST, Some(host)), PassTime::new(DEVICE, device)]);
         }
         Ok((passes, sent))
     }
@@ -190,14 +188,11 @@ impl<'a> Way<'a> {
                 Ok((host, sum(&record.passes), record.change.upload_bytes))
             }
             Runs::Copy(copying) => {
-                let Copying { program, packed, staging, indices } = &mut **copying;
-                let bytes = face_bytes(program) as usize * program.drawn(to) as usize;
+                let Copying { program, packed, staging, indices } = copying;
+                let bytes = program.index_type().triangle_bytes() as usize * program.drawn(to) as usize;
                 staging.mapped_mut()[..bytes].copy_from_slice(&packed[..bytes]);
                 let mut frame = self.gpu.frame()?;
-                frame.pass("levels", |cmd| {
-                    cmd.copy_buffer(staging, 0, indices, 0, bytes as u64);
-                    Ok(())
-                })?;
+                frame.pass("levels", |cmd| cmd.copy_buffer(staging, 0, indices, 0, bytes as u64))?;
                 let ticket = frame.submit()?;
                 Ok((nanoseconds(), sum(&ticket.wait()?), bytes as u64))
             }
@@ -213,48 +208,8 @@ fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
 
 fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| {
-        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-        Ok(())
-    })?;
+    gpu.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))?;
     Ok(host)
-}
-
-/// Bytes of a face in the index buffer.
-pub fn face_bytes(program: &Program) -> u64 {
-    3 * program.index_type().bytes()
-}
-
-/// A session of one instance.
-fn session(
-    gpu: &Gpu,
-    meshes: &Meshes,
-    order: FaceOrder,
-    apply: Apply,
-) -> anyhow::Result<Run<ProgressiveMeshes>> {
-    let mesh = match order {
-        FaceOrder::Tail23 => &meshes.tail,
-        FaceOrder::InPlace23 => &meshes.in_place,
-        _ => &meshes.classical,
-    };
-    let scene = Scene::embedded("bunny")?;
-    let mut surface = config::surface(&scene, "bunny")?;
-    (surface.order, surface.apply, surface.instances) = (order, apply, 1);
-    let stands = stands(&scene, &surface);
-    let model = LoadedMesh {
-        name: order.name().into(),
-        surface,
-        mesh: mesh.clone(),
-        cut_from: None,
-        stands,
-        textured: None,
-    };
-    // Nothing is drawn.
-    let settings = ProgressiveMeshSettings {
-        size: [64, 36],
-        ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8)?
-    };
-    Ok(ProgressiveMeshes::run(gpu.clone(), &[model], settings)?)
 }
 
 #[cfg(test)]

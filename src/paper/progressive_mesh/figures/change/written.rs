@@ -1,9 +1,10 @@
 //! Counts the bytes that level changes write into the index buffer, without a device.
 
 use super::Meshes;
-use super::ways::{WriteMethod, face_bytes};
+use super::ways::WriteMethod;
 use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline, SkipList};
 use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::paper::progressive_mesh::figures::orders::Executable;
 use crate::paper::progressive_mesh::mesh::Level;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Operation, Program};
 
@@ -26,31 +27,27 @@ impl Written {
     }
 }
 
-/// Walks `way` in steps of `step` splits. The last step up and the first step down may be smaller. `programs`
-/// belong to `meshes`.
-pub fn walk(
-    way: &WriteMethod,
-    meshes: &Meshes,
-    [classical, tail, in_place]: &[Program; 3],
-    step: u32,
-) -> Written {
-    let last = meshes.classical.last_level();
+/// Walks `way` in steps of `step` splits. The last step up and the first step down may be smaller.
+pub fn walk(way: &WriteMethod, meshes: &Meshes, step: u32) -> Written {
+    let Executable { mesh, program: classical } = &meshes.classical;
+    let last = mesh.last_level();
     let mut levels: Vec<u32> = (0..last).step_by(step as usize).collect();
     levels.push(last);
     let back = levels.iter().rev().skip(1).copied().collect::<Vec<u32>>();
     levels.extend(back);
     let changes = levels.windows(2).map(|pair| [pair[0], pair[1]]);
-    let face = face_bytes(classical);
+    let face = classical.index_type().triangle_bytes();
     let mut written = Written::default();
     match way.order {
-        Some(FaceOrder::Classical) => changes.for_each(|change| written.add(executed(classical, change))),
-        Some(FaceOrder::Tail23) => changes.for_each(|change| written.add(executed(tail, change))),
-        Some(FaceOrder::InPlace23) => changes.for_each(|change| written.add(executed(in_place, change))),
+        Some(order @ (FaceOrder::Classical | FaceOrder::Tail23 | FaceOrder::InPlace23)) => {
+            let program = &meshes.in_order(order).program;
+            changes.for_each(|change| written.add(executed(program, change)));
+        }
         Some(FaceOrder::Discrete) => changes.for_each(|_| written.add(0)),
         Some(FaceOrder::SkipLists) => {
-            let every_vertex = (0..meshes.classical.vertices.positions.len() as u32).collect();
+            let every_vertex = (0..mesh.vertices.positions.len() as u32).collect();
             let baseline = OrderBaseline::of(FaceOrder::SkipLists).expect("they are a baseline");
-            let lists = PreparedBaseline::new(&meshes.classical, baseline, every_vertex);
+            let lists = PreparedBaseline::new(mesh, baseline, every_vertex);
             let mut walker = Walker::new(&lists, classical.levels(), face);
             changes.for_each(|change| walker.go(change, &mut written));
         }
@@ -108,13 +105,6 @@ impl<'a> Walker<'a> {
 mod tests {
     use super::super::ways::WAYS;
     use super::*;
-    use crate::paper::progressive_mesh::figures::orders::simplified;
-    use crate::paper::progressive_mesh::ordered;
-
-    fn meshes() -> Meshes {
-        let (model, collapses) = simplified("sphere:8").unwrap();
-        Meshes::new(|order| ordered(&model, &collapses, order))
-    }
 
     /// Corners and moved faces of some operations.
     fn counted(operations: &[Operation]) -> [u64; 2] {
@@ -127,26 +117,26 @@ mod tests {
 
     #[test]
     fn a_walk_writes_each_corner_each_move_and_each_list_once_in_each_direction() {
-        let meshes = meshes();
-        let programs = meshes.programs().unwrap();
-        let [last, base] = [meshes.tail.last_level(), 0].map(|level| meshes.tail.levels[level as usize]);
+        let meshes = Meshes::of("sphere:8").unwrap();
+        let [classical, tail, in_place] =
+            [&meshes.classical, &meshes.tail, &meshes.in_place].map(|of| &of.program);
+        let [last, base] = [tail.last_level(), 0].map(|level| tail.levels()[level as usize]);
         let by = |name: &str, step| {
             let way = WAYS.iter().find(|way| way.name == name).unwrap();
-            walk(way, &meshes, &programs, step)
+            walk(way, &meshes, step)
         };
         // A small mesh: indices of 16 bits.
-        let corners = 2 * programs[0].corners().words.len() as u64;
+        let corners = 2 * classical.corners().words.len() as u64;
         let born = 6 * u64::from(last.faces - base.faces);
-        let splits = u64::from(meshes.tail.last_level());
+        let splits = u64::from(tail.last_level());
         let found = by("classical", 1);
         assert_eq!((found.bytes, found.changes), (2 * corners + born, 2 * splits));
         // All faces of the last level on the way up, and of the first level on the way down.
         let copies = 6 * u64::from(last.faces + base.faces);
         assert_eq!(by("compacted", 1 << 20).bytes, copies);
         // With births in place, level 0 already has the first group's faces.
-        let in_place_copies = 6 * u64::from(last.faces + programs[2].drawn(0));
-        for (name, program, copies) in
-            [("tail-23", &programs[1], copies), ("in-place-23", &programs[2], in_place_copies)]
+        let in_place_copies = 6 * u64::from(last.faces + in_place.drawn(0));
+        for (name, program, copies) in [("tail-23", tail, copies), ("in-place-23", in_place, in_place_copies)]
         {
             let last = program.last_level();
             let steps = (0..last).flat_map(|level| [[level, level + 1], [level + 1, level]]);

@@ -5,18 +5,11 @@ use super::lines::{self, LINES};
 use crate::figure::{Contender, Row, Timed};
 use crate::frame::Run;
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::check::MeshFlaw;
-use crate::paper::progressive_mesh::config;
-use crate::paper::progressive_mesh::figures::scans;
-use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
-use crate::paper::progressive_mesh::order::{OrderOptions, classical, order};
+use crate::paper::progressive_mesh::ProgressiveMeshes;
+use crate::paper::progressive_mesh::figures::orders::{Executable, ordered, simplified};
+use crate::paper::progressive_mesh::order::OrderOptions;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program, State};
-use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
-use crate::paper::progressive_mesh::stand::stands;
-use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, ProgressiveMeshes};
-use crate::picture::PixelFormat;
-use crate::scene::Scene;
-use crate::vk::{Gpu, PassTime};
+use crate::vk::PassTime;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
@@ -49,70 +42,41 @@ const DRAWN: &str = "until it is drawn";
 
 /// One mesh in the orders of the comparison.
 pub struct Orders {
-    pub classical: ProgressiveMesh,
-    pub few: ProgressiveMesh,
-    pub best: ProgressiveMesh,
+    classical: Executable,
+    few: Executable,
+    pub best: Executable,
 }
 
 impl Orders {
     /// Builds the orders of a shipped or fetched model.
     pub fn of(name: &str) -> anyhow::Result<Orders> {
-        let model = scans::open(name)?;
-        let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
-        let with = |options: OrderOptions| order(&model, &collapses, &options, &mut |_, _| ());
-        let (best, few) = rayon::join(|| with(OrderOptions::TAIL_23), || with(OrderOptions::TAIL_10));
-        Ok(Orders { classical: classical(&model, &collapses), few, best })
+        let (model, collapses) = simplified(name)?;
+        let with = |options: Option<&OrderOptions>| Executable::new(ordered(&model, &collapses, options));
+        let (best, few) =
+            rayon::join(|| with(Some(&OrderOptions::TAIL_23)), || with(Some(&OrderOptions::TAIL_10)));
+        Ok(Orders { classical: with(None)?, few: few?, best: best? })
     }
 
-    /// The programs of the meshes.
-    ///
-    /// # Errors
-    /// If a mesh cannot be executed, which is a bug of the order.
-    pub fn programs(&self) -> Result<Programs, MeshFlaw> {
-        Ok(Programs {
-            classical: Program::new(&self.classical)?,
-            few: Program::new(&self.few)?,
-            best: Program::new(&self.best)?,
-        })
+    /// Each variant: name, order, and true for the pseudocode.
+    fn variants(&self) -> [(&'static str, &Executable, bool); 5] {
+        [
+            (PRINTED, &self.classical, true),
+            (PRINTED_SWAPS, &self.best, true),
+            (FLAT, &self.classical, false),
+            (FLAT_FEW, &self.few, false),
+            (FLAT_SWAPS, &self.best, false),
+        ]
     }
-}
-
-/// The programs that the flat lists execute.
-pub struct Programs {
-    classical: Program,
-    few: Program,
-    pub best: Program,
-}
-
-/// Each variant: name, mesh, program, and true for the pseudocode.
-fn variants<'a>(
-    orders: &'a Orders,
-    programs: &'a Programs,
-) -> [(&'static str, &'a ProgressiveMesh, &'a Program, bool); 5] {
-    [
-        (PRINTED, &orders.classical, &programs.classical, true),
-        (PRINTED_SWAPS, &orders.best, &programs.best, true),
-        (FLAT, &orders.classical, &programs.classical, false),
-        (FLAT_FEW, &orders.few, &programs.few, false),
-        (FLAT_SWAPS, &orders.best, &programs.best, false),
-    ]
-}
-
-fn timed(label: &str, work: impl FnOnce()) -> PassTime {
-    let start = Instant::now();
-    work();
-    PassTime { label: label.into(), ns: Some(start.elapsed().as_nanos() as u64), work: None }
 }
 
 /// Goes through all levels up, all levels down, and up again in a hundred steps.
 fn ways<'a>(variant: &str, last: u32, mut go_to: impl FnMut(u32) + 'a) -> Contender<'a> {
-    let run = move || {
-        let (up, down) = (timed(UP, || go_to(last)), timed(DOWN, || go_to(0)));
-        let steps = timed(STEPS, || (1..=100).for_each(|n| go_to(hundredth(last, n))));
+    Contender::new(variant, move || {
+        let (up, down) = (PassTime::of_host(UP, || go_to(last)), PassTime::of_host(DOWN, || go_to(0)));
+        let steps = PassTime::of_host(STEPS, || (1..=100).for_each(|n| go_to(hundredth(last, n))));
         go_to(0);
         Ok(vec![up, down, steps])
-    };
-    Contender { variant: variant.into(), run: Box::new(run) }
+    })
 }
 
 /// The level after `n` hundredths of all splits.
@@ -124,11 +88,10 @@ pub fn hundredth(last: u32, n: u32) -> u32 {
 pub fn contenders<'a>(
     session: &'a mut (Run<ProgressiveMeshes>, Pose),
     orders: &'a Orders,
-    programs: &'a Programs,
 ) -> Vec<Contender<'a>> {
-    let last = orders.best.last_level();
+    let last = orders.best.mesh.last_level();
     let mut contenders: Vec<Contender> = Vec::new();
-    for (variant, mesh, program, printed) in variants(orders, programs) {
+    for (variant, Executable { mesh, program }, printed) in orders.variants() {
         contenders.push(if printed {
             let mut state = State::new(mesh);
             ways(variant, last, move |level| state.go_to(mesh, level))
@@ -140,38 +103,15 @@ pub fn contenders<'a>(
             })
         });
     }
-    let (from, mut to) = (&*orders.best.faces, orders.best.faces.clone());
-    let copy = move || {
-        Ok(vec![timed(ALONE, || {
+    let (from, mut to) = (&*orders.best.mesh.faces, orders.best.mesh.faces.clone());
+    contenders.push(Contender::new(COPY, move || {
+        Ok(vec![PassTime::of_host(ALONE, || {
             to.copy_from_slice(black_box(from));
             black_box(&mut to);
         })])
-    };
-    contenders.push(Contender { variant: COPY.into(), run: Box::new(copy) });
-    contenders.push(Contender { variant: FRAME.into(), run: Box::new(move || drawn(session)) });
+    }));
+    contenders.push(Contender::new(FRAME, move || drawn(session)));
     contenders
-}
-
-/// A session with one instance of the mesh, one metre large, as in the scene `bunny`.
-pub fn session(
-    gpu: &Gpu,
-    mesh: &ProgressiveMesh,
-    size: [u32; 2],
-) -> anyhow::Result<(Run<ProgressiveMeshes>, Pose)> {
-    let scene = Scene::embedded("bunny")?;
-    let surface = config::surface(&scene, "bunny")?;
-    let stands = stands(&scene, &surface);
-    let model = LoadedMesh {
-        name: "one".into(),
-        surface,
-        mesh: mesh.clone(),
-        cut_from: None,
-        stands,
-        textured: None,
-    };
-    let settings =
-        ProgressiveMeshSettings { size, ..ProgressiveMeshSettings::of_scene(&scene, PixelFormat::Srgb8)? };
-    Ok((ProgressiveMeshes::run(gpu.clone(), &[model], settings)?, scene.camera("near")?.pose()))
 }
 
 /// A frame as in scenes: the host's time, and the time until the device is done.
@@ -182,8 +122,7 @@ fn drawn((session, pose): &mut (Run<ProgressiveMeshes>, Pose)) -> anyhow::Result
     let host = start.elapsed().as_nanos() as u64;
     session.drain()?;
     let whole = start.elapsed().as_nanos() as u64;
-    let pass = |label: &str, ns| PassTime { label: label.into(), ns: Some(ns), work: None };
-    Ok(vec![pass(ALONE, host), pass(DRAWN, whole)])
+    Ok(vec![PassTime::new(ALONE, Some(host)), PassTime::new(DRAWN, Some(whole))])
 }
 
 /// Rows of times.
@@ -215,9 +154,9 @@ pub fn time_rows(splits: u32, timed: &[Timed]) -> Vec<Row> {
 }
 
 /// Rows of counts.
-pub fn count_rows(orders: &Orders, programs: &Programs) -> Vec<Row> {
+pub fn count_rows(orders: &Orders) -> Vec<Row> {
     let mut rows = Vec::new();
-    for (variant, mesh, program, printed) in variants(orders, programs) {
+    for (variant, Executable { mesh, program }, printed) in orders.variants() {
         let splits = f64::from(mesh.last_level());
         let mut row = |quantity: &str, unit: &str, number: f64| {
             rows.push(Row::number(variant, quantity, unit, number));

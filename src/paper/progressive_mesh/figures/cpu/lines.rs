@@ -2,10 +2,9 @@
 
 use super::MOVED;
 use crate::figure::Row;
-use crate::paper::progressive_mesh::figures::scans;
-use crate::paper::progressive_mesh::order::{OrderOptions, Weights, order};
+use crate::paper::progressive_mesh::figures::orders::{moved_per_split, ordered, simplified};
+use crate::paper::progressive_mesh::order::{OrderOptions, Weights};
 use crate::paper::progressive_mesh::run::{Program, WriteObserver};
-use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use std::ops::Range;
 
 pub const LINES: &str = "64-byte lines touched for each split";
@@ -55,17 +54,14 @@ pub fn for_each_split(program: &Program) -> f64 {
 
 /// The paper's greedy with and without its weight for lines that earlier operations touched.
 pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
-    let model = scans::open(name)?;
-    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+    let (model, collapses) = simplified(name)?;
     let without = Weights { line: 0.0, ..OrderOptions::PAPER.weights };
     let mut rows = Vec::new();
     for (variant, weights) in [(GREEDY, OrderOptions::PAPER.weights), (NO_WEIGHT, without)] {
         let options = OrderOptions { weights, ..OrderOptions::PAPER };
-        let mesh = order(&model, &collapses, &options, &mut |_, _| ());
-        let lines = for_each_split(&Program::new(&mesh)?);
-        let moved = mesh.swaps.cycles.items().len() as f64 / f64::from(mesh.last_level().max(1));
-        rows.push(Row::number(variant, LINES, "lines", lines));
-        rows.push(Row::number(variant, MOVED, "faces", moved));
+        let mesh = ordered(&model, &collapses, Some(&options));
+        rows.push(Row::number(variant, LINES, "lines", for_each_split(&Program::new(&mesh)?)));
+        rows.push(Row::number(variant, MOVED, "faces", moved_per_split(&mesh)));
     }
     Ok(rows)
 }

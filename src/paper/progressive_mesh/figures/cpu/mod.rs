@@ -3,9 +3,10 @@
 mod execute;
 mod lines;
 
-use super::scans;
+use super::{scans, session_of};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::scene::Scene;
 use execute::{
     COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
 };
@@ -111,18 +112,18 @@ fn variants() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    scans::check_fetched(&cell.scene)?;
     let gpu = bench.gpu(&[])?;
     let orders = execute::Orders::of(&cell.scene)?;
-    let programs = orders.programs()?;
     let size = bench.effort_of([640, 360], [1280, 720]);
-    let mut session = execute::session(&gpu, &orders.best, size)?;
-    let timed = bench.interleave(&gpu, execute::contenders(&mut session, &orders, &programs))?;
-    let mut rows = execute::time_rows(orders.best.last_level(), &timed);
-    rows.extend(execute::count_rows(&orders, &programs));
-    if programs.best.faces().len() <= 100_000 {
+    // One instance of one metre, as in the scene.
+    let pose = Scene::embedded("bunny")?.camera("near")?.pose();
+    let mut session = (session_of(&gpu, &orders.best.mesh, size, |_| ())?, pose);
+    let timed = bench.interleave(&gpu, execute::contenders(&mut session, &orders))?;
+    let mut rows = execute::time_rows(orders.best.mesh.last_level(), &timed);
+    rows.extend(execute::count_rows(&orders));
+    if orders.best.program.faces().len() <= 100_000 {
         rows.extend(lines::weighed_rows(&cell.scene)?);
     }
-    rows.extend(execute::herd_rows(programs.best)?);
+    rows.extend(execute::herd_rows(orders.best.program)?);
     Ok(rows)
 }

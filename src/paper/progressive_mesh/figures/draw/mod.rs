@@ -1,11 +1,11 @@
 //! pm.draw: the effect of the order of faces on the device's draw time.
 
+use super::orders::{CLASSICAL, IN_PLACE_10, IN_PLACE_23, PAPER, TAIL_23, simplified};
 use super::{face_orders, models};
 use crate::figure::claim::{Better, Bound::AtLeast, Bound::Within, Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row, Show};
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
-use crate::model;
 use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline};
 use crate::paper::progressive_mesh::cache::{Cache, drawn_faces, live_faces, transforms};
 use crate::paper::progressive_mesh::choices::FaceOrder;
@@ -13,7 +13,6 @@ use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use crate::paper::progressive_mesh::ordered;
 use crate::paper::progressive_mesh::place::{Bounds, Placement};
-use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
 use crate::paper::progressive_mesh::stand::Stand;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 use crate::paper::progressive_mesh::surface::vertices::{EXACT_LOG2, VertexBuffer, normals};
@@ -23,27 +22,12 @@ use crate::scene::Scene;
 use crate::vk::shader::SurfaceView;
 use crate::vk::shader::progressive_mesh::surface_vert;
 use crate::vk::{
-    Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Gpu, GraphicsPipeline, Image,
-    ImageInfo, IndexRange, IndexType, IndexedGeometry, Need,
+    Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Frame, Gpu, GraphicsPipeline,
+    Image, ImageInfo, IndexRange, IndexType, IndexedGeometry, Need,
 };
 use anyhow::Context;
 use glam::DVec3;
 
-const VARIANTS: [&str; FaceOrder::ALL.len()] = {
-    let mut names = [""; FaceOrder::ALL.len()];
-    let mut n = 0;
-    while n < names.len() {
-        names[n] = FaceOrder::ALL[n].name();
-        n += 1;
-    }
-    names
-};
-/// The orders that claims name.
-const CLASSICAL: &str = FaceOrder::Classical.name();
-const TAIL_23: &str = FaceOrder::Tail23.name();
-const IN_PLACE_23: &str = FaceOrder::InPlace23.name();
-const IN_PLACE_10: &str = FaceOrder::InPlace10.name();
-const PAPER: &str = FaceOrder::Paper.name();
 /// The only order that draws other faces.
 const DISCRETE: &str = FaceOrder::Discrete.name();
 
@@ -151,7 +135,7 @@ pub const DRAW: Figure = Figure {
 };
 
 fn variants() -> Vec<String> {
-    VARIANTS.map(String::from).into()
+    FaceOrder::ALL.iter().map(|order| order.name().to_string()).collect()
 }
 
 /// The orders that draw the same faces as tail-23.
@@ -247,13 +231,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         row(DRAWN, ordered.faces.len() as f64 / f64::from(ordered.live_faces));
     }
     let contenders = orders.iter().map(|ordered| {
-        let (gpu, still) = (&gpu, &still);
-        let run = move || {
-            let mut frame = gpu.frame()?;
-            frame.pass(TIME, |cmd| still.draw(cmd, ordered))?;
-            Ok(frame.submit()?.wait()?)
-        };
-        Contender { variant: ordered.variant.into(), run: Box::new(run) }
+        let draw = |frame: &mut Frame<'_>| frame.pass(TIME, |cmd| still.draw(cmd, ordered));
+        Contender::frame(&gpu, ordered.variant, draw)
     });
     let timed = bench.interleave(&gpu, contenders.collect())?;
     for (timed, shaded) in timed.iter().zip(invocations) {
@@ -265,8 +244,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 /// The knot's middle level, in the order of each variant.
 fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
-    let model = model::named("knot").context("a shipped model")?;
-    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
+    let (model, collapses) = simplified("knot")?;
     let plain = ordered(&model, &collapses, FaceOrder::Classical);
     let level = plain.last_level() / 2;
     let live = live_faces(&plain, level);
@@ -319,9 +297,7 @@ fn views((place, sun): &(Placement, DVec3), size: [u32; 2]) -> Vec<SurfaceView> 
 /// The number of vertex shader invocations.
 fn counted(gpu: &Gpu, still: &Still, ordered: &Ordered) -> anyhow::Result<u64> {
     gpu.count_work(true);
-    let mut frame = gpu.frame()?;
-    frame.pass("count", |cmd| still.draw(cmd, ordered))?;
-    let passes = frame.submit()?.wait()?;
+    let passes = gpu.run_pass("count", |cmd| still.draw(cmd, ordered))?;
     gpu.count_work(false);
     Ok(passes[0].work.context("the frame was counted")?.vertex_invocations)
 }

@@ -119,8 +119,7 @@ fn own_rows(hostile: &Hostile, samples: usize) -> Vec<Row> {
     }
     let options = SimplifyOptions { target_faces: hostile.target_faces, ..SimplifyOptions::default() };
     let Simplified { collapses, report: relaxed } = simplify(&model, &options, &mut |_, _| {});
-    let positions = model.wedge_positions.iter().map(|&position| model.positions[position as usize]);
-    let positions: Vec<DVec3> = positions.collect();
+    let positions = model.wedge_points();
     let steps = collapses.errors.len();
     let faces = collapses.faces_after(&model, steps);
     let stated = collapses.error_after(steps);

@@ -135,10 +135,8 @@ fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
     let stage1 = FootprintPass::new(gpu, &pyramid, &ONE_SAMPLE, sight.size)?;
     // The exact fused draws also need the position-only vertices.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
-    let mut frame = gpu.frame()?;
     let view = View::new(&sight.pose, sight.size);
-    frame.pass("footprint", |cmd| stage1.draw(cmd, &DrawList::new([&shape], view, 0)))?;
-    frame.submit()?.wait()?;
+    gpu.run_pass("footprint", |cmd| stage1.draw(cmd, &DrawList::new([&shape], view, 0)))?;
     let triples = read_requests(gpu, &stage1, &pyramid)?;
     let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
     let distinct_triples = reference::distinct_triples(&triples, &pyramid).len();

@@ -111,56 +111,44 @@ pub const EXTREMES: &[Extreme] = &[
         "antimeridian",
         &["view.camera=oblique"],
     ),
-    Extreme {
-        landscape: Landscape::Made(shapes::corners),
-        ..plain(
-            "corners",
-            "s = 1 and t = 1: a row has wT tiles, so tile floor(wT s) = wT does not exist, and the paper's min gives \
-            the last one",
-            "plane",
-            &[],
-        )
-    },
-    Extreme {
-        landscape: Landscape::Made(shapes::points),
-        ..plain("zero-derivatives", "dmax = 0 and dmin = 0: log2(0), 0 / 0, dmax / 0", "plane", &[])
-    },
-    Extreme {
-        landscape: Landscape::Made(shapes::not_finite),
-        expected: Expected::NoTexels,
-        ..plain("not-finite", "NaN, infinite and huge coordinates beside ordinary ones", "plane", &[])
-    },
-    Extreme {
-        landscape: Landscape::Made(shapes::every_level),
-        ..plain(
-            "every-level",
-            "All 11 bits of one texel of the tile mask, for a pyramid of 11 streamed levels",
-            "plane",
-            &[
-                "surface.land.texture.width_log2=14",
-                "surface.land.texture.height_log2=14",
-                "surface.land.texture.tile_size=16",
-            ],
-        )
-    },
-    Extreme {
-        size: [1, 1],
-        ..plain(
-            "one-pixel",
-            "A picture smaller than a pixel quad, a block and a workgroup",
-            "earth",
-            &["view.camera=headline", "cameras.headline.magnification=100.0"],
-        )
-    },
-    Extreme {
-        size: [16384, 64],
-        ..plain(
-            "16384x64",
-            "The widest picture on most devices: clip coordinates have their largest rounding errors",
-            "earth",
-            &["view.camera=oblique", "cameras.oblique.vertical_fov_deg=0.3"],
-        )
-    },
+    plain(
+        "corners",
+        "s = 1 and t = 1: a row has wT tiles, so tile floor(wT s) = wT does not exist, and the paper's min gives \
+         the last one",
+        "plane",
+        &[],
+    )
+    .landscape(Landscape::Made(shapes::corners)),
+    plain("zero-derivatives", "dmax = 0 and dmin = 0: log2(0), 0 / 0, dmax / 0", "plane", &[])
+    .landscape(Landscape::Made(shapes::points)),
+    plain("not-finite", "NaN, infinite and huge coordinates beside ordinary ones", "plane", &[])
+    .landscape(Landscape::Made(shapes::not_finite))
+    .expecting(Expected::NoTexels),
+    plain(
+        "every-level",
+        "All 11 bits of one texel of the tile mask, for a pyramid of 11 streamed levels",
+        "plane",
+        &[
+            "surface.land.texture.width_log2=14",
+            "surface.land.texture.height_log2=14",
+            "surface.land.texture.tile_size=16",
+        ],
+    )
+    .landscape(Landscape::Made(shapes::every_level)),
+    plain(
+        "one-pixel",
+        "A picture smaller than a pixel quad, a block and a workgroup",
+        "earth",
+        &["view.camera=headline", "cameras.headline.magnification=100.0"],
+    )
+    .sized([1, 1]),
+    plain(
+        "16384x64",
+        "The widest picture on most devices: clip coordinates have their largest rounding errors",
+        "earth",
+        &["view.camera=oblique", "cameras.oblique.vertical_fov_deg=0.3"],
+    )
+    .sized([16384, 64]),
     plain(
         "1-m",
         "1 m above a vertex of the Earth: 2^-15 texels per pixel, six triangles in the picture",
@@ -190,51 +178,55 @@ pub const EXTREMES: &[Extreme] = &[
             "surface.land.texture.tile_size=256",
         ],
     ),
-    Extreme {
-        expected: Expected::Refused,
-        ..plain(
-            "2^20-finest-tiles",
-            "65536 x 65536 tiles in level 0 and 17 streamed levels: a tile mask larger than any device's images",
-            "plane",
-            &[
-                "surface.land.texture.width_log2=20",
-                "surface.land.texture.height_log2=20",
-                "surface.land.texture.tile_size=16",
-            ],
-        )
-    },
-    Extreme {
-        expected: Expected::Tiles(0),
-        ..plain(
-            "empty",
-            "A picture that shows only the sky",
-            "earth",
-            &["view.camera=headline", "cameras.headline.tilt_deg=180.0"],
-        )
-    },
-    Extreme {
-        expected: Expected::Tiles(1),
-        ..plain(
-            "one-tile",
-            "Every pixel ORs the same bit",
-            "plane",
-            &["view.camera=nadir", "cameras.nadir={east_m=22784.0,north_m=14080.0,altitude_m=100.0}"],
-        )
-    },
-    Extreme {
-        size: [1024, 1024],
-        landscape: Landscape::Noise,
-        expected: Expected::TileEachPixel,
-        ..plain(
-            "noise",
-            "A different tile in each pixel: 2^20 distinct requests, 16 times the list's initial capacity",
-            "plane",
-            &["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
-        )
-    },
+    plain(
+        "2^20-finest-tiles",
+        "65536 x 65536 tiles in level 0 and 17 streamed levels: a tile mask larger than any device's images",
+        "plane",
+        &[
+            "surface.land.texture.width_log2=20",
+            "surface.land.texture.height_log2=20",
+            "surface.land.texture.tile_size=16",
+        ],
+    )
+    .expecting(Expected::Refused),
+    plain(
+        "empty",
+        "A picture that shows only the sky",
+        "earth",
+        &["view.camera=headline", "cameras.headline.tilt_deg=180.0"],
+    )
+    .expecting(Expected::Tiles(0)),
+    plain(
+        "one-tile",
+        "Every pixel ORs the same bit",
+        "plane",
+        &["view.camera=nadir", "cameras.nadir={east_m=22784.0,north_m=14080.0,altitude_m=100.0}"],
+    )
+    .expecting(Expected::Tiles(1)),
+    plain(
+        "noise",
+        "A different tile in each pixel: 2^20 distinct requests, 16 times the list's initial capacity",
+        "plane",
+        &["surface.land.texture.width_log2=20", "surface.land.texture.height_log2=19"],
+    )
+    .sized([1024, 1024])
+    .landscape(Landscape::Noise)
+    .expecting(Expected::TileEachPixel),
 ];
 
 impl Extreme {
+    const fn landscape(self, landscape: Landscape) -> Extreme {
+        Extreme { landscape, ..self }
+    }
+
+    const fn sized(self, size: [u32; 2]) -> Extreme {
+        Extreme { size, ..self }
+    }
+
+    const fn expecting(self, expected: Expected) -> Extreme {
+        Extreme { expected, ..self }
+    }
+
     pub fn find(name: &str) -> Option<&'static Extreme> {
         EXTREMES.iter().find(|extreme| extreme.name == name)
     }

@@ -61,18 +61,14 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
     }
     let session = &watch.opened.session;
     let pyramid = session.technique.source.pyramid();
-    let triples =
-        read_requests(&session.gpu, session.technique.stage1().expect("a staged variant"), &pyramid)?;
+    let size = session.technique.settings.size;
+    let triples = read_requests(&session.gpu, watch.opened.stage1(), &pyramid)?;
     let first = seen.last().and_then(|frames| frames.first()).expect("a cycle has frames");
-    bench.picture(
-        named,
-        &map(session.technique.settings.size, &triples, first, pyramid.first_resident_level()),
-    )?;
+    bench.picture(named, &map(size, &triples, first, pyramid.first_resident_level()))?;
     let mut rows = vec![Row::number(ALL_PIXELS, "visible tiles", "tiles", tiles.len() as f64)];
     for (n, seen) in SUBSAMPLINGS.into_iter().zip(&seen) {
-        let samples = blocks(n, watch.opened.session.technique.settings.size).map(f64::from);
-        let samples = Value::Number(samples[0] * samples[1]);
-        rows.push(Row::new(name(n), "samples per frame", "pixels", samples));
+        let [columns, rows_of_samples] = blocks(n, size).map(f64::from);
+        rows.push(Row::number(name(n), "samples per frame", "pixels", columns * rows_of_samples));
         if !tiles.is_empty() {
             rows.extend(delay_rows(n, &pixels, &delays(&tiles, seen)));
         }

@@ -1,6 +1,6 @@
 //! Draws stage 1 for successive poses; lists the exact tiles of each frame, and the tiles of every subsampling.
 
-use super::super::common::ViewSession;
+use super::super::common::{ViewSession, own_level_tiles};
 use crate::frame::{DrawList, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
@@ -33,36 +33,21 @@ pub struct Sampler {
     pub samples: Samples,
 }
 
-/// Triples of own-level tile addresses, as tiles.
-fn tiles(triples: impl IntoIterator<Item = [u32; 3]>) -> Vec<TileId> {
-    let mut tiles: Vec<TileId> =
-        triples.into_iter().map(|[level, row, column]| TileId { level, row, column }).collect();
-    tiles.sort_unstable();
-    tiles
-}
-
 impl Watch {
     /// # Errors
     /// Out of memory.
     pub fn new(opened: ViewSession) -> anyhow::Result<Watch> {
         let session = &opened.session;
-        let (gpu, format, size) = (
-            &session.gpu,
-            session.technique.stage1().expect("a staged variant").format,
-            session.technique.settings.size,
-        );
+        let (gpu, size) = (&session.gpu, session.technique.settings.size);
+        let format = opened.stage1().format;
+        let pyramid = &session.technique.source.pyramid();
         let sampler = |n| {
             let feedback = Feedback::new(gpu, format, n)?;
             Ok(Sampler { n, samples: feedback.samples(gpu, size)?, feedback })
         };
         Ok(Watch {
             copy: HostCopy::new(gpu, size, format)?,
-            host: RefCell::new(HostList::new(
-                HostPass::Bitmap,
-                &session.technique.source.pyramid(),
-                format,
-                TileAddress::OwnLevel,
-            )?),
+            host: RefCell::new(HostList::new(HostPass::Bitmap, pyramid, format, TileAddress::OwnLevel)?),
             samplers: SUBSAMPLINGS.into_iter().map(sampler).collect::<crate::vk::Result<_>>()?,
             opened,
         })
@@ -74,14 +59,11 @@ impl Watch {
     /// Device lost, out of memory.
     pub fn look(&mut self, pose: &Pose) -> anyhow::Result<BTreeMap<TileId, u64>> {
         let session = &self.opened.session;
-        let stage1 = session.technique.stage1().expect("a staged variant");
+        let stage1 = self.opened.stage1();
         let seen = DrawList::new(&session.technique.shapes, View::new(pose, session.size()), 0);
         let mut frame = session.gpu.frame()?;
         frame.pass("footprint", |cmd| stage1.draw(cmd, &seen))?;
-        frame.pass("copy request image", |cmd| {
-            self.copy.run(cmd, &stage1.requests);
-            Ok(())
-        })?;
+        frame.pass("copy request image", |cmd| self.copy.run(cmd, &stage1.requests))?;
         frame.submit()?.wait()?;
         let coverage = self.host.borrow().coverage(&self.copy.words());
         Ok(coverage
@@ -97,23 +79,21 @@ impl Watch {
     /// # Errors
     /// Device lost, out of memory.
     pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
-        let session = &self.opened.session;
-        let requests = &session.technique.stage1().expect("a staged variant").requests;
+        let requests = &self.opened.stage1().requests;
         let taken = |sampler: &&Sampler| sampler.n >= least;
-        let mut frame = session.gpu.frame()?;
+        let mut frame = self.opened.session.gpu.frame()?;
         frame.pass("gather", |cmd| {
             let mut all = self.samplers.iter().filter(taken);
             all.try_for_each(|s| s.feedback.run(cmd, requests, &s.samples, frame_number))
         })?;
         frame.pass("feedback read-back", |cmd| {
             self.samplers.iter().filter(taken).for_each(|s| s.samples.read_back(cmd));
-            Ok(())
         })?;
         frame.submit()?.wait()?;
         let mut seen = Vec::new();
         for sampler in &self.samplers {
             seen.push(match taken(&sampler) {
-                true => tiles(self.host.borrow_mut().list(&sampler.samples.words())),
+                true => own_level_tiles(&self.host.borrow_mut().list(&sampler.samples.words())),
                 false => Vec::new(),
             });
         }

@@ -103,14 +103,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = pixels_of(bench.effort_of(180.0, 360.0));
     let mut sessions = Vec::new();
     for max_anisotropy in NAS {
-        sessions.push((max_anisotropy, Shown::settle(bench, &cell.scene, size, BORDER, max_anisotropy)?));
+        sessions.push(Shown::settle(bench, &cell.scene, size, BORDER, max_anisotropy)?);
     }
-    let truths = Truths::new(&sessions[0].1)?;
+    let truths = Truths::new(&sessions[0])?;
     let mut rows = Vec::new();
     for variant in &VARIANTS {
-        let (_, shown) =
-            sessions.iter_mut().find(|(na, _)| *na == variant.max_anisotropy).expect("one for each NA");
-        let picture = truths.inside(shown.picture(variant)?);
+        let picture = blacken(sessions[at_na(variant)].picture(variant)?, &truths.inside);
         let own = Comparison::of(&picture, truths.own(variant))?.measures(OUTLIER_BOUND);
         let area = Comparison::of(&picture, &truths.area)?.measures(OUTLIER_BOUND);
         for (quantity, unit, number) in [
@@ -129,15 +127,16 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let share = Value::Number(100.0 * excused as f64 / truths.inside.len() as f64);
     rows.push(Row::new("the mean over the footprint", EXCUSED, "% of the pixels", share));
     show(bench, cell, "the mean over the footprint", &truths.area)?;
-    let contenders = VARIANTS.iter().map(|variant| {
-        let (_, shown) =
-            sessions.iter().find(|(na, _)| *na == variant.max_anisotropy).expect("one for each NA");
-        shown.contender(variant)
-    });
+    let contenders = VARIANTS.iter().map(|variant| sessions[at_na(variant)].contender(variant));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
-    let timed = bench.interleave(&sessions[0].1.opened.session.gpu, contenders)?;
+    let timed = bench.interleave(&sessions[0].opened.session.gpu, contenders)?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     Ok(rows)
+}
+
+/// The index of a variant's NA in [`NAS`].
+fn at_na(variant: &Variant) -> usize {
+    NAS.iter().position(|&na| na == variant.max_anisotropy).expect("one of NAS")
 }
 
 /// Writes the picture's middle, enlarged. For the reference, also writes the whole picture.
@@ -154,9 +153,10 @@ struct Truths {
     area: Picture,
     /// Bilinear in the nearest level.
     nearer_level: Picture,
-    samples: Vec<(u32, Picture)>,
-    /// The mean of nA over the pixels of the surface, for each NA.
-    counts: Vec<(u32, f64)>,
+    /// Up to NA samples along the footprint, for each of [`NAS`].
+    samples: Vec<Picture>,
+    /// The mean of nA over the pixels of the surface, for each of [`NAS`].
+    counts: [f64; NAS.len()],
     /// True for pixels that the textured surface covers together with all their neighbours.
     inside: Vec<bool>,
 }
@@ -180,7 +180,7 @@ impl Truths {
         let texels = SourceTexels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
-        let samples = NAS.map(|most| Ok((most, picture(ReferenceFilter::Samples(most))?)));
+        let samples = NAS.into_iter().map(|most| picture(ReferenceFilter::Samples(most)));
         let pyramid = session.technique.source.pyramid();
         let lengths: Vec<[f64; 2]> =
             surface.iter().flatten().map(|sample| sides(sample, &pyramid).lengths()).collect();
@@ -191,31 +191,25 @@ impl Truths {
         Ok(Truths {
             area: picture(ReferenceFilter::Area)?,
             nearer_level: picture(ReferenceFilter::NearerLevel)?,
-            samples: samples.into_iter().collect::<anyhow::Result<_>>()?,
-            counts: NAS.map(|most| (most, mean(most))).into(),
+            samples: samples.collect::<anyhow::Result<_>>()?,
+            counts: NAS.map(mean),
             inside,
         })
     }
 
     /// [`TEXELS`] of a filter.
     fn texels(&self, variant: &Variant) -> f64 {
-        let of_na = self.counts.iter().find(|(most, _)| *most == variant.max_anisotropy);
         match variant.filter {
             Filtering::Bilinear => 4.0,
-            Filtering::Trilinear => 8.0 * of_na.expect("one for each NA").1,
+            Filtering::Trilinear => 8.0 * self.counts[at_na(variant)],
             _ => f64::from(variant.taps),
         }
     }
 
-    fn inside(&self, picture: Picture) -> Picture {
-        blacken(picture, &self.inside)
-    }
-
     fn own(&self, variant: &Variant) -> &Picture {
-        let samples = self.samples.iter().find(|(most, _)| *most == variant.max_anisotropy);
         match variant.filter {
             Filtering::Bilinear => &self.nearer_level,
-            _ => &samples.expect("one for each NA").1,
+            _ => &self.samples[at_na(variant)],
         }
     }
 }

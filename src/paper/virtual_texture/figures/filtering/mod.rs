@@ -5,12 +5,11 @@ pub mod filter;
 pub mod na;
 pub mod seams;
 
-use super::common::{SceneView, ViewSession};
+use super::common::{SceneView, ViewSession, linear_picture};
 use crate::figure::{Bench, Contender, Setting};
 use crate::frame::{DrawList, Run, View};
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::Filter;
-use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::texturing::Texturing;
 use crate::paper::virtual_texture::{Config, Filtering};
 use crate::picture::Picture;
@@ -47,9 +46,7 @@ impl Variant {
             (kind, _) => format!("{}{along}", kind.name()),
         }
     }
-}
 
-impl Variant {
     /// As settings of a scene.
     fn setting(&self, border: u32) -> Setting {
         let (kind, most, samples) = (self.filter.name(), self.max_anisotropy, self.taps);
@@ -102,10 +99,6 @@ impl Shown {
         Ok(Shown { opened })
     }
 
-    fn stage1(&self) -> &FootprintPass {
-        self.opened.session.technique.stage1().expect("the shipped scenes have the paper's stages")
-    }
-
     fn texturing(&self, variant: &Variant) -> anyhow::Result<Texturing> {
         let Run { gpu, technique: VirtualTexture { source, resident, settings, .. }, .. } =
             &self.opened.session;
@@ -116,7 +109,7 @@ impl Shown {
             "the session's max_anisotropy, on which its tiles depend"
         );
         let format = self.opened.session.target().color.info().format;
-        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.stage1(), resident, (format, None))?)
+        Ok(Texturing::new(gpu, &source.pyramid(), &config, self.opened.stage1(), resident, (format, None))?)
     }
 
     fn record(&self, frame: &mut Frame<'_>, texturing: &Texturing, seed: u32) -> crate::vk::Result<()> {
@@ -124,7 +117,8 @@ impl Shown {
         let target = self.opened.session.target();
         let view = View { noise: seed.into(), ..View::new(&self.opened.pose, target.size()) };
         let seen = DrawList::new(shapes, view, 0);
-        frame.pass("texturing", |cmd| texturing.draw(cmd, self.stage1(), resident, &seen, &target.color))
+        let stage1 = self.opened.stage1();
+        frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, &seen, &target.color))
     }
 
     /// The settled picture in linear light.
@@ -133,22 +127,18 @@ impl Shown {
         let mut frame = self.opened.session.gpu.frame()?;
         self.record(&mut frame, &texturing, 0)?;
         frame.submit()?.wait()?;
-        let bytes = self.opened.session.picture_bytes()?;
-        let [width, height] = self.opened.session.technique.settings.size;
-        Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+        linear_picture(&mut self.opened.session)
     }
 
     /// A contender that draws the settled picture; its noise differs from run to run.
     fn contender<'a>(&'a self, variant: &Variant) -> anyhow::Result<Contender<'a>> {
         let texturing = self.texturing(variant)?;
         let mut seed = 0;
-        let run = move || {
-            let mut frame = self.opened.session.gpu.frame()?;
-            self.record(&mut frame, &texturing, seed)?;
+        Ok(Contender::frame(&self.opened.session.gpu, variant.name(), move |frame| {
+            self.record(frame, &texturing, seed)?;
             seed += 1;
-            Ok(frame.submit()?.wait()?)
-        };
-        Ok(Contender { variant: variant.name(), run: Box::new(run) })
+            Ok(())
+        }))
     }
 }
 

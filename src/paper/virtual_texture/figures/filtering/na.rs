@@ -228,12 +228,6 @@ fn times(bench: &Bench, view: &View) -> anyhow::Result<Vec<Row>> {
     let gpu = frames.gpu.clone();
     let timed = bench.interleave(&gpu, frames.contenders()?)?;
     let texels = frames.texels()?;
-    let missing = frames.missing.iter().map(|(name, why)| Row::missing(&**name, FRAME, why.clone()));
-    Ok(timed
-        .iter()
-        .flat_map(|of| [Some(of.row(FRAME)), cost::list_row(of, &timed)])
-        .flatten()
-        .chain(missing)
-        .chain(texels)
-        .collect())
+    let times = timed.iter().flat_map(|of| [Some(of.row(FRAME)), cost::list_row(of, &timed)]).flatten();
+    Ok(times.chain(frames.missing_rows(FRAME)).chain(texels).collect())
 }

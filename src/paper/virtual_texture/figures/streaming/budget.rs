@@ -1,8 +1,8 @@
 //! vt.budget: recovery of the picture after a cut, for several upload budgets.
 
-use super::super::common::ONE_SAMPLE;
+use super::super::common::{ONE_SAMPLE, linear_picture};
 use super::traces::{ROUNDS, Trace, repeated};
-use super::{picture, session, show_beside};
+use super::{session, show_beside};
 use crate::figure::claim::{Bound::Above, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
@@ -100,7 +100,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let source = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
     settled.settle(&to)?;
-    let truth = picture(&mut settled)?;
+    let truth = linear_picture(&mut settled)?;
     drop(settled);
     let mut shown = false;
     let traces = Bench::in_turn(ROUNDS, BUDGETS.len(), |at| {
@@ -132,7 +132,7 @@ fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyho
         session.frame(pose)?;
         session.drain()?;
         spent += begin.elapsed();
-        let shown = picture(session)?;
+        let shown = linear_picture(session)?;
         trace.0.push([1e3 * spent.as_secs_f64(), compare(&shown, truth)?.nmse()]);
         first.get_or_insert(shown);
     }

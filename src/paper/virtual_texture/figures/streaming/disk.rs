@@ -1,8 +1,8 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
-use super::super::common::ONE_SAMPLE;
+use super::super::common::{ONE_SAMPLE, linear_picture};
+use super::session;
 use super::traces::{ROUNDS, Trace, repeated};
-use super::{picture, session};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
@@ -91,7 +91,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let whole = Remembered::new(open_texture(&scene)?);
     let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
     settled.settle(&pose)?;
-    let truth = picture(&mut settled)?;
+    let truth = linear_picture(&mut settled)?;
     drop(settled);
     let disks = [
         (HEALTHY, Disk::default()),
@@ -144,7 +144,7 @@ fn watch(
             watched.while_down += 1;
             watched.works_ms = now_ms;
         }
-        watched.errors.0.push([now_ms, compare(&picture(session)?, truth)?.nmse()]);
+        watched.errors.0.push([now_ms, compare(&linear_picture(session)?, truth)?.nmse()]);
         let failed = session.records.last().is_some_and(|record| record.streaming.failed_tiles > 0);
         if session.settled() && !failed && !disk.is_down() {
             break;

@@ -83,13 +83,6 @@ fn session(
     Ok(VirtualTexture::run(gpu, source, &mesh, settings)?)
 }
 
-/// The last frame's picture; the session's target is [`PixelFormat::Linear32`].
-fn picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
-    let [width, height] = session.technique.settings.size;
-    let bytes = session.picture_bytes()?;
-    Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
-}
-
 /// Converts sRGB bytes to linear light.
 fn linear(bytes: &[u8], [width, height]: [u32; 2]) -> Picture {
     let pixel = |p: &[u8]| {

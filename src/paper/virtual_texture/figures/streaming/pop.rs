@@ -39,7 +39,7 @@ pub const POP: Figure = Figure {
             full runs 239 at 1280 x 720. The pictures are the frame after the largest jump and the map of that jump. \
             Pixels have one sample (NA = 1).",
     scenes: &["earth/pan", "earth/dive"],
-    variants,
+    variants: || FADES.map(|(_, name)| name.to_owned()).into(),
     paper: &["at once (the paper)"],
     show: Show::scenes(VIEW).variants(settings),
     measure,
@@ -59,10 +59,6 @@ const VIEW: &[&str] =
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
     FADES.map(|(frames, name)| Setting::new(name, [format!("cache.fade_in_frames={frames}")])).into()
-}
-
-fn variants() -> Vec<String> {
-    FADES.map(|(_, name)| name.to_owned()).to_vec()
 }
 
 /// The picture's size, and the frames of the path.

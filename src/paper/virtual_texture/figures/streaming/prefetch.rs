@@ -36,7 +36,7 @@ pub const PREFETCH: Figure = Figure {
             magnification, so that the dive crosses levels. All frames (quick: every second one) are counted, at 640 x \
             360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
-    variants,
+    variants: || AHEAD.map(|(_, name)| name.to_owned()).into(),
     show: Show::scenes(VIEW).variants(settings),
     measure,
     plots: &[Plot::bars(MISSING), Plot::bars(MISSING_SLOW), Plot::curves(ALONG, "frame")],
@@ -60,10 +60,6 @@ const VIEW: &[&str] = &[RULER[0], RULER[1], RULER[2], UNMAGNIFIED];
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
     AHEAD.map(|(frames, name)| Setting::new(name, [format!("cache.prefetch_frames={frames}")])).into()
-}
-
-fn variants() -> Vec<String> {
-    AHEAD.map(|(_, name)| name.to_owned()).to_vec()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
