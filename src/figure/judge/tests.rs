@@ -299,7 +299,7 @@ fn a_claim_needs_its_precondition() {
     let of = [noisy(3.0, 3.9), noisy(3.0, 4.5), noisy(4.0, 4.5)];
     assert_eq!(of.each_ref().map(|finding| finding.verdict), [NotMeasurable, Undecided, Reproduced]);
     assert!(
-        of[1].why.starts_with("its precondition is undecided: q, b over a: s 3.8x [3 .. 4.5]"),
+        of[1].why.starts_with("its precondition is undecided: q, b over a: s 3.75x [3 .. 4.5]"),
         "{}",
         of[1].why
     );
