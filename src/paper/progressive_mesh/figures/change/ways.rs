@@ -77,7 +77,7 @@ pub struct Way<'a> {
 
 enum Runs<'a> {
     Scene(Box<Run<ProgressiveMeshes>>),
-    Copy(Copying<'a>),
+    Copy(Box<Copying<'a>>),
 }
 
 struct Copying<'a> {
@@ -111,7 +111,7 @@ impl<'a> Way<'a> {
                 let packed = index.packed(program.faces().as_flattened());
                 let staging = gpu.buffer("staging", packed.len() as u64, BufferUse::Upload)?;
                 let indices = gpu.buffer("indices", packed.len() as u64, BufferUse::Indices(index))?;
-                Runs::Copy(Copying { program, packed, staging, indices })
+                Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
             }
         };
         let mut way = Way { name: named.name, gpu, runs, levels, up: true };
