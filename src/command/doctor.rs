@@ -9,7 +9,7 @@ use ortelius::vk::{Error, Feature, GpuOptions, Instance, PhysicalDevice, driver_
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Read;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 #[derive(Args)]
@@ -209,18 +209,22 @@ fn run_child(device: Option<&str>) -> SelfTest {
                 };
             }
             Ok(None) if start.elapsed() > PATIENCE => {
-                let killed = child.kill().and_then(|()| child.wait());
-                let seconds = PATIENCE.as_secs();
-                return ended(
-                    format!("the driver hangs (no answer in {seconds} s; kill: {killed:?})"),
-                    None,
-                    true,
-                );
+                return ended(stopped(&mut child), None, true);
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(10)),
             Err(error) => return ended(format!("unknown: {error}"), None, true),
         }
     }
+}
+
+/// Stops the child that did not answer.
+fn stopped(child: &mut Child) -> String {
+    let seconds = PATIENCE.as_secs();
+    let outcome = match child.kill().and_then(|()| child.wait()) {
+        Ok(_) => "the test was stopped".to_owned(),
+        Err(error) => format!("the test could not be stopped: {error}"),
+    };
+    format!("the driver hangs: no answer in {seconds} s; {outcome}")
 }
 
 /// Everything that the child wrote to a pipe.

@@ -1,6 +1,5 @@
 //! Tests of the panels without a window: the panels must show the numbers of the renderer's report.
 
-use super::action::Comparison;
 use super::job::JobProgress;
 use super::panels::Panels;
 use super::path::Player;
@@ -18,21 +17,8 @@ type Text = (Pos2, String);
 
 /// Everything that the panels write. The pointer rests on the first text `under`, if one is given.
 fn texts(stage: &Stage, resources: &[PassResources], under: Option<&str>) -> Vec<Text> {
-    let player = Player::new(&stage.scene);
-    let shown = PanelInput {
-        stage,
-        camera: stage.scene.cameras.values().next().unwrap(),
-        player: &player,
-        film: None,
-        comparison: Comparison::Pictures,
-        judged: None,
-        trade: None,
-        overlay: None,
-        found: None,
-        outline: Vec::new(),
-        labels: &[],
-        resources,
-    };
+    let (camera, player) = (stage.scene.cameras.values().next().unwrap(), Player::new(&stage.scene));
+    let shown = PanelInput { resources, ..PanelInput::of(stage, camera, &player) };
     let (mut panels, context) = (Panels::new(true), Context::default());
     context.all_styles_mut(|style| {
         (style.animation_time, style.interaction.tooltip_delay) = (0.0, 0.0);

@@ -110,7 +110,7 @@ pub(super) struct LastChange {
     pub(super) replaced: Option<(Replaced, usize)>,
 }
 
-/// A layout of the panels. Later frames draw it again until [`Live::is_layout_due`] returns true.
+/// A layout of the panels. Later frames draw it again until [`Live::needs_layout`] returns true.
 pub(super) struct LaidOut {
     pub(super) at: Instant,
     /// Delay until the panels need a redraw.
@@ -247,18 +247,24 @@ impl Live {
         jobs.into_iter().filter(|is_under_way| *is_under_way).count()
     }
 
-    /// True if this frame must lay out the panels: if there is input, if a shown element follows the picture, if egui
-    /// requests it, if the last layout is old, or if no further frame is due.
-    fn is_layout_due(&self) -> bool {
+    /// True if the last layout of the panels does not serve this frame: there is input, an element follows the picture,
+    /// egui asks for a layout, the last one is old, or this frame may be the last one for some time.
+    fn needs_layout(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
-        let follows = self.magnifies || self.frozen.is_some() || self.overlay.is_some();
-        let answers = self.measure.as_ref().is_some_and(|measure| measure.response.is_some());
-        let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
         let age = laid_out.at.elapsed();
-        let [often, at_least] = PANELS_AGE;
-        let is_old =
-            age >= laid_out.repaint.min(at_least) || (age >= often && laid_out.frames >= PANELS_FRAMES);
-        follows || answers || has_input || is_old || !self.is_busy() || self.judge.is_at_work()
+        let has_input = laid_out.had_input || !self.input.egui_input().events.is_empty();
+        let follows =
+            self.magnifies || self.frozen.is_some() || self.overlay.is_some() || self.judge.is_at_work();
+        let response = self.measure.as_ref().and_then(|measure| measure.response.as_ref());
+        let is_old = match response {
+            // Panels that show the time of every frame would never rest. The next key is pressed when they do.
+            Some(response) => response.has_event() || self.panels.has_message(),
+            None => {
+                let [often, at_least] = PANELS_AGE;
+                age >= at_least || (age >= often && laid_out.frames >= PANELS_FRAMES)
+            }
+        };
+        has_input || follows || age >= laid_out.repaint || is_old || !self.is_busy()
     }
 
     /// True if the window is minimised or has no pixels.
@@ -289,7 +295,7 @@ impl Live {
         let mut done = Vec::new();
         let mut output = None;
         let mut actions = Vec::new();
-        if self.is_layout_due() {
+        if self.needs_layout() {
             let raw = self.take_input();
             // Keys act before the panels are laid out, so that the same frame shows the result.
             for action in control::actions(self.input.egui_ctx(), &raw.events) {

@@ -15,10 +15,9 @@ impl Live {
         let [present, panels] = PASSES.map(ns);
         let device_ns = present.zip(panels).map(|(present, panels)| [present, panels]);
         let Some(part) = measure.end(cost, renderer.gpu.waited(), device_ns) else { return Ok(()) };
-        if measure.has_ended() {
+        if measure.response.is_some() {
+            // The times are saved before the key presses, and again with their outcome.
             measure.save(&self.stage.scene, renderer.size(), renderer.gpu.physical())?;
-        } else if measure.response.is_some() {
-            // Open panels show the frame's time, so the picture would never rest.
             (self.panels.open, self.laid_out) = (false, None);
         }
         self.print(&part)

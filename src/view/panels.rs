@@ -61,6 +61,10 @@ impl Panels {
         self.status = Some(Status { text, is_error, since: Instant::now() });
     }
 
+    pub fn has_message(&self) -> bool {
+        self.status.is_some()
+    }
+
     /// Hides the message.
     pub fn hide_message(&mut self) {
         self.status = None;
@@ -108,29 +112,28 @@ impl Panels {
     fn sections(&mut self, ui: &mut Ui, shown: &PanelInput<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
         let records = &shown.stage.renderer.records;
-        let section = |name: &str, open| CollapsingHeader::new(name).default_open(open);
         if shown.stage.views.len() > 1 {
-            section("views", true).show(ui, |ui| compared::views(ui, shown, &mut actions));
+            section(ui, "views", true, |ui| compared::views(ui, shown, &mut actions));
         }
-        section("variants", true).show(ui, |ui| compared::variants(ui, shown, &mut actions));
-        section("trade", shown.trade.is_some() || shown.stage.renderer.technique.meshes.is_some())
-            .show(ui, |ui| compared::trade(ui, shown, &mut actions));
-        section("overlays", false).show(ui, |ui| compared::overlays(ui, shown, &mut actions));
+        section(ui, "variants", true, |ui| compared::variants(ui, shown, &mut actions));
+        let trades = shown.trade.is_some() || shown.stage.renderer.technique.meshes.is_some();
+        section(ui, "trade", trades, |ui| compared::trade(ui, shown, &mut actions));
+        section(ui, "overlays", false, |ui| compared::overlays(ui, shown, &mut actions));
         if let Some(last) = records.last() {
-            section("passes", true).show(ui, |ui| times(ui, shown));
+            section(ui, "passes", true, |ui| times(ui, shown));
             if let Some(texture) = &shown.stage.renderer.technique.texture {
-                section("tiles", true).show(ui, |ui| streamed::tiles(ui, last, texture));
-                section("page table", false).show(ui, |ui| streamed::page_table(ui, texture));
-                section("caches", false).show(ui, |ui| streamed::caches(ui, texture));
+                section(ui, "tiles", true, |ui| streamed::tiles(ui, last, texture));
+                section(ui, "page table", false, |ui| streamed::page_table(ui, texture));
+                section(ui, "caches", false, |ui| streamed::caches(ui, texture));
             }
             if last.meshes.is_some() {
-                section("progressive meshes", true).show(ui, |ui| streamed::meshes(ui, last, shown.stage));
+                section(ui, "progressive meshes", true, |ui| streamed::meshes(ui, last, shown.stage));
             }
         }
-        section("eye", true).show(ui, |ui| eye(ui, shown, &mut actions));
-        section("memory", false).show(ui, |ui| memory(ui, shown.stage));
-        let changed = section("settings", false).show(ui, |ui| self.settings.show(ui, &shown.stage.scene));
-        actions.extend(changed.body_returned.into_iter().flatten());
+        section(ui, "eye", true, |ui| eye(ui, shown, &mut actions));
+        section(ui, "memory", false, |ui| memory(ui, shown.stage));
+        let changed = section(ui, "settings", false, |ui| self.settings.show(ui, &shown.stage.scene));
+        actions.extend(changed.into_iter().flatten());
         actions
     }
 
@@ -164,6 +167,26 @@ impl Panels {
             egui::Frame::popup(ui.style()).show(ui, |ui| ui.add(label));
         });
     }
+}
+
+/// Shows a section that can be collapsed. Out of view, space of its last height replaces its content, which takes most
+/// of the time of a layout. A field with the focus would lose it, so that all sections are then laid out.
+fn section<R>(ui: &mut Ui, name: &str, is_open: bool, content: impl FnOnce(&mut Ui) -> R) -> Option<R> {
+    let header = CollapsingHeader::new(name).default_open(is_open);
+    let shown = header.show(ui, |ui| {
+        let (id, at) = (ui.id().with("last height"), ui.cursor().min);
+        let last: Option<f32> = ui.data(|data| data.get_temp(id));
+        let has_focus = ui.memory(|memory| memory.focused().is_some());
+        let is_hidden = |height: &f32| !ui.is_rect_visible(Rect::from_min_size(at, vec2(1.0, *height)));
+        if let Some(height) = last.filter(|height| !has_focus && is_hidden(height)) {
+            ui.allocate_space(vec2(0.0, height));
+            return None;
+        }
+        let shown = ui.scope(content);
+        ui.data_mut(|data| data.insert_temp(id, shown.response.rect.height()));
+        Some(shown.inner)
+    });
+    shown.body_returned.flatten()
 }
 
 /// Level, row and column of each visible tile, white on black.
@@ -306,4 +329,39 @@ fn memory(ui: &mut Ui, stage: &Stage) {
             ui.end_row();
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Context, RawInput};
+
+    /// Three sections of 200 points in a window of 300, scrolled by `offset` points. Returns which were laid out, and the
+    /// height of all.
+    fn laid_out(context: &Context, offset: f32) -> ([bool; 3], f32) {
+        let (mut is_laid_out, mut height) = ([false; 3], 0.0);
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 300.0)));
+        let input = RawInput { screen_rect, ..RawInput::default() };
+        let _drawn = context.run_ui(input, |ui| {
+            let shown = ScrollArea::vertical().vertical_scroll_offset(offset).show(ui, |ui| {
+                for (name, is_laid_out) in ["a", "b", "c"].into_iter().zip(&mut is_laid_out) {
+                    let content = |ui: &mut Ui| ui.allocate_space(vec2(9.0, 200.0));
+                    *is_laid_out = section(ui, name, true, content).is_some();
+                }
+            });
+            height = shown.content_size.y;
+        });
+        (is_laid_out, height)
+    }
+
+    #[test]
+    fn a_section_out_of_view_keeps_its_height_and_returns_when_scrolled_to() {
+        let context = Context::default();
+        context.all_styles_mut(|style| style.animation_time = 0.0);
+        let (first, height) = laid_out(&context, 0.0);
+        assert_eq!(first, [true; 3], "no height is known");
+        assert_eq!(laid_out(&context, 0.0), ([true, true, false], height));
+        assert_eq!(laid_out(&context, height - 300.0), ([false, true, true], height));
+        assert_eq!(laid_out(&context, 0.0), ([true, true, false], height));
+    }
 }

@@ -4,6 +4,7 @@
 //! arrives while a frame is being drawn, add one frame, because only the next frame handles it.
 
 use egui::{Event, Key, Modifiers};
+use std::time::{Duration, Instant};
 
 /// Keys, each pressed in the state that the earlier ones left: help (twice), panels (twice), next overlay, comparison
 /// of two variants (twice), next variant, flight.
@@ -16,17 +17,47 @@ const STILL: u32 = 6;
 /// A key that changes nothing within this number of frames counts as having no effect.
 const MOST: u32 = 30;
 
+/// A key is also pressed if the picture has not come to rest within this number of frames and this time. Its frames are
+/// then not counted.
+const LONGEST_WAIT: (u32, Duration) = (300, Duration::from_secs(60));
+
+/// The effect of a key.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Effect {
+    /// Frames from the press to the changed picture.
+    Frames(u32),
+    /// The same picture in [`MOST`] frames.
+    NoChange,
+    /// The picture before the press did not rest.
+    NeverAtRest,
+}
+
 /// The presses so far.
-#[derive(Default)]
 pub struct Response {
-    /// For each key, the frames from the press to the changed picture; `None` if the picture did not change.
-    frames: Vec<Option<u32>>,
+    effects: Vec<Effect>,
     /// Frames since the current press.
     since: Option<u32>,
     /// The key to release.
     down: Option<Key>,
     last: Vec<u8>,
     still: u32,
+    /// Frames since the last press had its effect, and the time of that effect.
+    waited: (u32, Instant),
+    longest_wait: (u32, Duration),
+}
+
+impl Default for Response {
+    fn default() -> Response {
+        Response {
+            effects: Vec::new(),
+            since: None,
+            down: None,
+            last: Vec::new(),
+            still: 0,
+            waited: (0, Instant::now()),
+            longest_wait: LONGEST_WAIT,
+        }
+    }
 }
 
 impl Response {
@@ -43,13 +74,34 @@ impl Response {
             self.down = None;
             return vec![event(key, false)];
         }
-        match KEYS.get(self.frames.len()) {
-            Some(key) if self.since.is_none() && self.still >= STILL => {
-                (self.since, self.down) = (Some(0), Some(*key));
+        match KEYS.get(self.effects.len()) {
+            Some(key) if self.presses_next() => {
+                if self.still < STILL {
+                    self.add(Effect::NeverAtRest);
+                } else {
+                    self.since = Some(0);
+                }
+                self.down = Some(*key);
                 vec![event(*key, true)]
             }
             _ => Vec::new(),
         }
+    }
+
+    /// True if [`Response::events`] returns an event now.
+    pub fn has_event(&self) -> bool {
+        self.since.is_none() && self.down.is_some() || self.presses_next()
+    }
+
+    fn presses_next(&self) -> bool {
+        let ((frames, begun), (most, longest)) = (self.waited, self.longest_wait);
+        let is_too_long = || frames >= most && begun.elapsed() >= longest;
+        self.effects.len() < KEYS.len() && self.since.is_none() && (self.still >= STILL || is_too_long())
+    }
+
+    fn add(&mut self, effect: Effect) {
+        self.effects.push(effect);
+        (self.since, self.still, self.waited) = (None, 0, (0, Instant::now()));
     }
 
     /// True unless a press waits for its changed picture. While true, nothing but a key may change the picture.
@@ -61,12 +113,17 @@ impl Response {
     pub fn see(&mut self, picture: &[u8], settled: bool) {
         let same = self.last == picture;
         match &mut self.since {
-            None => self.still = if same && settled { self.still + 1 } else { 0 },
+            None => {
+                self.still = if same && settled { self.still + 1 } else { 0 };
+                self.waited.0 += 1;
+            }
             Some(since) => {
                 *since += 1;
-                if !same || *since == MOST {
-                    self.frames.push((!same).then_some(*since));
-                    (self.since, self.still) = (None, 0);
+                let frames = *since;
+                match same {
+                    false => self.add(Effect::Frames(frames)),
+                    true if frames == MOST => self.add(Effect::NoChange),
+                    true => {}
                 }
             }
         }
@@ -77,15 +134,22 @@ impl Response {
 
     /// The report in one line; `None` until the last key has been counted.
     pub fn report(&self) -> Option<String> {
-        if self.frames.len() < KEYS.len() {
+        if self.effects.len() < KEYS.len() {
             return None;
         }
-        let named = KEYS.iter().zip(&self.frames).map(|(key, frames)| match frames {
-            Some(frames) => format!("{} {frames}", key.name()),
-            None => format!("{} no change", key.name()),
+        let named = KEYS.iter().zip(&self.effects).map(|(key, effect)| match effect {
+            Effect::Frames(frames) => format!("{} {frames}", key.name()),
+            Effect::NoChange => format!("{} no change within {MOST} frames", key.name()),
+            Effect::NeverAtRest => {
+                format!("{} not counted, because the picture did not come to rest", key.name())
+            }
         });
-        let most = self.frames.iter().flatten().max().copied().unwrap_or(0);
         let named: Vec<String> = named.collect();
+        let frames = self.effects.iter().filter_map(|effect| match effect {
+            Effect::Frames(frames) => Some(*frames),
+            _ => None,
+        });
+        let most = frames.max().unwrap_or(0);
         Some(format!("frames from a key press to a changed picture: {}; most {most}", named.join(", ")))
     }
 }
@@ -120,7 +184,26 @@ mod tests {
             response.events();
             response.see(&picture, true);
         }
-        assert!(response.report().unwrap().contains("G no change"));
+        assert!(response.report().unwrap().contains("G no change within 30 frames"));
+    }
+
+    #[test]
+    fn a_picture_that_never_rests_ends_the_measurement_too() {
+        let mut response = Response { longest_wait: (20, Duration::ZERO), ..Response::default() };
+        for n in 0..1000_u32 {
+            let has_event = response.has_event();
+            assert_eq!(has_event, !response.events().is_empty());
+            // After the second key, each picture differs from the one before.
+            let picture = if response.effects.len() < 2 { response.effects.len() as u32 } else { n };
+            response.see(&picture.to_le_bytes(), true);
+        }
+        let report = response.report().unwrap();
+        let never = "not counted, because the picture did not come to rest";
+        assert!(
+            report.contains(&format!("F2 {never}")) && report.contains(&format!("W {never}")),
+            "{report}"
+        );
+        assert!(report.contains("F1 no change within 30 frames"), "{report}");
     }
 
     #[test]

@@ -68,7 +68,7 @@ impl Screen {
         let format = swapchain.format();
         let no_words = gpu.image("no overlay", ImageInfo::target([1, 1], Format::Rgba32Uint))?;
         Ok(Screen {
-            painter: Painter::new(gpu, format)?,
+            painter: Painter::new(gpu, format, swapchain.takes_copies())?,
             swapchain,
             pipelines: pipelines(gpu, format)?,
             no_words,
@@ -83,7 +83,7 @@ impl Screen {
     /// The driver cannot compile a pipeline.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<()> {
         self.pipelines = pipelines(gpu, self.swapchain.format())?;
-        self.painter.rebuild(self.swapchain.format())
+        self.painter.rebuild()
     }
 
     /// Also copies the next frame's image to the host.

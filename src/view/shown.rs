@@ -32,6 +32,27 @@ pub struct PanelInput<'a> {
     pub resources: &'a [PassResources],
 }
 
+#[cfg(test)]
+impl<'a> PanelInput<'a> {
+    /// Nothing but the scene.
+    pub fn of(stage: &'a Stage, camera: &'a Camera, player: &'a Player) -> PanelInput<'a> {
+        PanelInput {
+            stage,
+            camera,
+            player,
+            film: None,
+            comparison: Comparison::Pictures,
+            judged: None,
+            trade: None,
+            overlay: None,
+            found: None,
+            outline: Vec::new(),
+            labels: &[],
+            resources: &[],
+        }
+    }
+}
+
 /// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.
 pub struct Front {
     pub front: Vec<Traded>,

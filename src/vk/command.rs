@@ -6,7 +6,9 @@ use super::device::Device;
 use super::limits::require_groups;
 use super::shader::{Access, DescriptorKind};
 use super::used::Listing;
-use super::{Buffer, ComputePipeline, Error, Image, ReadAs, Result, Sampler, StreamQuery, TexelCopy, Work};
+use super::{
+    Buffer, ComputePipeline, Error, Image, ReadAs, Result, Sampler, StreamQuery, TargetPart, TexelCopy, Work,
+};
 use ash::vk;
 use std::sync::Arc;
 
@@ -332,6 +334,24 @@ impl Cmd<'_> {
         self.transition(from, layout, from.layout());
     }
 
+    /// Copies parts of an image to the same place in another one of the same format.
+    pub fn copy_image(&mut self, from: &Image, to: &Image, parts: &[TargetPart]) {
+        if parts.is_empty() {
+            return;
+        }
+        let format = from.info().format;
+        assert_eq!(format, to.info().format, "{} to {}", from.name(), to.name());
+        let regions: Vec<_> = parts.iter().map(|part| image_region(from, to, part)).collect();
+        self.work.copied_bytes += parts.iter().map(|(_, size)| format.bytes(*size)).sum::<u64>();
+        self.list_image(from, Access::Read);
+        self.list_image(to, Access::Write);
+        let layout = vk::ImageLayout::GENERAL;
+        // SAFETY: `image_region` checked the ranges; both images are in GENERAL.
+        unsafe {
+            self.device.handle.cmd_copy_image(self.handle, from.handle, layout, to.handle, layout, &regions);
+        }
+    }
+
     /// Sets the first `bytes` of a buffer, a whole number of words, to one value.
     pub fn fill(&mut self, buffer: &Buffer, bytes: u64, value: u32) {
         assert!(
@@ -417,6 +437,23 @@ impl Cmd<'_> {
 
 fn texel_bytes(image: &Image, copies: &[TexelCopy]) -> u64 {
     copies.iter().map(|copy| image.info().format.bytes(copy.size)).sum()
+}
+
+fn image_region(from: &Image, to: &Image, (at, size): &TargetPart) -> vk::ImageCopy {
+    for image in [from, to] {
+        let fits = (0..2).all(|axis| at[axis] + size[axis] <= image.info().size[axis]);
+        assert!(fits, "{}: {size:?} at {at:?} of {:?}", image.name(), image.info().size);
+    }
+    let layers =
+        vk::ImageSubresourceLayers::default().aspect_mask(from.info().format.aspect()).layer_count(1);
+    let offset = vk::Offset3D { x: at[0] as i32, y: at[1] as i32, z: 0 };
+    vk::ImageCopy {
+        src_subresource: layers,
+        src_offset: offset,
+        dst_subresource: layers,
+        dst_offset: offset,
+        extent: vk::Extent3D { width: size[0], height: size[1], depth: 1 },
+    }
 }
 
 fn region(image: &Image, buffer: &Buffer, copy: &TexelCopy) -> vk::BufferImageCopy {

@@ -57,6 +57,9 @@ pub struct Image {
     name: String,
 }
 
+/// A part of a target: first column and row, and the size, in pixels.
+pub type TargetPart = ([u32; 2], [u32; 2]);
+
 /// Which view of an image a shader reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReadAs {

@@ -39,7 +39,7 @@ pub use features::{Feature, Need};
 pub use format::Format;
 pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Recorded, Ticket};
 pub use graphics_info::{Blend, Depth, GraphicsInfo};
-pub use image::{Image, ImageInfo, ReadAs};
+pub use image::{Image, ImageInfo, ReadAs, TargetPart};
 pub use instance::{Instance, Survey, driver_folders};
 pub use limits::group_line;
 pub use message::{Message, Severity};
@@ -47,8 +47,7 @@ pub use physical::PhysicalDevice;
 pub use pipeline::{ComputePipeline, GraphicsPipeline};
 pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{
-    Clear, ClippedSlice, ColorTarget, DepthTarget, IndexRange, IndexedGeometry, Render, TargetPart,
-    TransformFeedback,
+    Clear, ClippedSlice, ColorTarget, DepthTarget, IndexRange, IndexedGeometry, Render, TransformFeedback,
 };
 pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;

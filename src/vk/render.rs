@@ -2,7 +2,7 @@
 
 use super::command::{Cmd, Resource};
 use super::shader::Access;
-use super::{Buffer, GraphicsPipeline, Image, IndexType, Result, StreamQuery};
+use super::{Buffer, GraphicsPipeline, Image, IndexType, Result, StreamQuery, TargetPart};
 use ash::vk;
 
 /// A target's content before the first draw.
@@ -15,9 +15,6 @@ pub enum Clear {
     /// Undefined: the draws, or those of a later pass, replace every pixel that is read.
     Discard,
 }
-
-/// A part of the target: first column and row, and the size, in pixels.
-pub type TargetPart = ([u32; 2], [u32; 2]);
 
 #[derive(Clone, Copy)]
 pub struct ColorTarget<'a> {

@@ -71,6 +71,8 @@ pub struct Swapchain {
     format: Format,
     /// True if the images can be copied from.
     read: bool,
+    /// True if the images can be copied into.
+    takes_copies: bool,
     surface: WindowSurface,
 }
 
@@ -150,9 +152,14 @@ impl Swapchain {
             modes,
             format: Format::Bgra8,
             read,
+            takes_copies: false,
             surface,
         };
         swapchain.format = swapchain.choose_format()?;
+        let capabilities =
+            swapchain.capabilities().check("vkGetPhysicalDeviceSurfaceCapabilitiesKHR", "window")?;
+        swapchain.takes_copies =
+            capabilities.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_DST);
         swapchain.resize(size)?;
         Ok(swapchain)
     }
@@ -165,6 +172,11 @@ impl Swapchain {
     /// Format of the images.
     pub fn format(&self) -> Format {
         self.format
+    }
+
+    /// True if the images can be copied into. Vulkan does not guarantee it.
+    pub fn takes_copies(&self) -> bool {
+        self.takes_copies
     }
 
     pub fn image(&self, number: usize) -> &Image {
@@ -319,15 +331,15 @@ impl Swapchain {
     }
 
     fn usage(&self, capabilities: &vk::SurfaceCapabilitiesKHR) -> Result<vk::ImageUsageFlags> {
-        let copied = vk::ImageUsageFlags::TRANSFER_SRC;
-        match (self.read, capabilities.supported_usage_flags.contains(copied)) {
-            (false, _) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT),
-            (true, true) => Ok(vk::ImageUsageFlags::COLOR_ATTACHMENT | copied),
-            (true, false) => {
-                let what = "its images cannot be read, so changes of the picture cannot be counted";
-                Err(Error::limit("window", what))
-            }
+        use vk::ImageUsageFlags as U;
+        let supported = capabilities.supported_usage_flags;
+        if self.read && !supported.contains(U::TRANSFER_SRC) {
+            let what = "its images cannot be read, so changes of the picture cannot be counted";
+            return Err(Error::limit("window", what));
         }
+        let read = if self.read { U::TRANSFER_SRC } else { U::empty() };
+        let written = if self.takes_copies { U::TRANSFER_DST } else { U::empty() };
+        Ok(U::COLOR_ATTACHMENT | read | written)
     }
 
     fn check_mode(&self) -> Result<vk::PresentModeKHR> {

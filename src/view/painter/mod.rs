@@ -32,6 +32,10 @@ use std::sync::Arc;
 /// The pipelines, and the data that are kept from frame to frame.
 pub struct Painter {
     gpu: Gpu,
+    /// The format of the window and of the layer.
+    format: Format,
+    /// True if texels can be copied into the window.
+    copies: bool,
     pipelines: Pipelines,
     sampler: Sampler,
     textures: HashMap<TextureId, Image>,
@@ -42,8 +46,6 @@ pub struct Painter {
 
 struct Pipelines {
     into_layer: GraphicsPipeline,
-    /// Copies the layer to the window.
-    copy: GraphicsPipeline,
     /// Blends the layer over the window.
     over: GraphicsPipeline,
 }
@@ -74,12 +76,16 @@ struct Painting {
 const SLACK: u64 = 2048;
 
 impl Painter {
+    /// For windows of this format. `copies`: texels can be copied into their images.
+    ///
     /// # Errors
     /// Out of memory.
-    pub fn new(gpu: &Gpu, format: Format) -> Result<Painter> {
+    pub fn new(gpu: &Gpu, format: Format, copies: bool) -> Result<Painter> {
         let sampler = SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false };
         Ok(Painter {
             gpu: gpu.clone(),
+            format,
+            copies,
             pipelines: pipelines(gpu, format)?,
             sampler: gpu.sampler("panels", sampler)?,
             textures: HashMap::new(),
@@ -92,8 +98,8 @@ impl Painter {
     ///
     /// # Errors
     /// The driver cannot compile a pipeline.
-    pub fn rebuild(&mut self, format: Format) -> Result<()> {
-        self.pipelines = pipelines(&self.gpu, format)?;
+    pub fn rebuild(&mut self) -> Result<()> {
+        self.pipelines = pipelines(&self.gpu, self.format)?;
         self.is_rebuilt = true;
         Ok(())
     }
@@ -120,7 +126,7 @@ impl Painter {
         let last = self.painting.take().filter(|last| last.layer.info().size == size);
         let layer = match &last {
             Some(last) => last.layer.clone(),
-            None => Arc::new(self.gpu.image("panels", ImageInfo::target(size, Format::Rgba8))?),
+            None => Arc::new(self.gpu.image("panels", ImageInfo::target(size, self.format))?),
         };
         let redraws_all = std::mem::take(&mut self.is_rebuilt) || !adds_only_glyphs(textures);
         // A layer that was not drawn lacks the changes of its layout.
@@ -133,7 +139,9 @@ impl Painter {
         let is_filled = |area: &Rectangle| pieces.opaque.iter().any(|opaque| opaque.contains(area));
         let cleared = redrawn.iter().filter(|area| last.is_some() && !is_filled(area));
         let mut others = disjoint(pieces.covers(), 0);
-        for opaque in &pieces.opaque {
+        // Blended opaque texels replace the window's, too.
+        let copied = if self.copies { &pieces.opaque[..] } else { &[] };
+        for opaque in copied {
             others = others.iter().flat_map(|part| part.without(opaque)).collect();
         }
         let parts = |rectangles: &[Rectangle]| rectangles.iter().map(Rectangle::part).collect();
@@ -145,7 +153,7 @@ impl Painter {
             buffers: self.buffers(&redraw)?,
             cleared: cleared.map(Rectangle::part).collect(),
             redrawn,
-            copied: parts(&pieces.opaque),
+            copied: parts(copied),
             blended: parts(&others),
             pieces,
             draws: redraw.draws,
@@ -216,13 +224,17 @@ impl Painter {
             self.draw_layer(cmd, painting)?;
         }
         let Painting { layer, copied, blended, .. } = painting;
-        if copied.is_empty() && blended.is_empty() {
+        cmd.copy_image(layer, target, copied);
+        if blended.is_empty() {
             return Ok(());
+        }
+        if !copied.is_empty() {
+            // The rendering loads the whole target.
+            cmd.sync();
         }
         let color = ColorTarget { image: target, clear: Clear::Keep };
         let resources = [(layer_frag::LAYER, Resource::Texture(layer, ReadAs::Whole))];
         cmd.render(size, &[color], None, |render| {
-            render.draw_parts(&self.pipelines.copy, &resources, &[], (3, copied))?;
             render.draw_parts(&self.pipelines.over, &resources, &[], (3, blended))
         })
     }
@@ -263,14 +275,13 @@ impl Painter {
 }
 
 fn pipelines(gpu: &Gpu, format: Format) -> Result<Pipelines> {
-    let pipeline = |colors: &[Format], blend, [vertex, fragment]: [&'static Shader; 2]| {
+    let pipeline = |[vertex, fragment]: [&'static Shader; 2]| {
+        let (colors, blend) = (&[format], Blend::Over);
         gpu.graphics_pipeline(&GraphicsInfo { colors, blend, ..GraphicsInfo::triangles(vertex, fragment) })
     };
-    let of_layer = [&screen_vert::SHADER, &layer_frag::SHADER];
     Ok(Pipelines {
-        into_layer: pipeline(&[Format::Rgba8], Blend::Over, [&panels_vert::SHADER, &panels_frag::SHADER])?,
-        copy: pipeline(&[format], Blend::Replace, of_layer)?,
-        over: pipeline(&[format], Blend::Over, of_layer)?,
+        into_layer: pipeline([&panels_vert::SHADER, &panels_frag::SHADER])?,
+        over: pipeline([&screen_vert::SHADER, &layer_frag::SHADER])?,
     })
 }
 

@@ -1,6 +1,5 @@
 //! The layer of the panels: partial redraws must equal whole ones, bit for bit.
 
-use super::super::action::Comparison;
 use super::super::laid_out::stage;
 use super::super::panels::Panels;
 use super::super::path::Player;
@@ -24,7 +23,7 @@ impl Twice<'_> {
         let context = Context::default();
         context.all_styles_mut(|style| style.animation_time = 0.0);
         let target = gpu.image("target", ImageInfo::target(size, Format::Rgba8)).unwrap();
-        Twice { context, painter: Painter::new(gpu, Format::Rgba8).unwrap(), target, gpu }
+        Twice { context, painter: Painter::new(gpu, Format::Rgba8, true).unwrap(), target, gpu }
     }
 
     fn lay_out(&self, show: impl FnMut(&mut egui::Ui)) -> FullOutput {
@@ -54,10 +53,12 @@ impl Twice<'_> {
         let redrawn = painting.redrawn.iter().map(Rectangle::area).sum();
         let copied = painting.pieces.opaque.clone();
         let parts = self.draw();
-        self.painter.is_rebuilt = true;
+        // The second time without copies, as in a window whose images do not take them.
+        (self.painter.is_rebuilt, self.painter.copies) = (true, false);
         let shown = (&TexturesDelta::default(), output.shapes);
         self.painter.prepare(&self.context, shown, size, 1.0).unwrap();
         let whole = self.draw();
+        self.painter.copies = true;
         for ((part, whole), image) in parts.iter().zip(&whole).zip(["layer", "window"]) {
             let differs = part.chunks(4).zip(whole.chunks(4)).position(|(part, whole)| part != whole);
             let at = differs.map(|n| [n % size[0] as usize, n / size[0] as usize]);
@@ -76,21 +77,8 @@ impl Twice<'_> {
 }
 
 fn show(panels: &mut Panels, ui: &mut egui::Ui, stage: &Stage, camera: &Camera) {
-    let shown = PanelInput {
-        stage,
-        camera,
-        player: &Player::new(&stage.scene),
-        film: None,
-        comparison: Comparison::Pictures,
-        judged: None,
-        trade: None,
-        overlay: None,
-        found: None,
-        outline: Vec::new(),
-        labels: &[],
-        resources: &[],
-    };
-    drop(panels.show(ui, &shown));
+    let player = Player::new(&stage.scene);
+    drop(panels.show(ui, &PanelInput::of(stage, camera, &player)));
 }
 
 #[test]
