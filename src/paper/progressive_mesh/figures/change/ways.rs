@@ -188,7 +188,7 @@ impl<'a> Way<'a> {
                 Ok((host, sum(&record.passes), record.change.upload_bytes))
             }
             Runs::Copy(copying) => {
-                let Copying { program, packed, staging, indices } = copying;
+                let Copying { program, packed, staging, indices } = &mut **copying;
                 let bytes = program.index_type().triangle_bytes() as usize * program.drawn(to) as usize;
                 staging.mapped_mut()[..bytes].copy_from_slice(&packed[..bytes]);
                 let mut frame = self.gpu.frame()?;
