@@ -4,8 +4,10 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
+use super::farthest::{FINE_PARTS, PARTS};
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{LostPositions, squared_to_segment};
+use super::original::ModelFaces;
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
@@ -15,7 +17,7 @@ use super::stated::stated;
 use super::surface::{Frame, HubCorner, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
-use crate::paper::progressive_mesh::choices::ErrorMetric;
+use crate::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric};
 use glam::DVec3;
 
 /// Why a target was not reached.
@@ -41,6 +43,8 @@ pub struct Sequence<'a> {
     pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
+    /// Set with [`BuildEffort::Best`]: distances from the model are measured to its own faces.
+    pub(super) model_faces: Option<ModelFaces>,
     queue: Queue,
     /// For each position whose key is the exact cost of its cheapest collapse: that collapse's target, and
     /// the quadric part of its cost. The target is [`NOWHERE`] if the key is only a bound.
@@ -117,6 +121,7 @@ impl<'a> Sequence<'a> {
             lost: LostPositions::new(positions, model.faces.len()),
             lost_of_border: LostPositions::new(positions, positions),
             off_model: vec![0.0; model.faces.len()],
+            model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
             queue: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![(NOWHERE, 0.0); positions],
             hub,
@@ -309,7 +314,9 @@ impl<'a> Sequence<'a> {
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
         off.clear();
-        off.extend((0..self.shape.fan).map(|index| (self.shape.new[index].0, self.off_model(index, 0.0))));
+        let parts = if self.model_faces.is_some() { FINE_PARTS } else { PARTS };
+        let measured = |index: usize| (self.shape.new[index].0, self.off_model(index, 0.0, parts));
+        off.extend((0..self.shape.fan).map(measured));
         let appearance = self.squared_appearance_error(end, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners

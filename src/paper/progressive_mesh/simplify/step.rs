@@ -1,5 +1,6 @@
 //! One collapse: whether it is allowed, its cost, and its distance from the model.
 
+use super::farthest::PARTS;
 use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
 use super::queue::Ties;
@@ -132,7 +133,7 @@ impl Sequence<'_> {
             if most > enough || cost > limit {
                 break;
             }
-            most = most.max(self.off_model(index, most));
+            most = most.max(self.off_model(index, most, PARTS));
         }
         cost.max(pace.key(most))
     }

@@ -363,7 +363,7 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
         for wanted in [2, 4, 10].map(|part| model.faces.len() / part) {
             let (faces, error) = left(&model, &collapses, wanted);
             let found = widest_difference(&model, &faces);
-            assert!(found <= error, "{name} at {wanted}: {found} found, {error} stated");
+            assert!(found <= error + ROUNDING, "{name} at {wanted}: {found} found, {error} stated");
             // Errors that measure distances alone do not bound this difference. Half of the solid's faces are flat.
             let (faces, error) = left(&model, &by_distance, wanted);
             let flat = name == "solid:8" && 2 * wanted == model.faces.len();
@@ -372,6 +372,9 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
         }
     }
 }
+
+/// On a flat part errors and differences are 0, computed in different ways: 64 f64 roundings of a size of 1.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A flat square. The texture is stretched: s grows faster towards the east, in strips between columns of positions.
 fn stretched() -> Model {
@@ -424,7 +427,7 @@ fn a_stretched_texture_is_an_error_of_the_appearance() {
         let (faces, error) = left(&model, &collapses, wanted);
         let found = largest_shift(&model, &faces);
         // To first order: a texel shifts by up to a sixth of the square, and s changes 4 times as fast in the east.
-        assert!(found <= 1.2 * error, "at {wanted}: {found} found, {error} stated");
+        assert!(found <= 1.2 * error + ROUNDING, "at {wanted}: {found} found, {error} stated");
         let (faces, _) = left(&model, &to(&model, 2).collapses, wanted);
         let by_distance = largest_shift(&model, &faces);
         assert!(by_distance > 1.2 * error, "at {wanted}: {by_distance} by distance, {error} stated");
