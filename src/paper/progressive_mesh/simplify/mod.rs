@@ -10,10 +10,10 @@
 //! (`shading`), and the distance by which texture coordinates shift (`texture`).
 //!
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
-//! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
-//! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
-//! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. If no
-//! collapse is possible even then, the smallest component is removed.
+//! Small holes close. A component vanishes as a whole once the deviation of the mesh reaches the component's extent. If
+//! no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of each.
+//! The last step permits two sheets to share an edge, where a handle or neck is thin. If no collapse is possible even
+//! then, the smallest component is removed.
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
 //! orders with births in place, which are computed afterwards, use all cores.

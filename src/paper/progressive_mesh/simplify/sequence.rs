@@ -75,7 +75,7 @@ pub struct Sequence<'a> {
 }
 
 /// The permitted collapses. Each phase permits more than the previous one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rules {
     /// Only collapses whose damage is measured as a deviation.
     Strict,
@@ -84,7 +84,13 @@ pub enum Rules {
     /// Also collapses that leave a border or seam, and collapses of positions where borders or seams end or
     /// cross.
     Crossing,
+    /// Also collapses that make two sheets share an edge; every other collapse comes first.
+    Pinching,
 }
+
+/// The least key of a pinch. Costs are squared distances times areas, in units in which the model has a size of about 1,
+/// and far less than this.
+const LEAST_PINCH: f64 = 1e50;
 
 /// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
@@ -94,6 +100,13 @@ pub struct AllowedCollapse {
     pub pairs: WedgePairs,
     pub link: Link,
     pub flips: bool,
+}
+
+impl AllowedCollapse {
+    /// The key in the queue: the cost. All pinches come after all other collapses, in order of their costs.
+    pub fn key(&self) -> f64 {
+        if self.link == Link::Pinches { self.cost.max(1e-50) * (LEAST_PINCH * 1e50) } else { self.cost }
+    }
 }
 
 /// A position that has vanished, or is about to.
@@ -204,11 +217,11 @@ impl<'a> Sequence<'a> {
             return true;
         }
         match self.best(position) {
-            Some(step) if step.cost <= next_key => self.execute(&step),
+            Some(step) if step.key() <= next_key => self.execute(&step),
             Some(step) => {
                 let to = step.edge.end;
                 self.exact[position as usize] = (to, self.quadric_cost(position, to));
-                self.queue.set(position, step.cost);
+                self.queue.set(position, step.key());
             }
             None => {}
         }
@@ -219,7 +232,11 @@ impl<'a> Sequence<'a> {
     /// unchanged, but the faces around them may have changed.
     fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
         let (to, quadrics) = self.exact[position as usize];
-        if to == NOWHERE || self.is_heavy(position) || self.quadric_cost(position, to) != quadrics {
+        if to == NOWHERE
+            || key >= LEAST_PINCH
+            || self.is_heavy(position)
+            || self.quadric_cost(position, to) != quadrics
+        {
             return None;
         }
         self.look(position);
@@ -235,11 +252,12 @@ impl<'a> Sequence<'a> {
         self.rules = match self.rules {
             Rules::Strict => Rules::Folding,
             Rules::Folding => Rules::Crossing,
-            Rules::Crossing if self.components.is_empty() => {
+            Rules::Crossing => Rules::Pinching,
+            Rules::Pinching if self.components.is_empty() => {
                 self.report.shortfall = Some(SHORTFALL);
                 return false;
             }
-            Rules::Crossing => {
+            Rules::Pinching => {
                 self.remove_component();
                 return true;
             }
@@ -298,11 +316,11 @@ impl<'a> Sequence<'a> {
         self.report.count(step, self.rules);
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
-            match self.queue.contains(neighbour) {
+            match self.queue.key(neighbour) {
                 // The neighbour's cost is recomputed when it reaches the head of the queue, because costs
-                // rarely fall.
-                true => self.exact[neighbour as usize].0 = NOWHERE,
-                false => self.renew(neighbour),
+                // rarely fall. But another collapse than a pinch may have become possible.
+                Some(key) if key < LEAST_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
+                _ => self.renew(neighbour),
             }
         }
     }
@@ -385,6 +403,6 @@ impl SimplifyReport {
         self.closed_holes += usize::from(step.link == Link::Closes);
         self.pinches += usize::from(step.link == Link::Pinches);
         self.flips += usize::from(step.flips);
-        self.crossing += usize::from(rules == Rules::Crossing);
+        self.crossing += usize::from(rules >= Rules::Crossing);
     }
 }

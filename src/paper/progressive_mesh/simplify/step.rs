@@ -12,9 +12,6 @@ use super::shape::samples;
 /// the Hausdorff distance is smallest for 1 to 3.
 const DEVIATION_WEIGHT: f64 = 3.0;
 
-/// Cost factor of a collapse that makes two sheets touch.
-const PINCH_FACTOR: f64 = 4.0;
-
 /// Cost factor of a collapse that turns a face too far, in phases that allow it.
 const FLIP_FACTOR: f64 = 100.0;
 
@@ -30,19 +27,19 @@ impl Sequence<'_> {
 
     /// Where the hub may move.
     pub(super) fn path(&self) -> MoveConstraint {
-        if self.rules == Rules::Crossing { MoveConstraint::Anywhere } else { self.hub.path() }
+        if self.rules >= Rules::Crossing { MoveConstraint::Anywhere } else { self.hub.path() }
     }
 
     /// True for a position with very many faces. It neither moves nor is a target until other collapses have
     /// reduced the number of its faces. Examining it costs the square of this number, and every collapse
     /// beside it would examine it.
     pub(super) fn is_heavy(&self, position: u32) -> bool {
-        self.rules != Rules::Crossing && self.surface.valence(position) > MOST_FACES
+        self.rules < Rules::Crossing && self.surface.valence(position) > MOST_FACES
     }
 
     /// True if the wedges of the hub may be replaced by any of the target's.
     pub(super) fn may_tear(&self) -> bool {
-        self.rules == Rules::Crossing
+        self.rules >= Rules::Crossing
     }
 
     /// The edges along which the hub may move.
@@ -69,7 +66,7 @@ impl Sequence<'_> {
         let mut best: Option<AllowedCollapse> = None;
         let area = self.shape.area();
         for (least, edge) in &candidates {
-            let dearest = best.map_or(f64::INFINITY, |best| best.cost);
+            let dearest = best.map_or(f64::INFINITY, |best| best.key());
             if dearest <= *least {
                 break;
             }
@@ -84,7 +81,7 @@ impl Sequence<'_> {
             if cost >= dearest {
                 continue;
             }
-            best = self.allowed(edge, cost, flips).filter(|step| step.cost < dearest).or(best);
+            best = self.allowed(edge, cost, flips).filter(|step| step.key() < dearest).or(best);
         }
         self.candidates = candidates;
         best
@@ -118,9 +115,13 @@ impl Sequence<'_> {
     /// The collapse along an edge; `None` if it is forbidden.
     pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<AllowedCollapse> {
         let link = self.hub.link(&self.surface, edge);
-        let cost = if link == Link::Pinches { cost * PINCH_FACTOR } else { cost };
+        let is_allowed = match link {
+            Link::Unchanged | Link::Closes => true,
+            Link::Pinches => self.rules == Rules::Pinching,
+            Link::Forbidden => false,
+        };
         let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear())?;
-        (link != Link::Forbidden).then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
+        is_allowed.then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
     }
 
     /// The cost of a collapse; in the second pass, at least the key of its deviation. Stops early once the
