@@ -11,6 +11,7 @@
 
 use super::original::ModelFaces;
 use super::sequence::Sequence;
+use super::triangle::DistanceTriangle;
 use glam::DVec3;
 
 /// Parts into which a new face's sides are divided: the lattice has 20 points. With 6 points, 3 of 155 stated
@@ -22,6 +23,10 @@ pub(super) const PARTS: u32 = 6;
 /// 0.995 of it.
 pub(super) const FINE_PARTS: u32 = 12;
 
+/// Factors on a distance that is only compared, so that rounding never changes the result.
+const NARROWER: f64 = 1.0 - 1e-9;
+const WIDER: f64 = 1.0 + 1e-9;
+
 impl Sequence<'_> {
     /// The larger of `most` and the largest measured distance of new face `index` from the model. Its sides are
     /// divided into `parts`.
@@ -30,11 +35,7 @@ impl Sequence<'_> {
         let [to, a, b] = self.shape.new[index].1.corners();
         let part = |count: u32| f64::from(count) / f64::from(parts);
         let mut most = most;
-        for i in 0..parts {
-            for j in u32::from(i == 0)..parts - i {
-                most = self.raised_off(most, to + (a - to) * part(i) + (b - to) * part(j), own);
-            }
-        }
+        // First the points that are probably farthest: the others are then only compared with them.
         for old in &self.shape.old {
             let [hub, end, _] = old.corners();
             for side in [a, b] {
@@ -43,16 +44,33 @@ impl Sequence<'_> {
                 }
             }
         }
+        for i in 0..parts {
+            for j in u32::from(i == 0)..parts - i {
+                most = self.raised_off(most, to + (a - to) * part(i) + (b - to) * part(j), own);
+            }
+        }
         most
     }
 
     /// The larger of `most` and a point's distance from the model. The search starts at `own`, the old
     /// triangle that is probably nearest.
     fn raised_off(&self, most: f64, point: DVec3, own: usize) -> f64 {
+        let (before, after) = self.old_off.split_at(own);
+        let (old_before, old_after) = self.shape.old.split_at(own);
+        let is_within = |(old, known): (&DistanceTriangle, &f64)| {
+            let reach = most * NARROWER - known;
+            reach > 0.0 && old.at_most(point) <= reach * reach
+        };
+        // Most points are nearer than `most`, so their exact distances are not needed.
+        if old_after.iter().zip(after).any(is_within) || old_before.iter().zip(before).any(is_within) {
+            return most;
+        }
         let mut least = f64::INFINITY;
-        for at in (own..self.shape.old.len()).chain(0..own) {
-            let known = self.off_model[self.hub.corners[at].face as usize];
-            least = least.min(self.shape.old[at].squared_to(point).sqrt() + known);
+        for (old, known) in old_after.iter().zip(after).chain(old_before.iter().zip(before)) {
+            let reach = least * WIDER - known;
+            if reach >= 0.0 && !old.is_beyond(point, reach * reach) {
+                least = least.min(old.squared_to(point).sqrt() + known);
+            }
             if least <= most {
                 return most;
             }
@@ -66,10 +84,8 @@ impl Sequence<'_> {
 
     /// The larger of `most` and a point's distance from the model, which is at most `least`.
     fn raised_off_faces(&self, most: f64, point: DVec3, least: f64, faces: &ModelFaces) -> f64 {
-        let ring = self.hub.edges.iter().map(|edge| (edge.end, self.surface.point(edge.end)));
-        let positions = self.points.iter().map(|near| (near.position, near.point)).chain(ring);
         let mut nearest = [(f64::INFINITY, self.hub.position); 2];
-        for (position, at) in positions {
+        for &(position, at) in &self.model_points {
             let squared = at.distance_squared(point);
             if squared < nearest[0].0 {
                 nearest = [(squared, position), nearest[0]];
@@ -79,7 +95,9 @@ impl Sequence<'_> {
         }
         let mut least = least;
         for triangle in nearest.iter().flat_map(|&(_, position)| faces.around(&self.surface, position)) {
-            least = least.min(triangle.squared_to(point).sqrt());
+            if !triangle.is_beyond(point, least * least) {
+                least = least.min(triangle.squared_to(point).sqrt());
+            }
             if least <= most {
                 return most;
             }

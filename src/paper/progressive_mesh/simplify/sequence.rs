@@ -52,6 +52,10 @@ pub struct Sequence<'a> {
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
     pub(super) points: Vec<Near>,
+    /// [`Self::points`] and the hub's neighbours; empty without [`Self::model_faces`].
+    pub(super) model_points: Vec<(u32, DVec3)>,
+    /// For each of the hub's corners the face's value of [`Self::off_model`].
+    pub(super) old_off: Vec<f64>,
     pub(super) shape: CollapseShape,
     /// The hub, and the vanished positions of its border edges.
     pub(super) border_points: Vec<(u32, DVec3)>,
@@ -139,6 +143,8 @@ impl<'a> Sequence<'a> {
             exact: vec![(NOWHERE, 0.0); positions],
             hub,
             points: Vec::new(),
+            model_points: Vec::new(),
+            old_off: Vec::new(),
             shape: CollapseShape::default(),
             border_points: Vec::new(),
             candidates: Vec::new(),

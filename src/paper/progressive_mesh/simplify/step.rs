@@ -103,6 +103,13 @@ impl Sequence<'_> {
             let near = |p: u32| Near { position: p, point: self.surface.point(p), corner: corner as u32 };
             self.points.extend(self.lost.of(face).map(near));
         }
+        self.old_off.clear();
+        self.old_off.extend(self.hub.corners.iter().map(|corner| self.off_model[corner.face as usize]));
+        self.model_points.clear();
+        if self.model_faces.is_some() {
+            self.model_points.extend(self.points.iter().map(|near| (near.position, near.point)));
+            self.model_points.extend(self.hub.edges.iter().map(|edge| of(edge.end)));
+        }
         self.border_points.clear();
         if let Some([into, _]) = self.hub.border() {
             self.border_points.push(of(position));
