@@ -4,7 +4,7 @@ use super::triangle::DistanceTriangle;
 use super::*;
 use crate::model::named;
 use glam::DVec3;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
 fn to(model: &Model, target_faces: usize) -> Simplified {
@@ -92,6 +92,40 @@ fn a_torus_stays_a_closed_surface_of_one_handle() {
     let steps = collapses.steps_to(&model, 64);
     assert_eq!((collapses.faces_after(&model, steps), steps), (faces, collapses.errors.len()));
     assert_eq!(collapses.faces_after(&model, 0), model.faces);
+}
+
+/// Edges of more than two faces.
+fn crowded_edges(model: &Model, faces: &[[u32; 3]]) -> usize {
+    let mut edges = HashMap::<[u32; 2], usize>::new();
+    for face in faces {
+        let corners = face.map(|wedge| model.wedge_positions[wedge as usize]);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    edges.values().filter(|&&faces| faces > 2).count()
+}
+
+#[test]
+fn two_sheets_share_an_edge_only_if_no_other_collapse_is_possible() {
+    let model = named("knot").unwrap();
+    for effort in [BuildEffort::Fast, BuildEffort::Best] {
+        let reduced = |target_faces| {
+            let options = SimplifyOptions { target_faces, effort, ..SimplifyOptions::default() };
+            simplify(&model, &options, &mut |_, _| {})
+        };
+        // As a cheap collapse: 2 and 8 such edges.
+        let Simplified { collapses, report } = reduced(64);
+        let faces = collapses.faces_after(&model, collapses.errors.len());
+        assert_eq!((report.faces, report.pinches, crowded_edges(&model, &faces)), (64, 0, 0), "{effort:?}");
+        // A closed surface with a handle has at least 14 faces.
+        let Simplified { collapses, report } = reduced(13);
+        let first = (collapses.steps_to(&model, 200)..=collapses.errors.len())
+            .find(|&steps| crowded_edges(&model, &collapses.faces_after(&model, steps)) > 0);
+        let left = collapses.faces_after(&model, first.unwrap() - 1).len();
+        assert!(report.faces <= 13 && report.pinches > 0 && left <= 32, "{effort:?}: {left}, {report:?}");
+    }
 }
 
 #[test]
