@@ -1,8 +1,17 @@
-//! The model's own faces, to which a point of a simplified face is measured.
+//! The model's own faces, to which points of a simplified face are measured, and how many points these are.
 
 use super::surface::WorkingMesh;
 use super::triangle::DistanceTriangle;
 use crate::math::ragged::Ragged;
+
+/// Parts into which a new face's sides are divided: the lattice has 20 points. With 6 points, 3 of 155 stated
+/// errors were below the measured distance, at worst 0.93 of it.
+pub const PARTS: u32 = 6;
+
+/// As [`PARTS`], for a stated error that is measured to the model's faces: 77 points. Such distances vary more over a
+/// face. On six models and a scan, from 95 to 1 % of the faces, 1 of 142 stated errors was below the measured distance,
+/// 0.995 of it.
+pub const FINE_PARTS: u32 = 12;
 
 /// The faces that are tried around one position. Every face gives an upper bound of a point's distance from the model, and
 /// a fan of 40,000 faces would be tried whole for each point.

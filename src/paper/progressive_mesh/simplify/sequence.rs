@@ -4,10 +4,9 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::farthest::{FINE_PARTS, PARTS};
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{LostPositions, squared_to_segment};
-use super::original::ModelFaces;
+use super::original::{FINE_PARTS, ModelFaces, PARTS};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};

@@ -1,8 +1,8 @@
 //! One collapse: whether it is allowed, its cost, and its distance from the model.
 
-use super::farthest::PARTS;
 use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
+use super::original::PARTS;
 use super::queue::Ties;
 use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
 use super::shape::samples;
