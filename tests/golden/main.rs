@@ -172,4 +172,8 @@ fn a_processor_has_pictures_of_its_own() {
     // A's picture stays recorded if B's did not change, and is dropped if B's changed.
     assert_eq!(store::merged(&both, &on_b, b), both);
     assert_eq!(store::merged(&both, &recorded("a, 1", &entry(b, b"8")), b).hashes.len(), 2);
+    // A's picture is dropped, too, if the index buffer changed and B had no picture.
+    let other_faces = [("bunny/near/paper", b, b"7" as &[u8]), ("bunny/near/paper", "faces", b"3")];
+    let merged = store::merged(&old, &recorded("a, 1", &other_faces), b);
+    assert_eq!(merged, recorded("a, 1", &other_faces));
 }

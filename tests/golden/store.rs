@@ -96,14 +96,20 @@ pub fn read(text: &str) -> Recorded {
     Recorded { driver: driver.to_owned(), hashes }
 }
 
-/// The record to write after a run that gave `found`. It has the hashes of `found`. For cases whose picture did not
-/// change on this processor, it keeps the picture hashes of other processors from `recorded`.
+/// The record to write after a run that gave `found`. It has the hashes of `found`. It keeps the picture hashes of other
+/// processors from `recorded` for cases of which nothing changed on this processor: neither the picture nor an integer.
 pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded {
+    let is_comparable = |what: &str| !what.starts_with("picture@") || what == picture;
+    let changed: BTreeSet<&str> = recorded
+        .hashes
+        .iter()
+        .filter(|(key, old)| is_comparable(&key.1) && found.hashes.get(*key) != Some(*old))
+        .map(|((name, _), _)| &**name)
+        .collect();
     let mut hashes = found.hashes.clone();
     for (key @ (name, what), hash) in &recorded.hashes {
         let here = (name.clone(), picture.to_owned());
-        let unchanged = recorded.hashes.get(&here).is_none_or(|old| found.hashes.get(&here) == Some(old));
-        if what.starts_with("picture@") && what != picture && unchanged && found.hashes.contains_key(&here) {
+        if !is_comparable(what) && !changed.contains(&**name) && found.hashes.contains_key(&here) {
             hashes.insert(key.clone(), hash.clone());
         }
     }

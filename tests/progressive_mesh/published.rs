@@ -18,7 +18,7 @@ fn collapses(model: &Model, effort: BuildEffort) -> Collapses {
 fn our_orders_need_the_transforms_that_are_published() {
     let models = CLOSED.map(|name| named(name).unwrap());
     let simplified = models.each_ref().map(|model| collapses(model, BuildEffort::Best));
-    // The published means over all levels are 1.49, 1.80, 1.26 and 1.28 for the FIFO, and 1.81, 2.05, 1.66 and 1.70 for
+    // The published means over all levels are 1.49, 1.79, 1.26 and 1.29 for the FIFO, and 1.81, 2.05, 1.66 and 1.70 for
     // batches. The bounds leave 0.01 to 0.03 for changes of the simplifier. The 95th percentile of the levels may
     // exceed the mean by 0.2 at the tail and by 0.05 in place. In place, 6 or 12 % more faces may be drawn than are
     // live.

@@ -24,8 +24,8 @@ pub struct ExportArgs {
     level: Option<u32>,
 
     /// The coarsest level whose error is at most this, in object units. The error is an estimate of the
-    /// deviation, measured at 20 points of each face and at all vertices. It is usually too high, but not a
-    /// bound
+    /// deviation, measured at 77 points of each face (with `--effort fast` at 20) and at all vertices, but not
+    /// a bound
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 

@@ -110,7 +110,7 @@ settings! {
         /// Heights are those of the ground's full mesh.
         ground: Option<String> = None;
         /// The wanted deviation from the full model in the picture; 0 draws the full model. The errors of the
-        /// levels are estimates, not proven bounds: they are measured at all vertices and at 20 points of
+        /// levels are estimates, not proven bounds: they are measured at all vertices and at 77 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
         /// New vertices move gradually instead of popping. A vertex moves from its split vertex to its own position

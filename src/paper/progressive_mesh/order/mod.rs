@@ -120,9 +120,11 @@ impl OrderOptions {
     /// Births in place and at most 23 moved faces per split: groups that grow by a tenth.
     pub const IN_PLACE_23: OrderOptions = OrderOptions { births: Births::InPlace, ..OrderOptions::TAIL_23 };
 
-    /// Births in place and at most 10 moved faces per split: groups that grow by a quarter.
+    /// Births in place and at most 10 moved faces per split: groups that grow by a quarter. With two spare entries
+    /// instead of one, the closed models need 0.007 fewer transforms per vertex in batches of 32, and 0.011 more with
+    /// a FIFO of 16.
     pub const IN_PLACE_10: OrderOptions =
-        OrderOptions { groups: Groups::Budget(10.0), ..OrderOptions::IN_PLACE_23 };
+        OrderOptions { groups: Groups::Budget(10.0), spare_entries: 2, ..OrderOptions::IN_PLACE_23 };
 
     /// The options of a named order. `None` if it moves no faces: the classical order and the baselines.
     pub const fn of(order: FaceOrder) -> Option<OrderOptions> {

@@ -1,30 +1,32 @@
 //! The distance of a new face from the model. It is at most the distance to an old face plus that face's
-//! distance from the model. It is also at most the distance to a vanished position, which belongs to the
-//! model.
+//! distance from the model. It is also at most the distance to any of the model's faces. With one pass only the
+//! vanished positions are tried; with two also the model's faces around the two positions nearest to the point.
+//! Without these faces the sum of distances grows with each collapse: stated errors are then up to 3 times the measured
+//! ones on smooth models, and a second pass that orders by them delays the wrong collapses (pm.continuity: Hausdorff
+//! distance 0.91 times that of one pass without these faces, 0.79 times with them).
 //!
 //! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
 //! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
 //! distance.
 
+use super::original::ModelFaces;
 use super::sequence::Sequence;
+use super::triangle::DistanceTriangle;
 use glam::DVec3;
 
-/// Parts into which a new face's sides are divided: the lattice has 20 points. With 6 points, 3 of 155 stated
-/// errors were below the measured distance, at worst 0.93 of it.
-const PARTS: u32 = 6;
+/// Factors on a distance that is only compared, so that rounding never changes the result.
+const NARROWER: f64 = 1.0 - 1e-9;
+const WIDER: f64 = 1.0 + 1e-9;
 
 impl Sequence<'_> {
-    /// The larger of `most` and the largest measured distance of new face `index` from the model.
-    pub(super) fn off_model(&self, index: usize, most: f64) -> f64 {
+    /// The larger of `most` and the largest measured distance of new face `index` from the model. Its sides are
+    /// divided into `parts`.
+    pub(super) fn off_model(&self, index: usize, most: f64, parts: u32) -> f64 {
         let own = self.shape.parent(index);
         let [to, a, b] = self.shape.new[index].1.corners();
-        let part = |parts: u32| f64::from(parts) / f64::from(PARTS);
+        let part = |count: u32| f64::from(count) / f64::from(parts);
         let mut most = most;
-        for i in 0..PARTS {
-            for j in u32::from(i == 0)..PARTS - i {
-                most = self.raised_off(most, to + (a - to) * part(i) + (b - to) * part(j), own);
-            }
-        }
+        // First the points that are probably farthest: the others are then only compared with them.
         for old in &self.shape.old {
             let [hub, end, _] = old.corners();
             for side in [a, b] {
@@ -33,22 +35,65 @@ impl Sequence<'_> {
                 }
             }
         }
+        for i in 0..parts {
+            for j in u32::from(i == 0)..parts - i {
+                most = self.raised_off(most, to + (a - to) * part(i) + (b - to) * part(j), own);
+            }
+        }
         most
     }
 
     /// The larger of `most` and a point's distance from the model. The search starts at `own`, the old
     /// triangle that is probably nearest.
     fn raised_off(&self, most: f64, point: DVec3, own: usize) -> f64 {
+        let (before, after) = self.old_off.split_at(own);
+        let (old_before, old_after) = self.shape.old.split_at(own);
+        let is_within = |(old, known): (&DistanceTriangle, &f64)| {
+            let reach = most * NARROWER - known;
+            reach > 0.0 && old.at_most(point) <= reach * reach
+        };
+        // Most points are nearer than `most`, so their exact distances are not needed.
+        if old_after.iter().zip(after).any(is_within) || old_before.iter().zip(before).any(is_within) {
+            return most;
+        }
         let mut least = f64::INFINITY;
-        for at in (own..self.shape.old.len()).chain(0..own) {
-            let known = self.off_model[self.hub.corners[at].face as usize];
-            least = least.min(self.shape.old[at].squared_to(point).sqrt() + known);
+        for (old, known) in old_after.iter().zip(after).chain(old_before.iter().zip(before)) {
+            let reach = least * WIDER - known;
+            if reach >= 0.0 && !old.is_beyond(point, reach * reach) {
+                least = least.min(old.squared_to(point).sqrt() + known);
+            }
             if least <= most {
                 return most;
             }
         }
+        if let Some(faces) = &self.model_faces {
+            return self.raised_off_faces(most, point, least, faces);
+        }
         let points = self.points.iter().map(|near| near.point.distance_squared(point));
         most.max(least.min(points.fold(f64::INFINITY, f64::min).sqrt()))
+    }
+
+    /// The larger of `most` and a point's distance from the model, which is at most `least`.
+    fn raised_off_faces(&self, most: f64, point: DVec3, least: f64, faces: &ModelFaces) -> f64 {
+        let mut nearest = [(f64::INFINITY, self.hub.position); 2];
+        for &(position, at) in &self.model_points {
+            let squared = at.distance_squared(point);
+            if squared < nearest[0].0 {
+                nearest = [(squared, position), nearest[0]];
+            } else if squared < nearest[1].0 {
+                nearest[1] = (squared, position);
+            }
+        }
+        let mut least = least;
+        for triangle in nearest.iter().flat_map(|&(_, position)| faces.around(&self.surface, position)) {
+            if !triangle.is_beyond(point, least * least) {
+                least = least.min(triangle.squared_to(point).sqrt());
+            }
+            if least <= most {
+                return most;
+            }
+        }
+        most.max(least)
     }
 }
 

@@ -4,16 +4,16 @@
 //! Ours executes the cheapest collapse first. The cost is the quadric error (Garland and Heckbert, "Surface
 //! Simplification Using Quadric Error Metrics", SIGGRAPH 1997) plus the measured distance. For this distance, each
 //! removed position is assigned to the face nearest to it (`lost`), and each new face is measured against the faces
-//! that it replaces (`farthest`). A second pass delays collapses that deviate more than their neighbours in the
-//! sequence (`pace`), so that the stated error rises evenly. With [`ErrorMetric::Appearance`] the distance is at least
-//! the radius of the region in which normals differ visibly (`shading`), and the distance by which texture coordinates
-//! shift (`texture`).
+//! that it replaces and, with two passes, against the model's faces (`farthest`, `original`). A second pass delays
+//! collapses that deviate more than their neighbours in the sequence (`pace`), so that the stated error rises evenly.
+//! With [`ErrorMetric::Appearance`] the distance is at least the radius of the region in which normals differ visibly
+//! (`shading`), and the distance by which texture coordinates shift (`texture`).
 //!
 //! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
-//! Small holes close. Two sheets may come to share an edge where a handle or neck is thin. A component
-//! vanishes as a whole once the deviation of the mesh reaches the component's extent. If no collapse
-//! satisfies these rules, they are relaxed in two steps; [`SimplifyReport`] counts the collapses of each. If no
-//! collapse is possible even then, the smallest component is removed.
+//! Small holes close. A component vanishes as a whole once the deviation of the mesh reaches the component's extent. If
+//! no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of each.
+//! The last step permits two sheets to share an edge, where a handle or neck is thin. If no collapse is possible even
+//! then, the smallest component is removed.
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
 //! orders with births in place, which are computed afterwards, use all cores.
@@ -23,6 +23,7 @@ mod curve;
 mod farthest;
 mod hub;
 mod lost;
+mod original;
 mod pace;
 mod quadric;
 mod queue;
@@ -47,10 +48,11 @@ use serde::Serialize;
 pub struct Collapses {
     /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of
     /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
-    /// remaining faces are measured at sample points: the distance to a replaced face plus that face's own
-    /// distance from the model. A component that vanishes counts with its extent, regardless of its distance
-    /// from the rest. With [`ErrorMetric::Appearance`] the shading error and the shift of the texture count
-    /// too. Positive errors rise evenly with every collapse (`stated`), so every level can be selected by its error.
+    /// remaining faces are measured at sample points: the distance to the model's faces near the point, or to a
+    /// replaced face plus that face's own distance from the model, whichever is less. A component that vanishes counts
+    /// with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading error and
+    /// the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every level can
+    /// be selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one

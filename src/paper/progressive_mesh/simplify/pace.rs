@@ -13,10 +13,10 @@ const WINDOW: f64 = 0.04;
 const LEAST_WINDOW: usize = 16;
 
 /// The quantile of the deviations in a window. Deviations above it are delayed. Mean and Hausdorff distances relative
-/// to one pass (pm.continuity): 1.003 and 0.944 at 0.8, 1.009 and 0.906 at 0.6, 1.012 and 0.895 at 0.5, 1.020 and 0.888
-/// at 0.4, 1.035 and 0.882 at 0.3. At 0.5 they are 1.003 and 0.924 with windows of 2 %, and 1.013 and 0.891 with
-/// windows of 10 %.
-const QUANTILE: f64 = 0.6;
+/// to one pass (as in pm.continuity, with 8 000 points): 1.002 and 0.825 at 0.65, 0.994 and 0.840 at 0.7, 0.993 and
+/// 0.865 at 0.75; at 0.75 with windows of 6 % 1.000 and 0.848. A third pass, which starts from the second's log,
+/// reduces the Hausdorff distance by 2 % and increases the mean distance by 1 %.
+const QUANTILE: f64 = 0.7;
 
 /// Deviations below this share of the model's size count as rounding errors.
 const ROUNDING: f64 = 1e-12;
@@ -93,10 +93,13 @@ mod tests {
         let log: Vec<[f64; 2]> =
             (0..1000).map(|n| [deviation(n).powi(3), deviation(n) * outlier(n)]).collect();
         let pace = DeviationKeys::of(&log).unwrap();
-        for deviation in [1e-8, 1e-5, 1e-3, 1.0] {
+        // The table reaches from 1e-6 to 0.02. Beyond, the slope of its last two points is up to 8 % off: the key by
+        // exp(0.08 x 3 ln 100) = 3 times.
+        for (deviation, most) in [(1e-8, 4.0), (1e-5, 2.0), (1e-3, 2.0), (1.0, 4.0)] {
             let key = pace.key(deviation);
             // The quantile lies up to half a window, 20 steps of 1 %, from the middle of its window.
-            assert!((0.5..2.0).contains(&(key / deviation.powi(3))), "{deviation}: {key}");
+            let ratio = key / deviation.powi(3);
+            assert!((1.0 / most..most).contains(&ratio), "{deviation}: {key}");
             assert!((pace.deviation(key) / deviation - 1.0).abs() < 1e-9, "{deviation}: {key}");
         }
         assert_eq!((pace.key(0.0), pace.deviation(0.0)), (0.0, 0.0));

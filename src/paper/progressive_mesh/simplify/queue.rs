@@ -128,9 +128,10 @@ impl Queue {
         self.heap.first().map(|entry| entry.key)
     }
 
-    /// True if the position is present.
-    pub fn contains(&self, position: u32) -> bool {
-        self.places[position as usize] != OUT
+    /// The key of a position, if it is present.
+    pub fn key(&self, position: u32) -> Option<f64> {
+        let place = self.places[position as usize];
+        (place != OUT).then(|| self.heap[place as usize].key)
     }
 }
 
@@ -149,7 +150,8 @@ mod tests {
         let mut expected: Vec<u32> = (0..1000).filter(|n| n % 3 != 0).collect();
         expected.sort_by(|&a, &b| key(a, 2).total_cmp(&key(b, 2)).then(a.cmp(&b)));
         assert_eq!(queue.least_key(), Some(key(expected[0], 2)));
+        assert_eq!((queue.key(0), queue.key(1)), (None, Some(key(1, 2))));
         assert_eq!(std::iter::from_fn(|| queue.pop()).collect::<Vec<_>>(), expected);
-        assert!(!queue.contains(1) && queue.least_key().is_none());
+        assert!(queue.key(1).is_none() && queue.least_key().is_none());
     }
 }

@@ -6,6 +6,7 @@ use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{LostPositions, squared_to_segment};
+use super::original::{FINE_PARTS, ModelFaces, PARTS};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
@@ -15,7 +16,7 @@ use super::stated::stated;
 use super::surface::{Frame, HubCorner, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
-use crate::paper::progressive_mesh::choices::ErrorMetric;
+use crate::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric};
 use glam::DVec3;
 
 /// Why a target was not reached.
@@ -41,6 +42,8 @@ pub struct Sequence<'a> {
     pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
     pub(super) off_model: Vec<f64>,
+    /// Set with [`BuildEffort::Best`]: distances from the model are measured to its own faces.
+    pub(super) model_faces: Option<ModelFaces>,
     queue: Queue,
     /// For each position whose key is the exact cost of its cheapest collapse: that collapse's target, and
     /// the quadric part of its cost. The target is [`NOWHERE`] if the key is only a bound.
@@ -48,6 +51,10 @@ pub struct Sequence<'a> {
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
     pub(super) points: Vec<Near>,
+    /// [`Self::points`] and the hub's neighbours; empty without [`Self::model_faces`].
+    pub(super) model_points: Vec<(u32, DVec3)>,
+    /// For each of the hub's corners the face's value of [`Self::off_model`].
+    pub(super) old_off: Vec<f64>,
     pub(super) shape: CollapseShape,
     /// The hub, and the vanished positions of its border edges.
     pub(super) border_points: Vec<(u32, DVec3)>,
@@ -71,7 +78,7 @@ pub struct Sequence<'a> {
 }
 
 /// The permitted collapses. Each phase permits more than the previous one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rules {
     /// Only collapses whose damage is measured as a deviation.
     Strict,
@@ -80,7 +87,13 @@ pub enum Rules {
     /// Also collapses that leave a border or seam, and collapses of positions where borders or seams end or
     /// cross.
     Crossing,
+    /// Also collapses that make two sheets share an edge; every other collapse comes first.
+    Pinching,
 }
+
+/// The least key of a pinch. Costs are squared distances times areas, in units in which the model has a size of about 1,
+/// and far less than this.
+const LEAST_PINCH: f64 = 1e50;
 
 /// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +103,13 @@ pub struct AllowedCollapse {
     pub pairs: WedgePairs,
     pub link: Link,
     pub flips: bool,
+}
+
+impl AllowedCollapse {
+    /// The key in the queue: the cost. All pinches come after all other collapses, in order of their costs.
+    pub fn key(&self) -> f64 {
+        if self.link == Link::Pinches { self.cost.max(1e-50) * (LEAST_PINCH * 1e50) } else { self.cost }
+    }
 }
 
 /// A position that has vanished, or is about to.
@@ -117,10 +137,13 @@ impl<'a> Sequence<'a> {
             lost: LostPositions::new(positions, model.faces.len()),
             lost_of_border: LostPositions::new(positions, positions),
             off_model: vec![0.0; model.faces.len()],
+            model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
             queue: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![(NOWHERE, 0.0); positions],
             hub,
             points: Vec::new(),
+            model_points: Vec::new(),
+            old_off: Vec::new(),
             shape: CollapseShape::default(),
             border_points: Vec::new(),
             candidates: Vec::new(),
@@ -199,11 +222,11 @@ impl<'a> Sequence<'a> {
             return true;
         }
         match self.best(position) {
-            Some(step) if step.cost <= next_key => self.execute(&step),
+            Some(step) if step.key() <= next_key => self.execute(&step),
             Some(step) => {
                 let to = step.edge.end;
                 self.exact[position as usize] = (to, self.quadric_cost(position, to));
-                self.queue.set(position, step.cost);
+                self.queue.set(position, step.key());
             }
             None => {}
         }
@@ -214,7 +237,11 @@ impl<'a> Sequence<'a> {
     /// unchanged, but the faces around them may have changed.
     fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
         let (to, quadrics) = self.exact[position as usize];
-        if to == NOWHERE || self.is_heavy(position) || self.quadric_cost(position, to) != quadrics {
+        if to == NOWHERE
+            || key >= LEAST_PINCH
+            || self.is_heavy(position)
+            || self.quadric_cost(position, to) != quadrics
+        {
             return None;
         }
         self.look(position);
@@ -230,11 +257,12 @@ impl<'a> Sequence<'a> {
         self.rules = match self.rules {
             Rules::Strict => Rules::Folding,
             Rules::Folding => Rules::Crossing,
-            Rules::Crossing if self.components.is_empty() => {
+            Rules::Crossing => Rules::Pinching,
+            Rules::Pinching if self.components.is_empty() => {
                 self.report.shortfall = Some(SHORTFALL);
                 return false;
             }
-            Rules::Crossing => {
+            Rules::Pinching => {
                 self.remove_component();
                 return true;
             }
@@ -293,11 +321,11 @@ impl<'a> Sequence<'a> {
         self.report.count(step, self.rules);
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
-            match self.queue.contains(neighbour) {
+            match self.queue.key(neighbour) {
                 // The neighbour's cost is recomputed when it reaches the head of the queue, because costs
-                // rarely fall.
-                true => self.exact[neighbour as usize].0 = NOWHERE,
-                false => self.renew(neighbour),
+                // rarely fall. But another collapse than a pinch may have become possible.
+                Some(key) if key < LEAST_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
+                _ => self.renew(neighbour),
             }
         }
     }
@@ -309,7 +337,9 @@ impl<'a> Sequence<'a> {
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
         off.clear();
-        off.extend((0..self.shape.fan).map(|index| (self.shape.new[index].0, self.off_model(index, 0.0))));
+        let parts = if self.model_faces.is_some() { FINE_PARTS } else { PARTS };
+        let measured = |index: usize| (self.shape.new[index].0, self.off_model(index, 0.0, parts));
+        off.extend((0..self.shape.fan).map(measured));
         let appearance = self.squared_appearance_error(end, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners
@@ -378,6 +408,6 @@ impl SimplifyReport {
         self.closed_holes += usize::from(step.link == Link::Closes);
         self.pinches += usize::from(step.link == Link::Pinches);
         self.flips += usize::from(step.flips);
-        self.crossing += usize::from(rules == Rules::Crossing);
+        self.crossing += usize::from(rules >= Rules::Crossing);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
+use super::original::PARTS;
 use super::queue::Ties;
 use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
 use super::shape::samples;
@@ -10,9 +11,6 @@ use super::shape::samples;
 /// 1, 3 and 10 give mean errors of 0.97, 0.83, 0.82, 0.81 and 0.80 of `meshopt_simplify`'s on closed meshes;
 /// the Hausdorff distance is smallest for 1 to 3.
 const DEVIATION_WEIGHT: f64 = 3.0;
-
-/// Cost factor of a collapse that makes two sheets touch.
-const PINCH_FACTOR: f64 = 4.0;
 
 /// Cost factor of a collapse that turns a face too far, in phases that allow it.
 const FLIP_FACTOR: f64 = 100.0;
@@ -29,19 +27,19 @@ impl Sequence<'_> {
 
     /// Where the hub may move.
     pub(super) fn path(&self) -> MoveConstraint {
-        if self.rules == Rules::Crossing { MoveConstraint::Anywhere } else { self.hub.path() }
+        if self.rules >= Rules::Crossing { MoveConstraint::Anywhere } else { self.hub.path() }
     }
 
     /// True for a position with very many faces. It neither moves nor is a target until other collapses have
     /// reduced the number of its faces. Examining it costs the square of this number, and every collapse
     /// beside it would examine it.
     pub(super) fn is_heavy(&self, position: u32) -> bool {
-        self.rules != Rules::Crossing && self.surface.valence(position) > MOST_FACES
+        self.rules < Rules::Crossing && self.surface.valence(position) > MOST_FACES
     }
 
     /// True if the wedges of the hub may be replaced by any of the target's.
     pub(super) fn may_tear(&self) -> bool {
-        self.rules == Rules::Crossing
+        self.rules >= Rules::Crossing
     }
 
     /// The edges along which the hub may move.
@@ -68,7 +66,7 @@ impl Sequence<'_> {
         let mut best: Option<AllowedCollapse> = None;
         let area = self.shape.area();
         for (least, edge) in &candidates {
-            let dearest = best.map_or(f64::INFINITY, |best| best.cost);
+            let dearest = best.map_or(f64::INFINITY, |best| best.key());
             if dearest <= *least {
                 break;
             }
@@ -83,7 +81,7 @@ impl Sequence<'_> {
             if cost >= dearest {
                 continue;
             }
-            best = self.allowed(edge, cost, flips).filter(|step| step.cost < dearest).or(best);
+            best = self.allowed(edge, cost, flips).filter(|step| step.key() < dearest).or(best);
         }
         self.candidates = candidates;
         best
@@ -105,6 +103,13 @@ impl Sequence<'_> {
             let near = |p: u32| Near { position: p, point: self.surface.point(p), corner: corner as u32 };
             self.points.extend(self.lost.of(face).map(near));
         }
+        self.old_off.clear();
+        self.old_off.extend(self.hub.corners.iter().map(|corner| self.off_model[corner.face as usize]));
+        self.model_points.clear();
+        if self.model_faces.is_some() {
+            self.model_points.extend(self.points.iter().map(|near| (near.position, near.point)));
+            self.model_points.extend(self.hub.edges.iter().map(|edge| of(edge.end)));
+        }
         self.border_points.clear();
         if let Some([into, _]) = self.hub.border() {
             self.border_points.push(of(position));
@@ -117,9 +122,13 @@ impl Sequence<'_> {
     /// The collapse along an edge; `None` if it is forbidden.
     pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<AllowedCollapse> {
         let link = self.hub.link(&self.surface, edge);
-        let cost = if link == Link::Pinches { cost * PINCH_FACTOR } else { cost };
+        let is_allowed = match link {
+            Link::Unchanged | Link::Closes => true,
+            Link::Pinches => self.rules == Rules::Pinching,
+            Link::Forbidden => false,
+        };
         let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear())?;
-        (link != Link::Forbidden).then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
+        is_allowed.then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
     }
 
     /// The cost of a collapse; in the second pass, at least the key of its deviation. Stops early once the
@@ -132,7 +141,7 @@ impl Sequence<'_> {
             if most > enough || cost > limit {
                 break;
             }
-            most = most.max(self.off_model(index, most));
+            most = most.max(self.off_model(index, most, PARTS));
         }
         cost.max(pace.key(most))
     }

@@ -4,7 +4,7 @@ use super::triangle::DistanceTriangle;
 use super::*;
 use crate::model::named;
 use glam::DVec3;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
 fn to(model: &Model, target_faces: usize) -> Simplified {
@@ -92,6 +92,40 @@ fn a_torus_stays_a_closed_surface_of_one_handle() {
     let steps = collapses.steps_to(&model, 64);
     assert_eq!((collapses.faces_after(&model, steps), steps), (faces, collapses.errors.len()));
     assert_eq!(collapses.faces_after(&model, 0), model.faces);
+}
+
+/// Edges of more than two faces.
+fn crowded_edges(model: &Model, faces: &[[u32; 3]]) -> usize {
+    let mut edges = HashMap::<[u32; 2], usize>::new();
+    for face in faces {
+        let corners = face.map(|wedge| model.wedge_positions[wedge as usize]);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    edges.values().filter(|&&faces| faces > 2).count()
+}
+
+#[test]
+fn two_sheets_share_an_edge_only_if_no_other_collapse_is_possible() {
+    let model = named("knot").unwrap();
+    for effort in [BuildEffort::Fast, BuildEffort::Best] {
+        let reduced = |target_faces| {
+            let options = SimplifyOptions { target_faces, effort, ..SimplifyOptions::default() };
+            simplify(&model, &options, &mut |_, _| {})
+        };
+        // As a cheap collapse: 2 and 8 such edges.
+        let Simplified { collapses, report } = reduced(64);
+        let faces = collapses.faces_after(&model, collapses.errors.len());
+        assert_eq!((report.faces, report.pinches, crowded_edges(&model, &faces)), (64, 0, 0), "{effort:?}");
+        // A closed surface with a handle has at least 14 faces.
+        let Simplified { collapses, report } = reduced(13);
+        let first = (collapses.steps_to(&model, 200)..=collapses.errors.len())
+            .find(|&steps| crowded_edges(&model, &collapses.faces_after(&model, steps)) > 0);
+        let left = collapses.faces_after(&model, first.unwrap() - 1).len();
+        assert!(report.faces <= 13 && report.pinches > 0 && left <= 32, "{effort:?}: {left}, {report:?}");
+    }
 }
 
 #[test]
@@ -363,7 +397,7 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
         for wanted in [2, 4, 10].map(|part| model.faces.len() / part) {
             let (faces, error) = left(&model, &collapses, wanted);
             let found = widest_difference(&model, &faces);
-            assert!(found <= error, "{name} at {wanted}: {found} found, {error} stated");
+            assert!(found <= error + ROUNDING, "{name} at {wanted}: {found} found, {error} stated");
             // Errors that measure distances alone do not bound this difference. Half of the solid's faces are flat.
             let (faces, error) = left(&model, &by_distance, wanted);
             let flat = name == "solid:8" && 2 * wanted == model.faces.len();
@@ -372,6 +406,9 @@ fn no_face_shows_more_of_the_model_differently_than_stated() {
         }
     }
 }
+
+/// On a flat part errors and differences are 0, computed in different ways: 64 f64 roundings of a size of 1.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A flat square. The texture is stretched: s grows faster towards the east, in strips between columns of positions.
 fn stretched() -> Model {
@@ -424,7 +461,7 @@ fn a_stretched_texture_is_an_error_of_the_appearance() {
         let (faces, error) = left(&model, &collapses, wanted);
         let found = largest_shift(&model, &faces);
         // To first order: a texel shifts by up to a sixth of the square, and s changes 4 times as fast in the east.
-        assert!(found <= 1.2 * error, "at {wanted}: {found} found, {error} stated");
+        assert!(found <= 1.2 * error + ROUNDING, "at {wanted}: {found} found, {error} stated");
         let (faces, _) = left(&model, &to(&model, 2).collapses, wanted);
         let by_distance = largest_shift(&model, &faces);
         assert!(by_distance > 1.2 * error, "at {wanted}: {by_distance} by distance, {error} stated");
