@@ -111,6 +111,8 @@ pub struct Plot {
     pub log_y: bool,
     /// A variant drawn as a horizontal line: the physical limit, or the paper's number.
     pub floor: Option<&'static str>,
+    /// For curves of one point each: the family of a variant. A family has one colour and one form of marks.
+    pub families: Option<fn(&str) -> &'static str>,
 }
 
 /// What a plot's horizontal axis shows.
@@ -160,7 +162,7 @@ pub struct Finding {
 
 impl Plot {
     const fn of(quantity: &'static str, x: Axis) -> Plot {
-        Plot { quantity, x, log_x: false, log_y: false, floor: None }
+        Plot { quantity, x, log_x: false, log_y: false, floor: None, families: None }
     }
 
     /// A bar for each variant.
@@ -188,6 +190,10 @@ impl Plot {
 
     pub const fn floor(self, variant: &'static str) -> Plot {
         Plot { floor: Some(variant), ..self }
+    }
+
+    pub const fn families(self, family: fn(&str) -> &'static str) -> Plot {
+        Plot { families: Some(family), ..self }
     }
 }
 

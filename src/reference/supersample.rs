@@ -41,6 +41,8 @@ pub struct Truth {
     pub size: [u32; 2],
     /// Row by row; 0 if the kernel covers none of the surface.
     pub values: Vec<f64>,
+    /// The values of one of the two independent halves of the samples.
+    pub of_one_half: Vec<f64>,
     /// True if the kernel lies wholly on the surface.
     pub whole: Vec<bool>,
     /// Squared error of each value, estimated from the independent halves.
@@ -152,6 +154,7 @@ pub fn supersample(
     Truth {
         size,
         values: halves.iter().map(|(a, b, _)| (a.value + b.value) / 2.0).collect(),
+        of_one_half: halves.iter().map(|(a, ..)| a.value).collect(),
         whole: halves.iter().map(|(a, b, _)| a.whole && b.whole).collect(),
         squared_errors: halves.iter().map(|(a, b, _)| ((a.value - b.value) / 2.0).powi(2)).collect(),
         most_samples: halves.iter().map(|(.., strata)| samples(*strata)).max().unwrap_or(0),

@@ -25,42 +25,72 @@ pub struct Along {
     pub at: Option<Vec<f64>>,
 }
 
+/// The plotted field with its scales.
+pub struct Field {
+    pub x: Scale,
+    pub y: Scale,
+    pub left: f64,
+    pub right: f64,
+    pub top: f64,
+    pub bottom: f64,
+}
+
+impl Field {
+    /// Draws title, axes and rules for these points: a field of this height.
+    pub fn draw(
+        svg: &mut Svg,
+        chart: &Chart,
+        along: &Along,
+        points: &[(f64, Point)],
+        height: f64,
+    ) -> Option<Field> {
+        let heights: Vec<f64> = points.iter().flat_map(|(_, p)| [p.low, p.y, p.high]).collect();
+        let top = chart.head(svg);
+        svg.text([0.0, top + 8.0], Anchor::Start, "faint", &chart.axis());
+        let (top, bottom) = (top + 18.0, top + 18.0 + height);
+        let y = Scale::around(&heights, chart.log, [bottom, top])?;
+        let ticks = y.with_room(&y.ticks(6), 18.0);
+        let left = ticks.iter().map(|value| width_of(&tick(*value))).fold(0.0, f64::max) + 8.0;
+        let right = WIDTH - 10.0;
+        let places: Vec<f64> = points.iter().map(|(x, _)| *x).collect();
+        let x = Scale::along(&places, along.log, [left, right])?;
+        for value in ticks {
+            let at = y.at(value);
+            svg.line([left, at], [right, at], "rule");
+            svg.text([left - 6.0, at + 4.0], Anchor::End, "tick", &tick(value));
+        }
+        let named = along.at.clone().unwrap_or_else(|| x.ticks(6));
+        for value in x.with_room(&named, 40.0) {
+            let (at, text) = (x.at(value), tick(value));
+            svg.line([at, bottom], [at, bottom + 4.0], "axis");
+            let inside = at.min(WIDTH - width_of(&text) / 2.0);
+            svg.text([inside, bottom + 18.0], Anchor::Middle, "tick", &text);
+        }
+        svg.line([left, bottom], [right, bottom], "axis");
+        svg.text([(left + right) / 2.0, bottom + 36.0], Anchor::Middle, "faint", &along.name);
+        Some(Field { x, y, left, right, top, bottom })
+    }
+
+    /// The position of a point; `None` if an axis cannot show it.
+    pub fn place(&self, (x, point): &(f64, Point)) -> Option<[f64; 2]> {
+        (self.x.shows(*x) && self.y.shows(point.y)).then(|| [self.x.at(*x), self.y.at(point.y)])
+    }
+}
+
 /// `floor` is drawn as a limit line.
 pub fn draw(chart: &Chart, along: &Along, lines: &[Line], floor: Option<&Line>) -> Option<String> {
-    let all = || lines.iter().chain(floor).flat_map(|line| &line.points);
-    let heights: Vec<f64> = all().flat_map(|(_, p)| [p.low, p.y, p.high]).collect();
+    let all: Vec<(f64, Point)> =
+        lines.iter().chain(floor).flat_map(|line| line.points.iter().copied()).collect();
     let mut svg = Svg::default();
-    let top = chart.head(&mut svg);
-    svg.text([0.0, top + 8.0], Anchor::Start, "faint", &chart.axis());
-    let (top, bottom) = (top + 18.0, top + 18.0 + FIELD);
-    let scale_y = Scale::around(&heights, chart.log, [bottom, top])?;
-    let ticks = scale_y.with_room(&scale_y.ticks(6), 18.0);
-    let left = ticks.iter().map(|value| width_of(&tick(*value))).fold(0.0, f64::max) + 8.0;
-    let right = WIDTH - 10.0;
-    let places: Vec<f64> = all().map(|(x, _)| *x).collect();
-    let scale_x = Scale::along(&places, along.log, [left, right])?;
-    for value in ticks {
-        let y = scale_y.at(value);
-        svg.line([left, y], [right, y], "rule");
-        svg.text([left - 6.0, y + 4.0], Anchor::End, "tick", &tick(value));
-    }
-    let named = along.at.clone().unwrap_or_else(|| scale_x.ticks(6));
-    for value in scale_x.with_room(&named, 40.0) {
-        let (x, text) = (scale_x.at(value), tick(value));
-        svg.line([x, bottom], [x, bottom + 4.0], "axis");
-        let inside = x.min(WIDTH - width_of(&text) / 2.0);
-        svg.text([inside, bottom + 18.0], Anchor::Middle, "tick", &text);
-    }
-    svg.line([left, bottom], [right, bottom], "axis");
-    svg.text([(left + right) / 2.0, bottom + 36.0], Anchor::Middle, "faint", &along.name);
-    let scales = [&scale_x, &scale_y];
+    let field = Field::draw(&mut svg, chart, along, &all, FIELD)?;
     if let Some(floor) = floor {
-        draw_floor(&mut svg, scales, floor, [left, right]);
+        draw_floor(&mut svg, &field, floor);
     }
     for (number, line) in lines.iter().enumerate() {
-        draw_line(&mut svg, chart, scales, number, line);
+        draw_line(&mut svg, chart, [&field.x, &field.y], number, line);
     }
-    scatter::label(&mut svg, single(lines, scales).into_iter(), [left, right], [top, bottom]);
+    let Field { left, right, top, bottom, .. } = field;
+    scatter::label(&mut svg, single(lines, &field).into_iter(), [left, right], [top, bottom]);
     let end = legend(&mut svg, lines, bottom + 56.0);
     Some(svg.inline(end, &chart.title))
 }
@@ -71,15 +101,14 @@ fn classes(number: usize, highlight: &str) -> (String, String) {
     (format!("curve s{hue} dash{round}{highlight}"), format!("f{hue}"))
 }
 
-fn draw_floor(svg: &mut Svg, [scale_x, scale_y]: [&Scale; 2], floor: &Line, [left, right]: [f64; 2]) {
-    let shown = || floor.points.iter().filter(|(x, p)| scale_x.shows(*x) && scale_y.shows(p.y));
-    let mut points: Vec<[f64; 2]> = shown().map(|(x, p)| [scale_x.at(*x), scale_y.at(p.y)]).collect();
+pub fn draw_floor(svg: &mut Svg, field: &Field, floor: &Line) {
+    let mut points: Vec<[f64; 2]> = floor.points.iter().filter_map(|point| field.place(point)).collect();
     let (Some(&[_, first]), Some(&[_, last])) = (points.first(), points.last()) else { return };
     // The line spans the whole field.
-    points.insert(0, [left, first]);
-    points.push([right, last]);
+    points.insert(0, [field.left, first]);
+    points.push([field.right, last]);
     svg.polyline(&points, "floor");
-    svg.text([right, last - 5.0], Anchor::End, "floor", &floor.name);
+    svg.text([field.right, last - 5.0], Anchor::End, "floor", &floor.name);
 }
 
 fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], number: usize, line: &Line) {
@@ -108,13 +137,11 @@ fn draw_line(svg: &mut Svg, chart: &Chart, [scale_x, scale_y]: [&Scale; 2], numb
 
 /// Labels (name and position) of the lines that have a single point, because such a line has no visible curve. Points
 /// that lie on another line (the front of all points) come first, so their labels take precedence.
-fn single<'a>(lines: &'a [Line], [scale_x, scale_y]: [&Scale; 2]) -> Vec<(&'a str, [f64; 2])> {
+fn single<'a>(lines: &'a [Line], field: &Field) -> Vec<(&'a str, [f64; 2])> {
     let on_a_curve =
         |at: &(f64, Point)| lines.iter().any(|line| line.points.len() > 1 && line.points.contains(at));
     let alone = |line: &'a Line| match &line.points[..] {
-        [at @ (x, p)] if scale_x.shows(*x) && scale_y.shows(p.y) => {
-            Some((!on_a_curve(at), &*line.name, [scale_x.at(*x), scale_y.at(p.y)]))
-        }
+        [at] => Some((!on_a_curve(at), &*line.name, field.place(at)?)),
         _ => None,
     };
     let mut found: Vec<_> = lines.iter().filter_map(alone).collect();

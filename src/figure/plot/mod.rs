@@ -1,6 +1,7 @@
 //! Plots as SVG text, for the page and as files; equal inputs give equal bytes.
 
 mod bars;
+mod families;
 mod lines;
 mod scale;
 pub mod scatter;
@@ -261,7 +262,10 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
         Some(Line { name: floor.to_string(), highlight: "", points })
     });
     let along = Along { name: axis_name(name, plot.log_x), log: plot.log_x, at: None };
-    lines::draw(chart, &along, &lines, floor.as_ref())
+    match plot.families {
+        Some(family) => families::draw(chart, &along, &lines, floor.as_ref(), family),
+        None => lines::draw(chart, &along, &lines, floor.as_ref()),
+    }
 }
 
 fn axis_name(name: &str, log: bool) -> String {

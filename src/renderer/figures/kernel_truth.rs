@@ -41,6 +41,7 @@ impl TexturedView<'_> {
         Truth {
             size: self.size,
             values: pixels.iter().map(|pixel| pixel.values[0]).collect(),
+            of_one_half: pixels.iter().map(|pixel| pixel.of_one_half[0]).collect(),
             whole: pixels.iter().map(|pixel| pixel.whole[0]).collect(),
             squared_errors: pixels.iter().map(|pixel| pixel.squared_errors[0]).collect(),
             most_samples: pixels.iter().map(|pixel| pixel.most_samples).max().unwrap_or(0),

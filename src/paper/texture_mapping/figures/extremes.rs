@@ -1,8 +1,9 @@
 //! tm.extremes: planes on which filters fail.
 
 use super::agreement::{Agreement, compare_fragments};
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors};
-use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, RADIAL_64};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors, own_errors};
+use super::methods::other_weights;
+use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128};
 use super::shown::ellipse_and_trilinear;
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value, View};
@@ -12,21 +13,23 @@ use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::weight_map::WeightMap;
+use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use crate::reference::pattern::Pattern;
 
 pub const EXTREMES: Figure = Figure {
     id: "tm.extremes",
     title: "Filters at the extremes",
-    about: "The pictures have 64 x 48 pixels and show 1/f noise on planes on which filters fail. `tilt-89.999`: almost \
-            edge-on. `horizon`: the horizon crosses the middle of the picture. `behind`: the homography's denominator \
-            changes its sign in the picture, so part of the plane is behind the camera. `rank-1`: a singular Jacobian. \
-            `magnified`: 50 pixels per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: 10^5 texels per \
-            pixel. `overdraw-100`: a plane at 89 degrees that gives object-space texturing more than 100 fragments per \
-            pixel (planes are cut off where a pixel would receive more than 5000). The figure counts pixels that are \
-            not finite or outside 0 to 1, and ellipses in which no texel has a weight (such pixels show the nearest \
-            texel). The paper's filter as printed has no reconstruction term, and its determinant cancels in f32, so \
-            it has no f64 reference. The pixels of every other method are also compared with that method's f64 \
-            reference. The truth is the f64 supersample; a line shows its own error.",
+    about: "The pictures have 64 x 48 pixels and show 1/f noise on planes on which filters fail. `tilt-89.999`: \
+            almost edge-on. `horizon`: the horizon crosses the middle of the picture. `behind`: the homography's \
+            denominator changes its sign in the picture, so part of the plane is behind the camera. `rank-1`: a \
+            singular Jacobian. `magnified`: 50 pixels per texel. `ratio-10000`: axes of 1000 and 0.1 texels. `far`: \
+            10^5 texels per pixel. `overdraw-100`: a plane at 89 degrees that gives object-space texturing more than \
+            100 fragments per pixel (planes are cut off where a pixel would receive more than 5000). The figure \
+            counts pixels that are not finite or outside 0 to 1, and ellipses in which no texel has a weight (such \
+            pixels show the nearest texel). Maps of 8 bits and a map of 4 x 4 entries are the coarsest. The paper's \
+            filter as printed has no reconstruction term, and its determinant cancels in f32, so it has no f64 \
+            reference. The pixels of every other method are also compared with that method's f64 reference. The truth \
+            is the f64 supersample; a line shows its own error.",
     scenes: &[
         "tilt-89.999",
         "horizon",
@@ -37,12 +40,17 @@ pub const EXTREMES: Figure = Figure {
         "far",
         "overdraw-100",
     ],
-    variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR]).map(String::from).collect(),
-    paper: &["as printed, rows"],
+    variants: || variants().into_iter().map(|(name, _)| name).chain([FLOOR.into()]).collect(),
+    paper: &[AS_PRINTED, "as printed, columns"],
     ours: &["ellipse"],
     show: Show::views(views).variants(ellipse_and_trilinear),
     measure,
-    plots: &[Plot::bars(NMSE).log_y().floor(FLOOR), Plot::bars(EMPTY)],
+    // Counts of footprints have no truth and therefore no floor.
+    plots: &[
+        Plot::bars(NMSE).log_y().floor(FLOOR),
+        Plot::bars(WORST).log_y().floor(FLOOR),
+        Plot::bars(EMPTY),
+    ],
     claims: &[
         Claim::ours(
             "finite",
@@ -117,14 +125,27 @@ fn views() -> Vec<View> {
     cameras.map(|(name, camera)| View::new(name, "plane-tilt/grazing", change(camera))).into()
 }
 
-fn variants() -> Vec<(&'static str, Method)> {
-    let ellipses = [
+/// Each method with each of its settings that may fail: the paper's filter with both forms of its axes and both
+/// readings of its kernel, ours with every weight and with coarse maps of 8 bits, and published filters.
+fn variants() -> Vec<(String, Method)> {
+    let best = EllipseFilter::BEST;
+    let bits_8 = |map: WeightMap| best.map(WeightMap { bits: 8, ..map });
+    let as_printed = [
         (AS_PRINTED, EllipseFilter::PAPER),
+        ("as printed, columns", EllipseFilter::PAPER.axes(Axes::Columns)),
+        ("as printed, rows, diameter 1", EllipseFilter::PAPER.kernel(EllipseKernel::DIAMETER_1)),
+        ("as printed, rows, V1", EllipseFilter::PAPER.edge(Edge::Exact)),
+        ("as printed, rows, 2-D map of 64", EllipseFilter::PAPER.map(SQUARE_64)),
         ("as printed, rows, level by the minor axis", PAPER_BY_LEVEL),
+        ("as printed, columns, level by the minor axis", PAPER_BY_LEVEL.axes(Axes::Columns)),
         ("corrected axes, k 0", PAPER_BY_LEVEL.axes(Axes::Corrected)),
-        ("ellipse", EllipseFilter::BEST),
-        ("ellipse, k 1/2", EllipseFilter::BEST.k(0.5)),
-        ("ellipse, radial map of 64, 8 bits", EllipseFilter::BEST.map(WeightMap { bits: 8, ..RADIAL_64 })),
+        ("ellipse", best),
+        ("ellipse, k 1/2", best.k(0.5)),
+        ("ellipse, r^2 map of 128", best.map(SQUARED_128)),
+        ("ellipse, radial map of 64, 8 bits", bits_8(RADIAL_64)),
+        ("ellipse, quadrant map of 32, 8 bits", bits_8(QUADRANT_32)),
+        ("ellipse, 2-D map of 64, 8 bits", bits_8(SQUARE_64)),
+        ("ellipse, 2-D map of 4, 8 bits", bits_8(WeightMap { entries: 4, ..SQUARE_64 })),
     ];
     let baselines = [
         ("trilinear", FilterBaseline::Trilinear),
@@ -135,14 +156,16 @@ fn variants() -> Vec<(&'static str, Method)> {
         ("stochastic 16", FilterBaseline::Stochastic(16)),
         ("summed area", FilterBaseline::SummedArea),
     ];
-    let ellipses = ellipses.map(|(name, ellipse)| (name, Method::Ellipse(ellipse)));
-    let baselines = baselines.map(|(name, baseline)| (name, Method::Baseline(baseline)));
-    ellipses.into_iter().chain(OBJECT_SPACE).chain(baselines).collect()
+    let ellipses = as_printed.map(|(name, ellipse)| (name.to_string(), ellipse)).into_iter();
+    let ellipses = ellipses.chain(other_weights()).map(|(name, ellipse)| (name, Method::Ellipse(ellipse)));
+    let others = baselines.map(|(name, baseline)| (name, Method::Baseline(baseline)));
+    let others = OBJECT_SPACE.into_iter().chain(others).map(|(name, method)| (name.to_string(), method));
+    ellipses.chain(others).collect()
 }
 
 /// Variants with a reconstruction term of at least 1/2.
 fn with_k() -> Vec<String> {
-    let names = variants().into_iter().map(|(name, _)| name.to_string());
+    let names = variants().into_iter().map(|(name, _)| name);
     names.filter(|name| name.starts_with(OURS)).collect()
 }
 
@@ -174,8 +197,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
-    let mut rows = vec![Row::number(FLOOR, NMSE, "", truth.own_nmse())];
+    let worst = own_errors(&truth)?.worst;
+    let mut rows =
+        vec![Row::number(FLOOR, NMSE, "", truth.own_nmse()), Row::number(FLOOR, WORST, "of white", worst)];
     for (name, method) in variants() {
+        let name = &*name;
         let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
         rows.extend(match method {
             Method::ObjectSpace(spacing) => fragment_rows(&lab, name, spacing, &plane, &shown),

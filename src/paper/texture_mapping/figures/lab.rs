@@ -3,12 +3,13 @@
 use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Row, Timed};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method};
+use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, TexturedPolygons, reference};
 use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
+use crate::paper::texture_mapping::reference as filters;
 use crate::paper::texture_mapping::texels::GreyMipmap;
 use crate::picture::Picture;
 use crate::picture::error::compare_where;
@@ -16,6 +17,7 @@ use crate::picture::flip::flip;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
 use crate::vk::{Gpu, PassTime};
+use rayon::prelude::*;
 use std::cell::RefCell;
 
 /// Texels along a pattern's side.
@@ -129,6 +131,22 @@ impl Lab {
     /// The f64 reference of object-space texturing.
     pub fn fragments(&self, plane: &TiltedPlane, spacing: f32) -> Vec<Mean> {
         reference::picture(&self.polygons(plane, spacing), spacing.into(), self.size, &self.texels)
+    }
+
+    /// The f64 reference of a filter: a value for each pixel of a picture of `size`, which shows the plane.
+    pub fn reference(&self, ellipse: &EllipseFilter, plane: &TiltedPlane, size: [u32; 2]) -> Vec<f64> {
+        let method = Method::Ellipse(*ellipse);
+        let value = |n: u32| {
+            let at = [n % size[0], n / size[0]].map(|place| f64::from(place) + 0.5);
+            let [x, y] = [0, 1].map(|axis| at[axis] - f64::from(size[axis]) / 2.0);
+            let Some(centre) = plane.texels(x, y) else { return 0.0 };
+            let jacobian @ [u, v] = plane.jacobian(x, y);
+            let determinant = u[0] * v[1] - u[1] * v[0];
+            let pixel = PixelCentre { place: [0, 0], centre, jacobian, determinant };
+            let [level, _] = filters::levels(&method, &pixel, &self.texels);
+            filters::filtered(&method, &pixel, &self.texels, level, 0).map_or(0.0, |texel| texel.value)
+        };
+        (0..size[0] * size[1]).into_par_iter().map(value).collect()
     }
 
     /// The f64 truth of a plane.
@@ -277,15 +295,25 @@ pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
 pub const SOFTWARE_SAMPLER: &str = "software driver's EWA";
 
 pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
-    let grey = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
-    let [width, height] = truth.size;
-    let exact = Picture::new(width, height, truth.values.iter().map(grey).collect());
+    let exact = grey(truth.size, &truth.values);
+    let width = truth.size[0];
     let difference = compare_where(picture, &exact, |x, y| truth.whole[(y * width + x) as usize])?;
     Ok(Errors {
         nmse: difference.nmse(),
         flip: flip(picture, &exact)?.mean(),
         worst: difference.worst().map_or(0.0, |pixel| pixel.value),
     })
+}
+
+/// The truth's own errors: those of one half of its samples against all of them. This difference is the one that
+/// [`Truth::own_nmse`] takes as the error of the mean.
+pub fn own_errors(truth: &Truth) -> anyhow::Result<Errors> {
+    errors(&grey(truth.size, &truth.of_one_half), truth)
+}
+
+fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
+    let pixel = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
+    Picture::new(width, height, values.iter().map(pixel).collect())
 }
 
 /// The geometric mean; 0 if any value is 0.

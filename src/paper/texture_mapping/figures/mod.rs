@@ -8,6 +8,7 @@ mod drift;
 mod edges;
 mod extremes;
 mod lab;
+mod map_error;
 mod methods;
 mod object_space;
 mod parallax;

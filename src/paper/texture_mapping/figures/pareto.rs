@@ -1,6 +1,6 @@
 //! tm.pareto: cost and error of all filters on one chart.
 
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean, own_errors};
 use super::methods::{self, OURS};
 use super::shown::{ellipses_and_trilinear, filtered_surfaces};
 use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
@@ -18,13 +18,16 @@ pub const PARETO: Figure = Figure {
     about: "There are 18 cases (`planes`): a checker of 2 texels, a zone plate and 1/f noise, each on a plane tilted \
             by 0, 30, 60, 70, 75 and 80 degrees. The field of view is 16 degrees, with one texel per pixel at the \
             centre. The truth is the f64 mean of thousands of stratified samples per pixel under the kernel of EWA \
-            filters, a Gaussian of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the smallest \
-            error that can be measured. The second truth is a box of one pixel, which favours box-like filters. NMSE \
-            is the geometric mean over the cases. Texels fetched per pixel are a cost that does not depend on the \
-            device; the device's own samplers do not report them. The time is the mean over the six tilts of 1/f \
-            noise. `stochastic 1, 16 frames` is the mean of 16 frames of a view at rest; its texels and its time are \
-            those of one frame. Pictures have 96 x 72 (quick) or 256 x 192 pixels. A software device's anisotropic \
-            sampler is an EWA filter; it is listed as `software driver's EWA`, not as a GPU's sampler.",
+            filters, a Gaussian of sigma 0.5 pixels cut at one pixel. A line shows the truth's own error, the \
+            smallest error that can be measured: for FLIP and the worst pixel, the difference between the mean of the \
+            samples and the mean of one half of them, drawn independently. The second truth is a box of one pixel, \
+            which favours box-like filters. NMSE is the geometric mean over the cases. Texels fetched per pixel are a \
+            cost that does not depend on the device; the device's own samplers do not report them. The time is the \
+            mean over the six tilts of 1/f noise. `ellipse` has the weights exp(-2 r^2) by the formula, and edge \
+            texels by the plain area ramp; its other settings have other weights, edges and maps. `stochastic 1, 16 \
+            frames` is the mean of 16 frames of a view at rest; its texels and its time are those of one frame. \
+            Pictures have 96 x 72 (quick) or 256 x 192 pixels. A software device's anisotropic sampler is an EWA \
+            filter; it is listed as `software driver's EWA`, not as a GPU's sampler.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],
@@ -32,12 +35,12 @@ pub const PARETO: Figure = Figure {
     show: Show::views(filtered_surfaces).variants(ellipses_and_trilinear),
     measure,
     plots: &[
-        Plot::curves(BY_TEXELS, "texels fetched per pixel").log_x().log_y().floor(FLOOR),
-        Plot::curves(BY_TIME, "time per pixel, ns").log_x().log_y().floor(FLOOR),
+        points(BY_TEXELS, "texels fetched per pixel"),
+        points(BY_TIME, "time per pixel, ns"),
         Plot::bars(NMSE).log_y().floor(FLOOR),
         Plot::bars(BOX).log_y().floor(FLOOR),
-        Plot::bars(FLIP),
-        Plot::bars(WORST_PIXEL).log_y(),
+        Plot::bars(FLIP).floor(FLOOR),
+        Plot::bars(WORST_PIXEL).log_y().floor(FLOOR),
         Plot::bars(TIME).log_y().floor("empty pass"),
     ],
     claims: &[
@@ -70,6 +73,10 @@ pub const PARETO: Figure = Figure {
     ],
     ..Figure::BASE
 };
+
+const fn points(quantity: &'static str, cost: &'static str) -> Plot {
+    Plot::curves(quantity, cost).log_x().log_y().floor(FLOOR).families(methods::family)
+}
 
 const CHEAP: &str = "ellipse, ratio 4";
 const FRONT: &str = "front of all";
@@ -141,7 +148,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let mut rows: Vec<Row> =
         present.iter().zip(&scores).flat_map(|((name, _), score)| rows_of(name, score)).collect();
-    rows.extend(floor_rows(&floors));
+    rows.extend(floor_rows(&floors)?);
     for (name, method) in &absent {
         let why = excused(&gpu, name, method).expect("absent methods have a reason");
         rows.push(Row::new(&**name, NMSE, "", Value::Missing(why.into())));
@@ -179,15 +186,20 @@ fn score_of(
 }
 
 /// The errors of both truths, and the numbers of samples of the Gaussian truth.
-fn floor_rows(truths: &[[Truth; 2]]) -> Vec<Row> {
+fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
     let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse()).collect::<Vec<_>>());
     let samples: Vec<f64> = truths.iter().map(|[truth, _]| truth.mean_samples).collect();
     let most = truths.iter().map(|[truth, _]| truth.most_samples).max().unwrap_or(0);
     let quantities = [(NMSE, own(0)), (BY_TEXELS, own(0)), (BY_TIME, own(0)), (BOX, own(1))];
     let mut rows = quantities.map(|(quantity, nmse)| Row::number(FLOOR, quantity, "", nmse)).to_vec();
+    let halves = truths.iter().map(|[truth, _]| own_errors(truth)).collect::<anyhow::Result<Vec<_>>>()?;
+    let flips: Vec<f64> = halves.iter().map(|own| own.flip).collect();
+    rows.push(Row::number(FLOOR, FLIP, "", mean(&flips)));
+    let worst = halves.iter().map(|own| own.worst).fold(0.0, f64::max);
+    rows.push(Row::number(FLOOR, WORST_PIXEL, "of white", worst));
     rows.push(Row::number(FLOOR, SAMPLES, "samples", mean(&samples)));
     rows.push(Row::number(FLOOR, MOST_SAMPLES, "samples", most as f64));
-    rows
+    Ok(rows)
 }
 
 fn mean(values: &[f64]) -> f64 {
