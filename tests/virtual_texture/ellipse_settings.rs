@@ -83,11 +83,16 @@ fn every_setting_of_the_ellipse_on_tiles_is_the_f64_filter() {
 
 #[test]
 fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
-    let mut renderer = settled(7, 2, "low", usual(16).0);
-    for (own, ellipse) in cases() {
-        let found = plain_compared(&mut renderer, "low", &own, Method::Ellipse(ellipse));
-        assert!(found.wrong == 0 && found.judged > 1000 && found.undecided == 0, "{own:?}: {found:?}");
+    for (camera, least_k) in [("above", 0.0), ("low", 0.1)] {
+        let mut renderer = settled(7, 2, camera, usual(16).0);
+        // The nearest pixels of `low` are smaller than a texel. Without k, a texel's corner alone may have a weight, which
+        // is then close to 0, so rounding changes the mean by more than its bound, which is linear in the centre's error.
+        for (own, ellipse) in cases().into_iter().filter(|(own, _)| own.k >= least_k) {
+            let found = plain_compared(&mut renderer, camera, &own, Method::Ellipse(ellipse));
+            assert!(found.wrong == 0 && found.judged > 1000 && found.undecided == 0, "{own:?}: {found:?}");
+        }
     }
+    let mut renderer = settled(7, 2, "low", usual(16).0);
     // Near misses that must be rejected.
     let (own, best) = usual(64);
     for (other, least) in [
@@ -159,18 +164,12 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
 #[test]
 fn the_subtracting_determinant_differs_by_its_rounding() {
     let (own, _) = usual(64);
-    for own in [Filter { k: 0.0, ..own }, literal().0] {
-        let of = |determinant| pixels(&mut settled(7, 0, "low", Filter { determinant, ..own }));
-        let (a, b) = (of(FilterDeterminant::AllPositive), of(FilterDeterminant::Subtracting));
-        let off: Vec<f32> =
-            a.iter().zip(&b).map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)).collect();
-        let differing = off.iter().filter(|off| **off > 0.0).count();
-        let far = off.iter().filter(|off| **off > 1e-3).count();
-        println!(
-            "{differing} pixels differ, {far} by more than 1e-3 of {}; worst {:?}",
-            off.len(),
-            off.iter().copied().fold(0.0, f32::max)
-        );
-        assert!(differing > 100 && 100 * far < off.len(), "{differing}, {far}");
-    }
+    let of = |determinant| pixels(&mut settled(7, 0, "low", Filter { k: 0.0, determinant, ..own }));
+    let (a, b) = (of(FilterDeterminant::AllPositive), of(FilterDeterminant::Subtracting));
+    let off = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    let offs: Vec<f32> = a.iter().zip(&b).map(off).collect();
+    let (differing, worst) =
+        (offs.iter().filter(|&&off| off > 0.0).count(), offs.iter().copied().fold(0.0, f32::max));
+    println!("{differing} of {} pixels differ, by at most {worst:.1e}", offs.len());
+    assert!(differing > 100 && worst < 1e-3, "{differing}, {worst}");
 }
