@@ -98,7 +98,7 @@ fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
     for (other, least) in [
         (best.k(0.0), 100),
         (best.k(0.7), 100),
-        (best.minor_texels(0.0), 100),
+        (best.minor_texels(0.5), 100),
         (best.most_ratio(16.0), 100),
         (best.scan(Scan::BoundingBox), 10),
     ] {
