@@ -95,15 +95,15 @@ fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
     let mut renderer = settled(7, 2, "low", usual(16).0);
     // Near misses that must be rejected.
     let (own, best) = usual(64);
-    for (other, least) in [
-        (best.k(0.0), 100),
-        (best.k(0.7), 100),
-        (best.minor_texels(0.5), 100),
-        (best.most_ratio(16.0), 100),
-        (best.scan(Scan::BoundingBox), 10),
+    for other in [
+        best.k(0.0),
+        best.k(0.7),
+        best.minor_texels(0.5),
+        best.most_ratio(16.0),
+        best.scan(Scan::BoundingBox),
     ] {
         let found = plain_compared(&mut renderer, "low", &own, Method::Ellipse(other));
-        assert!(found.wrong > least, "{other:?}: {found:?}");
+        assert!(found.wrong > 50, "{other:?}: {found:?}");
     }
 }
 
