@@ -1,5 +1,6 @@
 // Step A of paper 3: the ellipse that filters a footprint, and its level of detail. Needs footprint.glsl and
-// weights.glsl. The defaults are `Ellipse::BEST`, which surfaces use; figures specialize every constant.
+// weights.glsl. The defaults are those of `EllipseFilter::BEST`. Figures specialize every constant, surfaces every
+// constant but MOST_VISITED.
 layout(constant_id = 50) const uint ALL_POSITIVE = 1;
 layout(constant_id = 51) const float K = 0.8;
 layout(constant_id = 52) const uint ROW_SPAN = 1;

@@ -60,12 +60,16 @@ Ellipse ellipse(Parallelogram f) {
 }
 
 // The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
-// texels of the ellipse are at most half a tile away from the pixel's texel. Let V be the squared half side without K.
-// `outer` adds the half texel of the edge. The squared half side is then at most (1 + 1/t) (V + K) + (1 + t) / 4 with t
-// = 2 sqrt(K), because the minor semi-axis is at least sqrt(K).
+// texels of the ellipse are at most half a tile away from the pixel's texel. Let h be the half side with K. `outer` adds
+// the half texel of the edge. The squared half side is then at most (1 + 1/t) h^2 + (1 + t) / 4 with t = 2 sqrt(K),
+// because the minor semi-axis is at least sqrt(K). A small K gives no useful bound. The ratio r of the axes bounds t
+// then: 2 h / r <= t <= 2 h, so the squared half side is at most h^2 + h (r + 1) / 2 + 1/4.
 float most_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
-    return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
+    if (K >= 0.25) return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
+    if (EDGE == 0) return sqrt(most * most / 1.0001 - K);
+    float c = 0.25 * (float(MAX_ANISOTROPY) + 1.0), h = sqrt(c * c + most * most - 0.25) - c;
+    return sqrt(h * h - K);
 }
 
 // The largest half side for the other filters of paper 3: half a tile, minus the 3 texels around a sample
@@ -132,7 +136,9 @@ uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {
     ivec2 first, last;  // texels of the ellipse, or the texels that contain samples
     int margin;
     if (FILTER == ELLIPSE) {
-        vec2 half_sides = sqrt(outer(at_level(ellipse(f), q)).v.xz);
+        Ellipse own = at_level(ellipse(f), q);
+        // An ellipse without area reads one texel, the pixel's own.
+        vec2 half_sides = own.det > 0.0 ? sqrt(outer(own).v.xz) : vec2(0.0);
         first = spot.texel + ivec2(ceil(spot.within - 0.5 - half_sides));
         last = spot.texel + ivec2(floor(spot.within - 0.5 + half_sides));
         margin = int(BORDER);

@@ -28,7 +28,7 @@ pub struct PlainSurfaces {
 }
 
 /// How the texture of a surface is filtered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlainFilter {
     /// The sampler's trilinear filter.
     Trilinear,

@@ -216,3 +216,50 @@ fn the_filter_auto_has_one_bound_and_a_surface_that_can_be_measured() {
         assert!(error.contains(expected) && error.contains("small.toml:"), "{text}: {error}");
     }
 }
+
+#[test]
+fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
+    let land = |keys: &str| format!("[surface.land]\nfilter = {{ {keys} }}\n{SMALL}");
+    for keys in [
+        "kind = \"ellipse\", k = 0, minor_texels = 0, max_anisotropy = 64",
+        "kind = \"ellipse\", scan = \"bounding-box\", determinant = \"subtracting\"",
+        "kind = \"feline\", max_anisotropy = 16",
+    ] {
+        load(land(keys)).expect(keys);
+    }
+    for (keys, key, expected) in [
+        (
+            "kind = \"feline\", max_anisotropy = 17",
+            "max_anisotropy",
+            "17 is above 16, the most for kind = \"feline\"",
+        ),
+        ("max_anisotropy = 17", "max_anisotropy", "17 is above 16, the most for kind = \"trilinear\""),
+        ("kind = \"ellipse\", max_anisotropy = 65", "max_anisotropy", "65 is outside 1 ..= 64"),
+        ("kind = \"ellipse\", k = -0.1", "k", "-0.1 is outside 0 ..= 4"),
+        ("kind = \"ellipse\", k = 4.1", "k", "4.1 is outside 0 ..= 4"),
+        ("kind = \"ellipse\", k = nan", "k", "NaN is outside 0 ..= 4"),
+        ("kind = \"ellipse\", minor_texels = 5", "minor_texels", "5 is outside 0 ..= 4"),
+        (
+            "kind = \"ellipse\", scan = \"row\"",
+            "scan",
+            "\"row\" is not one of \"row-span\", \"bounding-box\"",
+        ),
+        (
+            "kind = \"ellipse\", determinant = \"exact\"",
+            "determinant",
+            "\"exact\" is not one of \"all-positive\",",
+        ),
+        (
+            "kind = \"ellipse\", kernel = \"weight-map\"",
+            "kernel",
+            "use the Gaussian that the map approximates",
+        ),
+    ] {
+        let error = load(land(keys)).expect_err(keys).to_string();
+        assert!(
+            error.contains(&format!("surface.land.filter.{key}: ")) && error.contains(expected),
+            "{keys}: {error}"
+        );
+        assert_eq!(error.matches("surface.land.filter").count(), 1, "{keys}: {error}");
+    }
+}

@@ -44,7 +44,7 @@ fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
     settings.config.filter = Filter { kind: Filtering::Ellipse, max_anisotropy, ..Filter::DEFAULT };
 }
 
-fn settled(
+pub fn settled(
     scene: &str,
     camera: &str,
     border: u32,
@@ -64,7 +64,7 @@ fn pixel_of(centre: [f64; 2], [[ux, uy], [vx, vy]]: [[f64; 2]; 2]) -> PixelCentr
 
 /// The number of pixels whose level differs from the reference's level for the device's derivatives, and the number of
 /// covered pixels.
-fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usize; 2] {
+pub fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usize; 2] {
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
     let mut counts = [0; 2];
@@ -83,12 +83,12 @@ fn wrong_levels(renderer: &mut TextureSession, ellipse: &EllipseFilter) -> [usiz
 
 /// Distances in texels from the centre to the furthest texels, for a Jacobian and a level. The last argument is the
 /// sign of the rounding error: -1 gives the least, 1 the greatest distance.
-type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
+pub type HalfSides<'a> = &'a dyn Fn([[f64; 2]; 2], u32, f64) -> [f64; 2];
 
 /// The tiles from which the filter reads texels in any pixel. Texels up to `margin` beyond a tile belong to the tile.
 /// If rounding decides, the device's choice counts. Also returns the number of pixels that read texels of other tiles,
 /// and the number of pixels for which rounding decides.
-fn needed(
+pub fn needed(
     renderer: &mut TextureSession,
     margin: i64,
     half_sides: HalfSides<'_>,
@@ -134,7 +134,7 @@ fn needed(
 }
 
 /// The half sides of the ellipse. Its bounding box contains the centres of its texels.
-fn of_ellipse(ellipse: EllipseFilter) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
+pub fn of_ellipse(ellipse: EllipseFilter) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |jacobian, q, _| half_sides(&ellipse, &pixel_of([0.0; 2], jacobian), q).map(|side| side - 0.5)
 }
 
@@ -150,7 +150,7 @@ fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     }
 }
 
-fn listed(renderer: &TextureSession) -> BTreeSet<TileId> {
+pub fn listed(renderer: &TextureSession) -> BTreeSet<TileId> {
     renderer.records.last().unwrap().visible.iter().copied().collect()
 }
 

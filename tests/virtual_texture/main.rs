@@ -3,6 +3,7 @@
 
 mod counts;
 mod ellipse;
+mod ellipse_settings;
 mod extremes;
 mod filters;
 mod fused;

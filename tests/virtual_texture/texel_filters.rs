@@ -24,10 +24,10 @@ use ortelius::texture::source::{TileError, TileSource};
 use std::cell::Cell;
 use std::sync::Arc;
 
-const SIZE: [u32; 2] = [96, 54];
+pub const SIZE: [u32; 2] = [96, 54];
 
 /// White noise of black and white, which every device decodes exactly.
-struct Noise {
+pub struct Noise {
     ruler: Ruler,
     /// A tile that cannot be read.
     missing: Option<TileId>,
@@ -60,24 +60,29 @@ impl TileSource for Noise {
 }
 
 /// 512 x 256 texels; levels 0 to 2 are streamed if tiles have 64 texels.
-fn noise(tile_log2: u32, border: u32, missing: Option<TileId>) -> Noise {
+pub fn noise(tile_log2: u32, border: u32, missing: Option<TileId>) -> Noise {
     Noise { ruler: Ruler::new(Pyramid::new(9, 8, tile_log2, border, None).unwrap()), missing }
 }
 
-/// A plane with one texel per metre, seen from near its edge and from above.
-fn scene() -> Scene {
+/// A plane with one texel per metre, seen from near its edge, from above, and along a diagonal just above the ground.
+pub fn scene() -> Scene {
     let changes = [
         "surface.land.geometry.width_m=512.0",
         "surface.land.geometry.height_m=256.0",
         "surface.land.filter={max_anisotropy=1}",
         "cameras.edge={ east_m = -30.0, north_m = -125.0, altitude_m = 9.0, heading_deg = 25.0, tilt_deg = 80.0 }",
+        "cameras.low={ east_m = -10.0, north_m = -125.0, altitude_m = 3.0, heading_deg = 45.0, tilt_deg = 86.0 }",
         "cameras.above={ east_m = 20.0, north_m = -200.0, altitude_m = 150.0, heading_deg = 10.0, tilt_deg = 62.0 }",
     ];
     Scene::embedded("plane").unwrap().with(&changes.map(str::to_owned)).unwrap()
 }
 
 /// A settled picture on which all tiles that the filter reads are resident.
-fn settled(source: Noise, camera: &str, change: impl FnOnce(&mut VirtualTextureSettings)) -> TextureSession {
+pub fn settled(
+    source: Noise,
+    camera: &str,
+    change: impl FnOnce(&mut VirtualTextureSettings),
+) -> TextureSession {
     let scene = scene();
     let mut renderer = open_with(&device(), &scene, SIZE, Arc::new(source), |settings| {
         settings.target = PixelFormat::Linear32;
@@ -90,7 +95,7 @@ fn settled(source: Noise, camera: &str, change: impl FnOnce(&mut VirtualTextureS
     renderer
 }
 
-fn filter(kind: Filtering, max_anisotropy: u32, samples: u32) -> Filter {
+pub fn filter(kind: Filtering, max_anisotropy: u32, samples: u32) -> Filter {
     Filter { kind, max_anisotropy, samples, ..Filter::DEFAULT }
 }
 
@@ -124,7 +129,7 @@ fn ellipses() -> Vec<(Filter, Method)> {
     all.map(|(filter, ellipse)| (filter, Method::Ellipse(ellipse))).collect()
 }
 
-fn pixels(renderer: &mut TextureSession) -> Vec<[f32; 4]> {
+pub fn pixels(renderer: &mut TextureSession) -> Vec<[f32; 4]> {
     renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
 }
 
@@ -189,13 +194,13 @@ fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32)
 
 /// Pixel counts of a comparison.
 #[derive(Debug, Default)]
-struct Compared {
+pub struct Compared {
     /// Pixels that were compared.
-    judged: usize,
+    pub judged: usize,
     /// Compared pixels that no value of the reference explains.
-    wrong: usize,
+    pub wrong: usize,
     /// Pixels for which rounding decides the number of samples.
-    undecided: usize,
+    pub undecided: usize,
     /// Pixels of a missing tile.
     hidden: usize,
     /// Compared pixels whose value the missing tile changes by more than the bounds.
@@ -277,8 +282,26 @@ fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'
 }
 
 /// Compares the settled picture with `method`, given the device's coordinates and derivatives.
-fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileId>) -> Compared {
-    let (dump, found) = (renderer.footprint().unwrap(), pixels(renderer));
+pub fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileId>) -> Compared {
+    let found = pixels(renderer);
+    compared_with(renderer, &found, method, missing, false)
+}
+
+/// Compares the picture of a plain texture with `method`, given the coordinates and derivatives of the same view on
+/// tiles. Pixels that read rows beyond the texture are left out.
+pub fn plain_compared(renderer: &mut TextureSession, camera: &str, own: &Filter, method: Method) -> Compared {
+    let found = plain(renderer, camera, own);
+    compared_with(renderer, &found, method, None, true)
+}
+
+fn compared_with(
+    renderer: &mut TextureSession,
+    found: &[[f32; 4]],
+    method: Method,
+    missing: Option<TileId>,
+    is_plain: bool,
+) -> Compared {
+    let dump = renderer.footprint().unwrap();
     let (pyramid, mut result) = (renderer.technique.source.pyramid(), Compared::default());
     let levels = levels(&pyramid);
     let at =
@@ -306,6 +329,9 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
         };
         let texel = |level: u32, column: i64, row: i64| texture.texel_at(level, column, row);
         let pixel = pixel_of(&dump, n, size);
+        if is_plain && rounding(method, &pixel, &pyramid).is_none() {
+            continue;
+        }
         let Some(share) = worst_share(method, &pixel, &pyramid, &texel, found[n]) else {
             result.undecided += 1;
             continue;
@@ -327,7 +353,7 @@ fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileI
 }
 
 /// The method in tiles of this size: the reach of an ellipse depends on the tile size.
-fn in_tiles(method: Method, tile_log2: u32) -> Method {
+pub fn in_tiles(method: Method, tile_log2: u32) -> Method {
     match method {
         Method::Ellipse(ellipse) => Method::Ellipse(ellipse.within(1 << tile_log2 >> 1)),
         method => method,

@@ -89,12 +89,25 @@ impl EllipseFilter {
     }
 
     /// Limits the footprint. Including half a texel at the edge, the footprint then reaches at most `texels` from the
-    /// texel that contains its centre. For a tiled texture, `texels` is half a tile. The ellipse's matrix V grows by at
-    /// most `V / t + (1 + t) / 4 I` with `t >= 2 sqrt k` (`outer` in `reference/ellipse.rs`; I is the identity).
+    /// texel that contains its centre. For a tiled texture, `texels` is half a tile. The limit depends on k, the edge
+    /// and the axis ratio, so it must be set after these.
+    ///
+    /// The ellipse's matrix V, with k, grows by at most `V / t + (1 + t) / 4 I`, where t is twice the minor semi-axis
+    /// (`outer` in `reference/ellipse.rs`; I is the identity). The minor semi-axis is at least `sqrt k`. For a small k,
+    /// this bound has no use, so the axis ratio r bounds the growth: for a half side h of the bounding box,
+    /// `2 h / r <= t <= 2 h`. Without edge weights, V grows only by a margin of 1e-4.
     pub fn within(self, texels: u32) -> EllipseFilter {
-        let k = f64::from(self.footprint.k);
-        let (t, most) = (2.0 * k.sqrt(), f64::from(texels) - 0.5);
-        let most_reach = ((most * most - (1.0 + t) / 4.0) / (1.0 + 1.0 / t) - k).sqrt() as f32;
+        let (k, most) = (f64::from(self.footprint.k), f64::from(texels) - 0.5);
+        let half_side_squared = if k >= 0.25 {
+            let t = 2.0 * k.sqrt();
+            (most * most - (1.0 + t) / 4.0) / (1.0 + 1.0 / t)
+        } else if self.edge == Edge::None {
+            most * most / 1.0001
+        } else {
+            let c = (f64::from(self.footprint.most_ratio) + 1.0) / 4.0;
+            ((c * c + most * most - 0.25).sqrt() - c).powi(2)
+        };
+        let most_reach = (half_side_squared - k).sqrt() as f32;
         EllipseFilter { footprint: FootprintSettings { most_reach, ..self.footprint }, ..self }
     }
 

@@ -98,6 +98,28 @@ choices! {
 }
 
 choices! {
+    /// The texels that the filter `"ellipse"` visits.
+    pub enum FilterScan {
+        /// In each row, the texels between the ellipse's edges.
+        RowSpan = "row-span",
+        /// As in paper 3: all texels of the ellipse's bounding box. Texels outside the ellipse have no weight.
+        BoundingBox = "bounding-box",
+    }
+}
+
+choices! {
+    /// The formula for `det V` of the filter `"ellipse"`. V is the ellipse's matrix at its level, J the Jacobian, s the
+    /// kernel's squared radius.
+    pub enum FilterDeterminant {
+        /// `s^2 (det J)^2 + s k tr(J J^T) + k^2`: no term cancels.
+        AllPositive = "all-positive",
+        /// As in paper 3: `V11 V22 - V12^2`. In f32 its terms cancel if the ellipse is long; up to a ratio of 64 the
+        /// relative error is below 1e-3.
+        Subtracting = "subtracting",
+    }
+}
+
+choices! {
     /// The weight of a texel that the ellipse's edge cuts, by the distance d in texels from its centre to the edge:
     /// step C of paper 3. The values have the order of EDGE in `weights.glsl`.
     pub enum FilterEdge {
@@ -127,6 +149,10 @@ choices! {
         Diameter1 = "diameter-1",
         /// All texels of the ellipse have the same weight.
         Uniform = "uniform",
+    }
+    refused {
+        "weight-map" = "a weight map is one more table that every pixel reads, and it only approximates \"formula-4\" or \
+                        \"ewa\"; the figure tm.24 measures the maps; use the Gaussian that the map approximates",
     }
 }
 

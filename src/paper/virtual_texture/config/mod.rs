@@ -2,8 +2,8 @@
 //! values.
 
 use super::choices::{
-    Compaction, Dedup, FilterAxes, FilterEdge, FilterKernel, Filtering, Interpolation, Listing,
-    RequestFormat, TileAddress,
+    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterScan, Filtering,
+    Interpolation, Listing, RequestFormat, TileAddress,
 };
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
@@ -59,16 +59,26 @@ settings! {
     /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
     /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing filters no
     /// pixels: it draws fragments of rotated polygons.
-    pub struct Filter derive(Copy, Eq) with DEFAULT {
+    pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
         /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16),
-        /// also for `"feline"`. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of its axes.
-        /// The sampler of a plain texture takes one sample.
-        max_anisotropy: u32 = 16, in 1..=16;
+        /// also for `"feline"`. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of its axes,
+        /// up to 64; a longer footprint is widened. The sampler of a plain texture takes one sample.
+        max_anisotropy: u32 = 16, in 1..=64;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
-        /// as many texels and reduces the error (scene.filters).
-        minor_texels: u32 = 2, in 1..=4, unit "texels";
+        /// as many texels and reduces the error (scene.filters). 0, as in paper 3: level 0 for every footprint, unless
+        /// it has more than about 4,000 texels there or reaches further than half a tile.
+        minor_texels: u32 = 2, in 0..=4, unit "texels";
+        /// For `"ellipse"`: the reconstruction term k, in squared texels of the filtered level, added to both diagonal
+        /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A pixel
+        /// whose ellipse contains none shows the nearest texel.
+        k: f64 = 0.8, in 0.0..=4.0, unit "squared texels";
+        /// For `"ellipse"`: the texels that are visited. This changes the cost. It changes the picture only where an
+        /// ellipse has so many texels that its level is raised: the box has more.
+        scan: FilterScan = FilterScan::RowSpan;
+        /// For `"ellipse"`: the formula for the determinant of its matrix.
+        determinant: FilterDeterminant = FilterDeterminant::AllPositive;
         /// For `"ellipse"`: the axes that its weights follow.
         axes: FilterAxes = FilterAxes::Corrected;
         /// For `"ellipse"`: the Gaussian.
@@ -80,13 +90,29 @@ settings! {
         /// How a tile's two levels are blended.
         interpolation: Interpolation = Interpolation::Corrected;
     }
+    check check_filter;
+}
+
+/// The greatest [`Filter::max_anisotropy`] of filters other than the ellipse.
+pub const MOST_SAMPLES: u32 = 16;
+
+fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
+    if filter.kind != Filtering::Ellipse && filter.max_anisotropy > MOST_SAMPLES {
+        let what = format!(
+            "{} is above {MOST_SAMPLES}, the most for kind = \"{}\"; only kind = \"ellipse\" takes a ratio of up to 64",
+            filter.max_anisotropy,
+            filter.kind.name()
+        );
+        return Err(part.fault("max_anisotropy", what));
+    }
+    Ok(())
 }
 
 settings! {
     /// The variant of each step that makes the list of visible tiles (paper 1, section 2). The defaults are the
     /// paper's. The paper does not give the side 2^p of stage 2's blocks; the default was the fastest on lavapipe
     /// (vt.dedup).
-    pub struct Config derive(Copy, Eq) with DEFAULT {
+    pub struct Config derive(Copy) with DEFAULT {
         /// Format of the request image. If omitted: the first format of this list that the device can render to.
         request_format: Option<RequestFormat> = None;
         /// Which method makes the list. The keys of stages 2 and 3 apply only to `"device"`.
@@ -277,6 +303,9 @@ impl Filter {
             ("MINOR_TEXELS", (self.minor_texels as f32).to_bits()),
             ("RADIUS", self.kernel.radius_and_alpha()[0].to_bits()),
             ("EDGE", self.edge as u32),
+            ("K", (self.k as f32).to_bits()),
+            ("ROW_SPAN", u32::from(self.scan == FilterScan::RowSpan)),
+            ("ALL_POSITIVE", u32::from(self.determinant == FilterDeterminant::AllPositive)),
         ]
     }
 

@@ -3,7 +3,8 @@
 use crate::figure::Refused;
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
-    Config, Filter, TextureError, TextureSource, VirtualTextureSettings, VirtualTextureSource, owner, texture,
+    Config, Filter, MOST_SAMPLES, TextureError, TextureSource, VirtualTextureSettings, VirtualTextureSource,
+    owner, texture,
 };
 use crate::picture::PixelFormat;
 use crate::scene::{Choice, Scene};
@@ -73,20 +74,20 @@ impl Knob {
         match self {
             Knob::LevelBias => all.extend([0, 1, 2].map(|level_bias| Values { level_bias, ..at })),
             Knob::Filter => {
+                // Only an ellipse has a ratio above the other filters' limit.
+                let most = at.max_anisotropy.min(MOST_SAMPLES);
                 // Bilinear samples and few taps are tried at the pixel's centre only, not along the footprint.
-                let filters = [
-                    (Filtering::Trilinear, at.samples, at.max_anisotropy),
-                    (Filtering::Bilinear, at.samples, 1),
-                ];
-                let taps = [(1, 1), (4, 1), (16, at.max_anisotropy), (64, at.max_anisotropy)];
+                let filters =
+                    [(Filtering::Trilinear, at.samples, most), (Filtering::Bilinear, at.samples, 1)];
+                let taps = [(1, 1), (4, 1), (16, most), (64, most)];
                 let turned =
                     filters.into_iter().chain(taps.map(|(taps, na)| (Filtering::Stochastic, taps, na)));
                 let published = [
                     (Filtering::Feline, at.samples, 4),
                     (Filtering::Feline, at.samples, 16),
                     (Filtering::Mavridis, at.samples, 4),
-                    (Filtering::Pbrt, at.samples, at.max_anisotropy),
-                    (Filtering::StochasticEllipse, 16, at.max_anisotropy),
+                    (Filtering::Pbrt, at.samples, most),
+                    (Filtering::StochasticEllipse, 16, most),
                 ];
                 all.extend(turned.chain(published).map(|(filter, samples, max_anisotropy)| Values {
                     filter,
@@ -199,7 +200,7 @@ impl Values {
                     Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
                     Filtering::Mavridis => self.max_anisotropy == 4,
                     Filtering::Pbrt | Filtering::StochasticEllipse => {
-                        self.max_anisotropy == own.max_anisotropy
+                        self.max_anisotropy == own.max_anisotropy.min(MOST_SAMPLES)
                     }
                     _ => true,
                 };

@@ -1,0 +1,175 @@
+//! The ellipse on tiles with the settings that paper 3 has and a scene can choose: the reconstruction term k, the texels
+//! visited, the formula of the determinant, level 0, and axis ratios up to 64. Compared with paper 3's f64 reference.
+
+use crate::TextureSession;
+use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
+use crate::texel_filters::{compared, filter, in_tiles, noise, pixels, plain_compared};
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
+use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
+use ortelius::paper::virtual_texture::Filtering;
+use ortelius::paper::virtual_texture::choices::{
+    FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterScan,
+};
+use ortelius::paper::virtual_texture::config::Filter;
+
+/// The setting of a scene and its method: the literal paper 3, up to the limit of the axis ratio.
+fn literal() -> (Filter, EllipseFilter) {
+    let own = Filter {
+        minor_texels: 0,
+        k: 0.0,
+        axes: FilterAxes::Rows,
+        kernel: FilterKernel::Formula4,
+        edge: FilterEdge::None,
+        scan: FilterScan::BoundingBox,
+        determinant: FilterDeterminant::Subtracting,
+        ..filter(Filtering::Ellipse, 64, 1)
+    };
+    (own, EllipseFilter::PAPER.most_ratio(64.0))
+}
+
+/// The filter of scenes, and its method.
+fn usual(ratio: u32) -> (Filter, EllipseFilter) {
+    let ellipse = EllipseFilter::BEST.most_ratio(ratio as f32).minor_texels(2.0);
+    (filter(Filtering::Ellipse, ratio, 1), ellipse)
+}
+
+/// Each new setting alone, and with the settings on which it depends: the limit of the footprint depends on k, the edge
+/// and the ratio.
+fn cases() -> Vec<(Filter, EllipseFilter)> {
+    let (own, best) = usual(16);
+    let with_k = |k: f64| (Filter { k, ..own }, best.k(k as f32));
+    let sharp = |(filter, ellipse): (Filter, EllipseFilter)| {
+        (Filter { edge: FilterEdge::None, ..filter }, ellipse.edge(Edge::None))
+    };
+    let (long, longer) = usual(64);
+    let exact = literal();
+    vec![
+        with_k(0.0),
+        with_k(0.1),
+        with_k(0.25),
+        with_k(4.0),
+        sharp(with_k(0.0)),
+        sharp(with_k(0.5)),
+        (long, longer),
+        (Filter { k: 0.0, ..long }, longer.k(0.0)),
+        (Filter { scan: FilterScan::BoundingBox, ..long }, longer.scan(Scan::BoundingBox)),
+        (Filter { minor_texels: 0, ..own }, best.minor_texels(0.0)),
+        // The subtracting determinant has no f64 reference within these bounds.
+        (
+            Filter { determinant: FilterDeterminant::AllPositive, ..exact.0 },
+            exact.1.determinant(Determinant::AllPositive),
+        ),
+    ]
+}
+
+fn settled(tile_log2: u32, border: u32, camera: &str, own: Filter) -> TextureSession {
+    crate::texel_filters::settled(noise(tile_log2, border, None), camera, |settings| {
+        settings.config.filter = own
+    })
+}
+
+#[test]
+fn every_setting_of_the_ellipse_on_tiles_is_the_f64_filter() {
+    for (own, ellipse) in cases() {
+        for (camera, tile_log2, border) in [("edge", 6, 0), ("above", 4, 1), ("edge", 7, 3)] {
+            let mut renderer = settled(tile_log2, border, camera, own);
+            let found = compared(&mut renderer, in_tiles(Method::Ellipse(ellipse), tile_log2), None);
+            let case = format!("{own:?}, {camera}, {tile_log2}, {border}: {found:?}");
+            assert!(found.wrong == 0 && found.judged > 2000 && found.undecided == 0, "{case}");
+        }
+    }
+}
+
+#[test]
+fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
+    for (camera, least_k) in [("above", 0.0), ("low", 0.1)] {
+        let mut renderer = settled(7, 2, camera, usual(16).0);
+        // The nearest pixels of `low` are smaller than a texel. Without k, a texel's corner alone may have a weight, which
+        // is then close to 0, so rounding changes the mean by more than its bound, which is linear in the centre's error.
+        for (own, ellipse) in cases().into_iter().filter(|(own, _)| own.k >= least_k) {
+            let found = plain_compared(&mut renderer, camera, &own, Method::Ellipse(ellipse));
+            assert!(found.wrong == 0 && found.judged > 1000 && found.undecided == 0, "{own:?}: {found:?}");
+        }
+    }
+    let mut renderer = settled(7, 2, "low", usual(16).0);
+    // Near misses that must be rejected.
+    let (own, best) = usual(64);
+    for other in [
+        best.k(0.0),
+        best.k(0.7),
+        best.minor_texels(0.5),
+        best.most_ratio(16.0),
+        best.scan(Scan::BoundingBox),
+    ] {
+        let found = plain_compared(&mut renderer, "low", &own, Method::Ellipse(other));
+        assert!(found.wrong > 50, "{other:?}: {found:?}");
+    }
+}
+
+/// The list has each tile from which a pixel reads texels, and no other.
+#[test]
+fn every_setting_of_the_ellipse_lists_the_tiles_that_it_reads() {
+    for (own, ellipse) in cases() {
+        for (scene, camera, border) in [("ruler", "corner-oblique", 0), ("earth", "low", 4)] {
+            let mut renderer = crate::ellipse::settled(scene, camera, border, |settings| {
+                settings.streaming.gpu_tiles = 1024;
+                settings.config.filter = own;
+            });
+            let ellipse = ellipse.within(renderer.technique.source.pyramid().tile_size() / 2);
+            let [wrong, covered] = wrong_levels(&mut renderer, &ellipse);
+            assert!(wrong == 0 && covered > 4000, "{own:?}, {scene}: {wrong} of {covered}");
+            let (tiles, counts) = needed(&mut renderer, i64::from(border), &of_ellipse(ellipse));
+            println!("{scene}, {own:?}: {} tiles, {counts:?}", tiles.len());
+            assert_eq!(listed(&renderer), tiles, "{own:?}, {scene}");
+        }
+    }
+}
+
+/// Near misses that must be rejected: the neighbouring value of each setting.
+#[test]
+fn another_setting_of_the_ellipse_is_not_the_picture() {
+    let (own, best) = usual(16);
+    let (long, longer) = usual(64);
+    for (filter, other) in [
+        (Filter { k: 0.0, ..own }, best.k(0.1)),
+        (Filter { k: 0.1, ..own }, best.k(0.0)),
+        (own, best.k(0.7)),
+        (Filter { minor_texels: 0, ..own }, best.minor_texels(1.0)),
+        (Filter { minor_texels: 0, k: 0.0, ..own }, best.minor_texels(0.0)),
+        (literal().0, literal().1.axes(Axes::Columns)),
+        (literal().0, literal().1.k(0.8)),
+        (literal().0, literal().1.kernel(EllipseKernel::EWA)),
+    ] {
+        let mut renderer = settled(7, 0, "edge", filter);
+        let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
+        assert!(20 * found.wrong > found.judged, "{filter:?} as {other:?}: {found:?}");
+    }
+    // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level.
+    for (filter, other) in [
+        (long, longer.most_ratio(16.0)),
+        (long, longer.scan(Scan::BoundingBox)),
+        (Filter { scan: FilterScan::BoundingBox, ..long }, longer),
+    ] {
+        let mut renderer = settled(7, 0, "low", filter);
+        let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
+        assert!(found.wrong > 20, "{filter:?} as {other:?}: {found:?}");
+    }
+}
+
+/// At one level, V11 V22 - V12^2 has a relative error of at most `2 V11 V22 2^-23 / det`. With V11 V22 <= (larger +
+/// smaller)^2 / 4 and a ratio of 64, this is 2^-23 64^2 / 2 = 2.4e-4, and the entries of V have roundings of their own.
+/// r changes by half of it, and the weights by 2 alpha r^2 times that: less than 1e-3. So the two determinants give
+/// nearly, but not exactly, the same picture.
+#[test]
+fn the_subtracting_determinant_differs_by_its_rounding() {
+    let (own, _) = usual(64);
+    let of = |determinant| pixels(&mut settled(7, 0, "low", Filter { k: 0.0, determinant, ..own }));
+    let (a, b) = (of(FilterDeterminant::AllPositive), of(FilterDeterminant::Subtracting));
+    let off = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    let offs: Vec<f32> = a.iter().zip(&b).map(off).collect();
+    let (differing, worst) =
+        (offs.iter().filter(|&&off| off > 0.0).count(), offs.iter().copied().fold(0.0, f32::max));
+    println!("{differing} of {} pixels differ, by at most {worst:.1e}", offs.len());
+    assert!(differing > 100 && worst < 1e-3, "{differing}, {worst}");
+}
