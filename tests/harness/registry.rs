@@ -314,6 +314,30 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "a picture of a plain texture against paper 3's f64 filters",
+        function: ("tests/virtual_texture/texel_filters.rs", "plain_compared"),
+        rejects: &[(
+            "tests/virtual_texture/ellipse_settings.rs",
+            "every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter",
+        )],
+    },
+    Comparer {
+        judges: "the pixels of a picture against paper 3's f64 filters",
+        function: ("tests/virtual_texture/texel_filters.rs", "compared_with"),
+        rejects: &[(
+            "tests/virtual_texture/ellipse_settings.rs",
+            "another_setting_of_the_ellipse_is_not_the_picture",
+        )],
+    },
+    Comparer {
+        judges: "the covariance of a kernel against the one that it should have",
+        function: ("tests/texture_mapping/kernels.rs", "worst"),
+        rejects: &[(
+            "tests/texture_mapping/kernels.rs",
+            "from_a_minor_axis_of_10_texels_on_the_covariance_is_that_of_the_jacobian_alone",
+        )],
+    },
+    Comparer {
         judges: "the caches after each frame of streaming",
         function: ("tests/streaming/invariants.rs", "check"),
         rejects: &[
