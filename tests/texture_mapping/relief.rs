@@ -99,14 +99,18 @@ fn few_steps_of_a_cone_map_pass_the_surface_and_many_of_a_relaxed_one() {
 /// only at the cells' centres.
 #[test]
 fn steps_of_longer_distances_pass_the_surface() {
-    let shipped = [&BRICK_WALL, &CLIFF].map(|shipped| thinned(shipped, SIDE));
-    for relief in [ReliefKind::Spikes.relief(SIDE)].into_iter().chain(shipped) {
-        let [donnelly, _] = both(&relief, Holds::Everywhere);
-        let longer = donnelly.distances.iter().map(|distance| 3.0 * distance).collect();
+    let relief = ReliefKind::Spikes.relief(SIDE);
+    let [donnelly, _] = both(&relief, Holds::Everywhere);
+    let longer = donnelly.distances.iter().map(|distance| 3.0 * distance).collect();
+    let [_, at_centres] = both(&relief, Holds::AtCentres);
+    let longer = DistanceMap { distances: longer, ..donnelly };
+    let past = steps_past(&relief, &[&longer, &at_centres].map(|map| Tracer::Distances(map, 32)));
+    assert!(past.iter().all(|&past| past > 0), "{past:?}");
+    for (name, shipped) in [("brick-wall", &BRICK_WALL), ("cliff", &CLIFF)] {
+        let relief = thinned(shipped, SIDE);
         let [_, at_centres] = both(&relief, Holds::AtCentres);
-        let longer = DistanceMap { distances: longer, ..donnelly };
-        let past = steps_past(&relief, &[&longer, &at_centres].map(|map| Tracer::Distances(map, 32)));
-        assert!(past.iter().all(|&past| past > 0), "{past:?}");
+        let past = steps_past(&relief, &[Tracer::Distances(&at_centres, 32)]);
+        assert!(past[0] > 0, "{name}");
     }
 }
 

@@ -30,13 +30,14 @@ fn marked(family: usize) -> (usize, usize) {
     (family % HUES, (family + 2 * (family / HUES)) % 4)
 }
 
-/// Lines of one point are marks; longer lines are fronts. `family` names the family of a variant.
+/// Lines of one point are marks; longer lines are fronts. `family` names the family of a variant. `variants` are all
+/// variants of the figure, so that a family has the same mark in every chart.
 pub fn draw(
     chart: &Chart,
     along: &Along,
     lines: &[Line],
     floor: Option<&Line>,
-    family: fn(&str) -> &'static str,
+    (family, variants): (fn(&str) -> &'static str, &[String]),
 ) -> Option<String> {
     let all: Vec<(f64, Point)> =
         lines.iter().chain(floor).flat_map(|line| line.points.iter().copied()).collect();
@@ -51,13 +52,13 @@ pub fn draw(
         svg.polyline(&points, &format!("curve s{FRONT}"));
     }
     let mut families: Vec<&str> = Vec::new();
-    let mut spots = spots(lines, &fronts, &field, |name| {
-        let name = family(name);
-        families.iter().position(|known| *known == name).unwrap_or_else(|| {
+    for name in variants.iter().map(|name| family(name)) {
+        if !families.contains(&name) {
             families.push(name);
-            families.len() - 1
-        })
-    });
+        }
+    }
+    let number_of = |name: &str| families.iter().position(|known| *known == family(name)).unwrap_or_default();
+    let mut spots = spots(lines, &fronts, &field, number_of);
     // Marks of the front are drawn last, on top.
     spots.sort_by_key(|spot| spot.number);
     for spot in &spots {
@@ -66,7 +67,9 @@ pub fn draw(
     }
     number(&mut svg, &spots, &field);
     let front = fronts.first().map(|line| &*line.name);
-    let end = legend(&mut svg, &families, front, field.bottom + 56.0);
+    let shown = families.iter().enumerate().filter(|(n, _)| spots.iter().any(|spot| spot.family == *n));
+    let shown: Vec<(usize, &str)> = shown.map(|(number, name)| (number, *name)).collect();
+    let end = legend(&mut svg, &shown, front, field.bottom + 56.0);
     let end = members(&mut svg, &spots, front, end + 14.0);
     Some(svg.inline(end, &chart.title))
 }
@@ -75,7 +78,7 @@ fn spots<'a>(
     lines: &'a [Line],
     fronts: &[&Line],
     field: &Field,
-    mut family: impl FnMut(&str) -> usize,
+    family: impl Fn(&str) -> usize,
 ) -> Vec<Spot<'a>> {
     let members = || fronts.iter().flat_map(|front| &front.points);
     let mut found = Vec::new();
@@ -140,9 +143,9 @@ fn number(svg: &mut Svg, spots: &[Spot<'_>], field: &Field) {
 }
 
 /// Draws the families, and the front's line, in as many rows as needed; returns the bottom.
-fn legend(svg: &mut Svg, families: &[&str], front: Option<&str>, top: f64) -> f64 {
+fn legend(svg: &mut Svg, families: &[(usize, &str)], front: Option<&str>, top: f64) -> f64 {
     let (mut x, mut y) = (0.0, top);
-    let marks = families.iter().enumerate().map(|(number, name)| (Some(number), *name));
+    let marks = families.iter().map(|(number, name)| (Some(*number), *name));
     for (number, name) in marks.chain(front.map(|name| (None, name))) {
         let room = 14.0 + width_of(name) + 10.0;
         if x > 0.0 && x + room > WIDTH {
@@ -198,8 +201,14 @@ mod tests {
         let chart = Chart { title, below, quantity, unit: String::new(), log: true };
         let along = Along { name: String::new(), log: true, at: None };
         let lines = points.iter().map(|(name, at)| line(name, &[*at])).chain([line("front", front)]);
-        let family = |name: &str| if name.starts_with("our") { "ours" } else { "others" };
-        draw(&chart, &along, &lines.collect::<Vec<_>>(), None, family).unwrap()
+        let family = |name: &str| match name {
+            "absent" => "absent family",
+            _ if name.starts_with("our") => "ours",
+            _ => "others",
+        };
+        let variants: Vec<String> =
+            ["absent"].into_iter().chain(points.iter().map(|(name, _)| *name)).map(String::from).collect();
+        draw(&chart, &along, &lines.collect::<Vec<_>>(), None, (family, &variants)).unwrap()
     }
 
     #[test]
@@ -211,6 +220,7 @@ mod tests {
         }
         assert!(!svg.contains("3 d") && svg.contains("<title>d: 0.9 at 5</title>"), "{svg}");
         assert!(svg.contains("<title>our b: 0.1 at 10\nc: 0.1 at 10</title>"), "{svg}");
+        assert!(!svg.contains("absent family"), "{svg}");
         // One number for two points in one place.
         assert_eq!(svg.matches(">2<").count(), 1);
     }

@@ -263,7 +263,7 @@ fn draw_series(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows, nam
     });
     let along = Along { name: axis_name(name, plot.log_x), log: plot.log_x, at: None };
     match plot.families {
-        Some(family) => families::draw(chart, &along, &lines, floor.as_ref(), family),
+        Some(family) => families::draw(chart, &along, &lines, floor.as_ref(), (family, &(figure.variants)())),
         None => lines::draw(chart, &along, &lines, floor.as_ref()),
     }
 }
