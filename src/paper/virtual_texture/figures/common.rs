@@ -72,7 +72,7 @@ impl SceneView {
         Ok(SceneView { scene, pose, path })
     }
 
-    /// A session of `size` pixels with its own [`Gpu`] on the run's device; `change` edits the settings last. No frame
+    /// A session of `size` pixels with its own `Gpu` on the run's device; `change` edits the settings last. No frame
     /// is drawn yet: use [`ViewSession::look`] if only lists are needed, [`ViewSession::settle`] for pictures.
     ///
     /// # Errors
