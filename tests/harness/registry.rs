@@ -34,6 +34,14 @@ const COMPARERS: &[Comparer] = &[
         ],
     },
     Comparer {
+        judges: "the covariance of a filter's kernel",
+        function: ("tests/texture_mapping/kernels.rs", "worst"),
+        rejects: &[(
+            "tests/texture_mapping/kernels.rs",
+            "from_a_minor_axis_of_12_texels_on_the_covariance_is_that_of_the_jacobian_alone",
+        )],
+    },
+    Comparer {
         judges: "a part of a picture",
         function: (PICTURE, "compare_where"),
         rejects: &[(PICTURE, "excluded_pixels_change_nothing_and_included_ones_count")],

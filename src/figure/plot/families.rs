@@ -221,8 +221,8 @@ mod tests {
         assert!(!svg.contains("3 d") && svg.contains("<title>d: 0.9 at 5</title>"), "{svg}");
         assert!(svg.contains("<title>our b: 0.1 at 10\nc: 0.1 at 10</title>"), "{svg}");
         assert!(!svg.contains("absent family"), "{svg}");
-        // One number for two points in one place.
-        assert_eq!(svg.matches(">2<").count(), 1);
+        // One number for two points in one place; the axes' numbers have another class.
+        assert_eq!(svg.matches("class=\"name\">2<").count(), 1, "{svg}");
     }
 
     #[test]
@@ -231,7 +231,8 @@ mod tests {
             [("a", [7.30, 0.0054]), ("b", [7.31, 0.0049]), ("c", [7.44, 0.0044]), ("d", [99.0, 1e-5])];
         let svg = drawn(&points, &points.map(|(_, at)| at));
         let place = |number: &str| {
-            let text = svg.lines().find(|line| line.ends_with(&format!(">{number}</text>"))).unwrap();
+            let text =
+                svg.lines().find(|line| line.ends_with(&format!("class=\"name\">{number}</text>"))).unwrap();
             let number = |key: &str| text.split(key).nth(1).unwrap().split('"').next().unwrap();
             ["x=\"", " y=\""].map(|key| number(key).parse::<f64>().unwrap())
         };

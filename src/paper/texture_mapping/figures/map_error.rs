@@ -10,7 +10,7 @@ use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 /// NMSE of the f64 picture with a map against the f64 picture by the formula: a number for each map, and a curve along
 /// the entries.
 pub const MAP_ERROR: &str = "NMSE of a map against the formula, f64";
-pub const BY_ENTRIES: &str = "NMSE of a map against the formula, f64, by entries";
+pub const BY_ENTRIES: &str = "NMSE of maps by entries, f64";
 
 /// NMSE of the thesis's pictures with weight maps against those by the formula.
 pub const THESIS_NMSE: f64 = 7.08e-4;
