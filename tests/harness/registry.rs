@@ -338,14 +338,6 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
-        judges: "the covariance of a kernel against the one that it should have",
-        function: ("tests/texture_mapping/kernels.rs", "worst"),
-        rejects: &[(
-            "tests/texture_mapping/kernels.rs",
-            "from_a_minor_axis_of_12_texels_on_the_covariance_is_that_of_the_jacobian_alone",
-        )],
-    },
-    Comparer {
         judges: "the caches after each frame of streaming",
         function: ("tests/streaming/invariants.rs", "check"),
         rejects: &[
