@@ -61,9 +61,8 @@ struct Items {
 impl Claim {
     /// The verdict on the numbers of `table`.
     pub fn judge(&self, table: &Table) -> Finding {
-        let Some((best, places)) = self.in_best_place(table).filter(|_| self.somewhere) else {
-            return self.judge_all(table);
-        };
+        let best = if self.somewhere { self.in_best_place(table) } else { None };
+        let Some((best, places)) = best else { return self.judge_all(table) };
         let mut finding = self.judge_all(&best);
         finding.why += &format!(" (the best of {places} places, chosen by every second round)");
         finding

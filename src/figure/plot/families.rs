@@ -182,6 +182,7 @@ fn members(svg: &mut Svg, spots: &[Spot<'_>], front: Option<&str>, top: f64) -> 
 
 #[cfg(test)]
 mod tests {
+    use super::super::lines::points_and_front;
     use super::*;
 
     #[test]
@@ -192,15 +193,7 @@ mod tests {
 
     /// The chart of these points with a front.
     fn drawn(points: &[(&str, [f64; 2])], front: &[[f64; 2]]) -> String {
-        let line = |name: &str, points: &[[f64; 2]]| Line {
-            name: name.into(),
-            highlight: "",
-            points: points.iter().map(|&[x, y]| (x, Point { y, low: y, high: y })).collect(),
-        };
-        let [title, below, quantity] = [""; 3].map(String::from);
-        let chart = Chart { title, below, quantity, unit: String::new(), log: true };
-        let along = Along { name: String::new(), log: true, at: None };
-        let lines = points.iter().map(|(name, at)| line(name, &[*at])).chain([line("front", front)]);
+        let (chart, along, lines) = points_and_front(points, ("front", front));
         let family = |name: &str| match name {
             "absent" => "absent family",
             _ if name.starts_with("our") => "ours",
@@ -208,7 +201,7 @@ mod tests {
         };
         let variants: Vec<String> =
             ["absent"].into_iter().chain(points.iter().map(|(name, _)| *name)).map(String::from).collect();
-        draw(&chart, &along, &lines.collect::<Vec<_>>(), None, (family, &variants)).unwrap()
+        draw(&chart, &along, &lines, None, (family, &variants)).unwrap()
     }
 
     #[test]

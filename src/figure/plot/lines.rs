@@ -168,24 +168,33 @@ fn legend(svg: &mut Svg, lines: &[Line], top: f64) -> f64 {
     y + 12.0
 }
 
+/// A chart with logarithmic axes, each of these points as a line of its own, and `front` as the last line.
+#[cfg(test)]
+pub fn points_and_front(
+    points: &[(&str, [f64; 2])],
+    (name, front): (&str, &[[f64; 2]]),
+) -> (Chart, Along, Vec<Line>) {
+    let line = |name: &str, points: &[[f64; 2]]| Line {
+        name: name.into(),
+        highlight: "",
+        points: points.iter().map(|&[x, y]| (x, Point { y, low: y, high: y })).collect(),
+    };
+    let [title, below, quantity] = [""; 3].map(String::from);
+    let chart = Chart { title, below, quantity, unit: String::new(), log: true };
+    let lines = points.iter().map(|(name, at)| line(name, &[*at])).chain([line(name, front)]);
+    (chart, Along { name: String::new(), log: true, at: None }, lines.collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn lines_of_one_point_are_labelled_those_on_a_curve_first() {
-        let line = |name: &str, points: &[[f64; 2]]| Line {
-            name: name.into(),
-            highlight: "",
-            points: points.iter().map(|&[x, y]| (x, Point { y, low: y, high: y })).collect(),
-        };
-        let [title, below, quantity] = [""; 3].map(String::from);
-        let chart = Chart { title, below, quantity, unit: String::new(), log: true };
-        let along = Along { name: String::new(), log: true, at: None };
         let labels = |points: &[(&str, [f64; 2])]| {
-            let front = line("front of all", &[[1.0, 1.0], [10.0, 0.1], [100.0, 0.01]]);
-            let lines = points.iter().map(|(name, at)| line(name, &[*at])).chain([front]);
-            let svg = draw(&chart, &along, &lines.collect::<Vec<_>>(), None).unwrap();
+            let front = [[1.0, 1.0], [10.0, 0.1], [100.0, 0.01]];
+            let (chart, along, lines) = points_and_front(points, ("front of all", &front));
+            let svg = draw(&chart, &along, &lines, None).unwrap();
             let is_label = |name: &str| svg.contains(&format!("class=\"faint\">{name}<"));
             (points.iter().map(|(name, _)| is_label(name)).collect::<Vec<_>>(), is_label("front of all"))
         };
