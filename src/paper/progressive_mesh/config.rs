@@ -117,10 +117,10 @@ settings! {
         /// while the wanted error falls from twice its level's error to that error. This draws levels with half the
         /// wanted error, and so about twice the faces.
         geomorph: bool = false;
-        /// The largest change of an instance's error per frame while the instance is in view. Above an error of 4
-        /// pixels the limit is proportional to the error. After a jump of the wanted error, the drawn error
-        /// follows over several frames; while the camera approaches, it is at most twice the wanted error. Changes
-        /// of the governor's factor are not limited. By default 0.043 with `geomorph`, and no limit without.
+        /// The largest change of an instance's error per frame while the instance is in view. After a jump of the
+        /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most
+        /// twice the wanted error. Changes of the governor's factor are not limited. By default 0.043 with
+        /// `geomorph`, and no limit without.
         pixels_per_frame: Option<f64> = None, in 0.001..=1e6, unit "pixels";
         /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
         /// was built; if the key is given, it must be that metric.
