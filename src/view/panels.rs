@@ -169,8 +169,9 @@ impl Panels {
     }
 }
 
-/// Shows a section that can be collapsed. Out of view, space of its last height replaces its content, which takes most
-/// of the time of a layout. A field with the focus would lose it, so that all sections are then laid out.
+/// Shows a section that can be collapsed. A section out of view is replaced by empty space of its last height, because
+/// contents take most of a layout's time. If a widget has the focus, all sections are laid out: a widget that is
+/// skipped loses the focus.
 fn section<R>(ui: &mut Ui, name: &str, is_open: bool, content: impl FnOnce(&mut Ui) -> R) -> Option<R> {
     let header = CollapsingHeader::new(name).default_open(is_open);
     let shown = header.show(ui, |ui| {

@@ -1,4 +1,4 @@
-//! A window without a display: what a request changes at once, on a thread, and not at all.
+//! A window without a display: which changes happen at once, which on a thread, and which not at all.
 
 use super::super::variants::own_variants;
 use super::*;
