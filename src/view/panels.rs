@@ -337,8 +337,8 @@ mod tests {
     use super::*;
     use egui::{Context, RawInput};
 
-    /// Three sections, each 200 points high, in a window of 300 points that is scrolled by `offset` points. Returns which
-    /// sections were laid out, and the height of all.
+    /// Three sections, each 200 points high, in a window of 300 points that is scrolled by `offset` points. Returns
+    /// which sections were laid out, and the height of all.
     fn laid_out(context: &Context, offset: f32) -> ([bool; 3], f32) {
         let (mut is_laid_out, mut height) = ([false; 3], 0.0);
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 300.0)));
