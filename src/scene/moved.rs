@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_old_value_is_known_where_the_new_one_is() {
+    fn an_old_value_is_reported_only_for_settings_that_have_the_new_value() {
         assert_eq!(value("ours", ["tail-23"]).as_deref(), Some("\"ours\" is now \"tail-23\""));
         assert_eq!([value("ours", ["cpu"]), value("best", ["tail-23"])], [None, None]);
     }

@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bookmark_is_there_in_the_next_run_and_those_of_other_scenes_stay() {
+    fn a_saved_bookmark_is_read_by_the_next_run_and_other_scenes_keep_theirs() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/ortelius/bookmarks.toml");
         let [globe, herd] = ["globe", "herd"].map(|name| Scene::embedded(name).unwrap());

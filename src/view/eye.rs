@@ -316,15 +316,15 @@ mod tests {
     }
 
     #[test]
-    fn the_ground_under_the_pointer_goes_with_it_at_every_height() {
+    fn a_dragged_ground_point_follows_the_pointer_at_every_height() {
         for (altitude_m, tilt_deg) in [(1.0, 20.0), (100.0, 20.0), (1e4, 20.0), (1e6, 20.0), (2e7, 5.0)] {
             let mut eye = eye(altitude_m, tilt_deg);
             let (from, to) = (DVec2::new(320.0, 180.0), DVec2::new(330.0, 200.0));
             let held = eye.ground_at(from, SIZE).unwrap();
             eye.drag(from, to, SIZE);
             let now = eye.ground_at(to, SIZE).unwrap();
-            // Tolerance: a hundredth of the height. The ellipsoid is not a sphere, and north turns along the
-            // way.
+            // The tolerance is a hundredth of the height: the ellipsoid is not a sphere, and north differs between
+            // both points.
             assert!(held.distance(now) < 0.01 * altitude_m, "{altitude_m}: {}", held.distance(now));
             assert!((eye.camera.altitude_m / altitude_m - 1.0).abs() < 1e-12);
         }

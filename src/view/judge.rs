@@ -22,7 +22,7 @@ pub const REFRESH: Duration = Duration::from_millis(150);
 /// Block side of the first pass, in pixels. Each further pass halves it.
 const FIRST_BLOCK: u32 = 16;
 
-/// Rays along each axis of a relief's pixel: in the passes over blocks, then in each of two passes over all pixels.
+/// Rays along each axis of a relief's pixel: in the passes over blocks, then in two more passes over all pixels.
 const RAYS: [u32; 3] = [1, 4, 12];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

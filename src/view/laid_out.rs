@@ -15,7 +15,7 @@ use ortelius::vk::{Feature, GpuOptions, PassResources, Watched};
 /// A piece of text and its upper left corner.
 type Text = (Pos2, String);
 
-/// Everything that the panels write. The pointer rests on the first text `under`, if one is given.
+/// All texts in the panels. If `under` is given, the pointer rests on the first text that equals it.
 fn texts(stage: &Stage, resources: &[PassResources], under: Option<&str>) -> Vec<Text> {
     let (camera, player) = (stage.scene.cameras.values().next().unwrap(), Player::new(&stage.scene));
     let shown = PanelInput { resources, ..PanelInput::of(stage, camera, &player) };

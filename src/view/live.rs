@@ -37,9 +37,9 @@ use winit::window::Window;
 /// inspector and the labels show are read back two frames later, laid out in the third, and drawn in the fourth.
 pub(super) const ECHO: u32 = 5;
 
-/// While the picture changes, the panels are laid out again once the last layout is older than the second age. The
-/// first age is enough if [`PANELS_FRAMES`] frames have drawn the last layout. The count helps slow devices: there,
-/// every frame takes longer than the first age and would lay out the panels.
+/// While the picture changes, the panels are laid out again after 1 s, or after 100 ms if [`PANELS_FRAMES`] frames have
+/// drawn the last layout. On slow devices, where a frame takes longer than 100 ms, the count avoids a layout in every
+/// frame.
 const PANELS_AGE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 const PANELS_FRAMES: u32 = 3;
 
@@ -247,8 +247,8 @@ impl Live {
         jobs.into_iter().filter(|is_under_way| *is_under_way).count()
     }
 
-    /// True if the last layout of the panels does not serve this frame: there is input, an element follows the picture,
-    /// egui asks for a layout, the last one is old, or this frame may be the last one for some time.
+    /// True if this frame must lay out the panels: there is input, an element follows the picture, egui requests a
+    /// layout, the last layout is old, or no frame may follow for some time.
     fn needs_layout(&self) -> bool {
         let Some(laid_out) = &self.laid_out else { return true };
         let age = laid_out.at.elapsed();
@@ -257,7 +257,7 @@ impl Live {
             self.magnifies || self.frozen.is_some() || self.overlay.is_some() || self.judge.is_at_work();
         let response = self.measure.as_ref().and_then(|measure| measure.response.as_ref());
         let is_old = match response {
-            // Panels that show the time of every frame would never rest. The next key is pressed when they do.
+            // The next key is pressed at rest. Panels that show the time of each frame would never come to rest.
             Some(response) => response.has_event() || self.panels.has_message(),
             None => {
                 let [often, at_least] = PANELS_AGE;

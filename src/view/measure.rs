@@ -232,7 +232,7 @@ mod tests {
         assert_eq!(measure.steps, 2 * BLOCK);
         for n in 0..4 * measure.steps {
             let (pass, step) = Pass::of_frame(n, measure.steps).unwrap();
-            // The path's own cost changes much more than the panels'.
+            // The cost of the picture varies along the path by much more than the panels cost.
             let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
             let (cost, host_ms) = (FrameCost::default(), if pass == Pass::Cold { ms } else { 0.5 });
             let (processor_ms, device_ms) = (None, Some([2.0, if pass == Pass::Open { 0.5 } else { 0.25 }]));

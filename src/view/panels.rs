@@ -169,8 +169,9 @@ impl Panels {
     }
 }
 
-/// Shows a section that can be collapsed. Out of view, space of its last height replaces its content, which takes most
-/// of the time of a layout. A field with the focus would lose it, so that all sections are then laid out.
+/// Shows a section that can be collapsed. A section out of view is replaced by empty space of its last height, because
+/// contents take most of a layout's time. If a widget has the focus, all sections are laid out: a widget that is
+/// skipped loses the focus.
 fn section<R>(ui: &mut Ui, name: &str, is_open: bool, content: impl FnOnce(&mut Ui) -> R) -> Option<R> {
     let header = CollapsingHeader::new(name).default_open(is_open);
     let shown = header.show(ui, |ui| {
@@ -336,8 +337,8 @@ mod tests {
     use super::*;
     use egui::{Context, RawInput};
 
-    /// Three sections of 200 points in a window of 300, scrolled by `offset` points. Returns which were laid out, and the
-    /// height of all.
+    /// Three sections, each 200 points high, in a window of 300 points that is scrolled by `offset` points. Returns
+    /// which sections were laid out, and the height of all.
     fn laid_out(context: &Context, offset: f32) -> ([bool; 3], f32) {
         let (mut is_laid_out, mut height) = ([false; 3], 0.0);
         let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, vec2(200.0, 300.0)));

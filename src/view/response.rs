@@ -17,8 +17,8 @@ const STILL: u32 = 6;
 /// A key that changes nothing within this number of frames counts as having no effect.
 const MOST: u32 = 30;
 
-/// A key is also pressed if the picture has not come to rest within this number of frames and this time. Its frames are
-/// then not counted.
+/// If the picture does not come to rest within this number of frames and this time, the key is pressed anyway, and no
+/// frames are counted for it.
 const LONGEST_WAIT: (u32, Duration) = (300, Duration::from_secs(60));
 
 /// The effect of a key.

@@ -201,7 +201,7 @@ mod tests {
         {
             assert!(names.iter().any(|name| name == key), "{key} in {names:#?}");
         }
-        // Keys of a plane, of the view, and of a table.
+        // Not listed: a key of planes, a key of the view, and a table.
         for key in ["surface.land.geometry.width_m", "view.width", "surface.land.texture"] {
             assert!(!names.iter().any(|name| name == key), "{key}");
         }
@@ -214,7 +214,7 @@ mod tests {
         settings.filter = "geomorph".to_owned();
         assert_eq!(shown(&mut settings, &context, &scene, Vec::new()), []);
         let mut found = Vec::new();
-        // The position of the checkbox is not known: it is to the right of the key's name.
+        // The position of the checkbox is unknown, so the points of a grid are clicked in turn.
         for (x, y) in (0..40).flat_map(|row| (5..30).map(move |column| (10 * column, 5 * row))) {
             let pos = Pos2::new(x as f32, y as f32);
             let button = |pressed| {

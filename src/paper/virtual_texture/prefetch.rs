@@ -1,9 +1,9 @@
 //! Prefetch (optional, not in the paper): stages 1, 2 and 3 once more, at low resolution, from the extrapolated camera.
 //!
-//! The list comes from a draw, so it works for any mesh. The picture has a quarter of the width and height, a sixteenth
-//! of the pixels. A tile that falls between these pixels is found only when the camera comes nearer. The camera is
-//! extrapolated by repeating the rigid motion of its last frame. This extrapolation is exact for a turn, an orbit
-//! around the globe and a straight line.
+//! The list comes from a draw, so prefetch works for any mesh. The picture has a quarter of the width and height, a
+//! sixteenth of the pixels. A tile that falls between these pixels is found only when the camera comes nearer. The
+//! camera is extrapolated by repeating the rigid motion of its last frame. This extrapolation is exact for a turn, an
+//! orbit around the globe and a straight line.
 
 use super::list_passes::Stage3;
 use super::{Compaction, Config, Dedup, dedup::DedupPass, footprint::FootprintPass};

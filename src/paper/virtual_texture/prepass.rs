@@ -8,7 +8,7 @@
 //!   most twice x. Only clusters wholly inside the frustum are tested, because the pieces of a clipped triangle are
 //!   unknown.
 //!
-//! The shading draw covers the whole mesh. The draw with a plain texture, its baseline, also covers the whole mesh.
+//! The shading draw covers the whole mesh, as does its baseline, the draw with a plain texture.
 
 use crate::model::mesh::{CLUSTER_TRIANGLES, Cluster};
 use crate::vk::shader::View;

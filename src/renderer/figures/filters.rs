@@ -201,7 +201,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut shown = settled(&gpu, &subject.scene, &pose, size, VARIANTS)?;
     let view = ReferenceView::new(&subject.mesh, &pose.world_to_clip(size[0], size[1]), pose.eye, size);
     let dense = PixelTriangles::new(&view);
-    // The facets' gradients are not those of the curved surface.
+    // The truth needs the gradients of the curved surface, which differ from those of its facets.
     let surface: Box<CoordinateMap> = match subject.scene.name.as_str() {
         "globe" => on_ellipsoid(&pose, size),
         _ => Box::new(|x, y| dense.coordinate(x, y)),

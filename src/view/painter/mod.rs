@@ -139,7 +139,7 @@ impl Painter {
         let is_filled = |area: &Rectangle| pieces.opaque.iter().any(|opaque| opaque.contains(area));
         let cleared = redrawn.iter().filter(|area| last.is_some() && !is_filled(area));
         let mut others = disjoint(pieces.covers(), 0);
-        // Blended opaque texels replace the window's, too.
+        // Without copies, opaque rectangles are blended like the others. Their texels replace the window's too.
         let copied = if self.copies { &pieces.opaque[..] } else { &[] };
         for opaque in copied {
             others = others.iter().flat_map(|part| part.without(opaque)).collect();

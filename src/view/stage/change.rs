@@ -36,7 +36,7 @@ pub struct FinishedChange {
     pub is_reload: bool,
     /// The variant on the left.
     pub variant: usize,
-    /// What was kept; `None` if a later request has taken the change back.
+    /// What the renderers keep; `None` if a later request has cancelled the change.
     pub kept: anyhow::Result<Option<Kept>>,
 }
 

@@ -1,4 +1,4 @@
-//! A window without a display: what a request changes at once, on a thread, and not at all.
+//! A window without a display: which changes happen at once, which on a thread, and which not at all.
 
 use super::super::variants::own_variants;
 use super::*;
@@ -24,7 +24,7 @@ fn opened(stage: &mut Stage) -> anyhow::Result<Option<Kept>> {
 const BORDER: &str = "surface.land.texture.border";
 
 #[test]
-fn the_old_picture_stays_until_the_new_scene_is_open_and_later_requests_wait_or_take_it_back() {
+fn the_old_picture_stays_until_the_new_scene_is_open_and_later_requests_wait_or_cancel_it() {
     let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
     let base = Scene::embedded("globe").unwrap();
     let (pose, variants) = (base.pose(0).unwrap(), methods(&base));

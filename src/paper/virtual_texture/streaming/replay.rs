@@ -201,7 +201,7 @@ mod tests {
         }
 
         #[test]
-        fn every_policy_lies_between_the_optimum_and_missing_all(
+        fn no_policy_has_fewer_faults_than_the_optimum_or_more_than_all_lookups(
             lists in prop::collection::vec(prop::collection::vec(0u32..12, 0..6), 0..30), slots in 1u32..12,
         ) {
             let lists: Vec<Vec<TileId>> =

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pinned_slot_cannot_be_claimed_ever() {
+    fn a_pinned_slot_cannot_be_claimed_until_it_is_touched() {
         let mut slots = Slots::new(1);
         fill(&mut slots, tile(0), 4);
         slots.pin(0);

@@ -62,7 +62,7 @@ pub fn variants() -> Vec<(String, Config)> {
             Compaction::ALL.iter().map(|&compact| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for &compact in Compaction::ALL {
-            // In reverse order: the last variants are the fastest and the most likely to be used together.
+            // Searched in reverse order: the last variants are the fastest, so they are the most likely to be used.
             let staged: Vec<Dedup> = Dedup::staged().collect();
             staged.into_iter().rev().map(|dedup| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
