@@ -165,7 +165,7 @@ pub struct SimplifyReport {
     pub pinches: usize,
     /// Collapses that turned a face by more than 75 degrees, or left it without area.
     pub flips: usize,
-    /// Collapses for which borders and seams no longer restricted the movement.
+    /// Collapses in phases in which borders and seams do not restrict the movement.
     pub crossing: usize,
     /// Corners and vanished positions visited; the running time is proportional to this number.
     pub looks: usize,
