@@ -14,7 +14,7 @@ const float NONE = 3.4e38;
 
 // Least and greatest height of each cell; without EVERYWHERE, both are the height at its centre.
 layout(binding = 0, scalar) readonly buffer Bounds { vec2 cells[]; } bounds;
-// Least height of the square of cells that starts at each cell.
+// For each cell, the least height in the square of cells that starts at this cell (Fan::lows).
 layout(binding = 1, scalar) readonly buffer Lows { float squares[]; } lows;
 layout(binding = 2, scalar) readonly buffer Starts { uint words[]; } starts;
 layout(binding = 3, scalar) readonly buffer Squares { ivec2 offsets[]; } squares;

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
 
-// Draws the window's picture: one picture, two beside a divider, or their difference; and the magnifier.
+// Draws the magnifier and one picture, two pictures beside a divider, or the difference of two pictures.
 layout(binding = 0) uniform texture2D left;   // sRGB codes, not decoded
 layout(binding = 1) uniform texture2D right;
 layout(binding = 2) uniform utexture2D words;  // overlay data, written by shown.frag, faces.frag or relief_surface.frag

@@ -12,8 +12,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Runs after any variant of stage 2, and marks in the tile mask the neighbouring tiles that the pixels' filters also
-// read.
+// Runs after any variant of stage 2. Pixels' filters may also read neighbouring tiles: this pass marks them in the
+// tile mask.
 #if LAYOUT == 0
 #include "virtual_texture/dedup_tile_mask.glsl"
 #elif LAYOUT == 1

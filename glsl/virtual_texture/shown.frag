@@ -6,7 +6,7 @@
 #include "virtual_texture/tile_pool.glsl"
 
 // Writes for each pixel the requested tile, in the grid of the tile's own level, and the level of the tile that is
-// shown now. Needs a request image with four words per pixel.
+// shown. Needs a request image with four words per pixel.
 layout(binding = 0) uniform utexture2D requests;
 layout(push_constant, scalar) uniform Shown {
     uint level_bias;  // as in view.glsl

@@ -65,7 +65,7 @@ fn weld(positions: &[DVec3], usable: &[bool], report: &mut MeshReport) -> (Vec<u
 }
 
 /// Drops degenerate and duplicate faces. Returns the remaining faces. Also returns, for each remaining face, true if
-/// the file has as many copies of it with the same winding (the face included) as with the opposite winding.
+/// the file has equally many copies of it in both windings; the face itself counts as a copy.
 fn sift(raw: &Raw, usable: &[bool], points: &[u32], report: &mut MeshReport) -> (Faces, Vec<bool>) {
     // Keyed by the three points, smallest first: index of the kept face, its winding, copies minus reversed copies.
     let mut seen: HashMap<[u32; 3], (usize, bool, i32)> = HashMap::with_capacity(raw.faces.len());

@@ -14,10 +14,10 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding (`doubled`;
-    /// one entry stands for both). The other faces must also close the surface along most of the patch's rim. Decimated
-    /// scans have hundreds of folds. If the other faces need the patch, or if it is an isolated sheet, one side of it
-    /// stays. Returns the number of removed faces.
+    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding.
+    /// The list has only one face of each such pair, marked in `doubled`. The other faces must also close the surface
+    /// along most of the patch's rim. Decimated scans have hundreds of folds. If the other faces need the patch, or if
+    /// it is an isolated sheet, one side of it stays. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;

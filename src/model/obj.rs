@@ -79,7 +79,7 @@ impl Reader {
         keep(&mut self.raw.positions, glam::DVec3::new(x, y, z))?;
         self.places += 1;
         self.extras.push(None);
-        // A colour, as scanners write it. A number before it, or alone, is a weight, which triangle surfaces do not have.
+        // A colour, as scanners write it. A number before the colour, or a single number, is a weight: skipped.
         if let [red, green, blue] | [_, red, green, blue] = *rest {
             let channel = |value: f64| (value.clamp(0.0, 1.0) * 255.0).round() as u8;
             self.raw.attributes.colors.resize(self.places - 1, [255; 4]);

@@ -119,7 +119,7 @@ fn keep(polygon: &Polygon, side: LinearForm) -> Polygon {
     kept
 }
 
-/// Convex polygons minus the convex region where all `sides` are >= 0, as convex polygons.
+/// Cuts the convex region where all `sides` are >= 0 out of convex polygons. The results are convex, too.
 fn subtract(polygons: Vec<Polygon>, sides: &[LinearForm]) -> Vec<Polygon> {
     let mut left = Vec::with_capacity(polygons.len());
     for polygon in polygons {

@@ -1,5 +1,5 @@
-//! Many samples of a dense mesh: each pixel has a list of the triangles that may cover a part of it. If a pixel has
-//! hundreds of triangles, its bin has thousands. [`ReferenceView::coordinate`] would test all of these for each sample.
+//! Takes many samples of a dense mesh. Each pixel has a list of the triangles that may cover a part of it. If a pixel
+//! has hundreds of triangles, its bin has thousands, and [`ReferenceView::coordinate`] tests all of them per sample.
 
 use super::ReferenceView;
 use super::raster::{Setup, nearest};

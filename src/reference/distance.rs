@@ -1,5 +1,5 @@
-//! Distance between two surfaces, in f64 (P. Cignoni, C. Rocchini and R. Scopigno, "Metro: Measuring Error on Simplified
-//! Surfaces", Computer Graphics Forum 1998).
+//! Distance between two surfaces, in f64 (P. Cignoni, C. Rocchini and R. Scopigno, "Metro: Measuring Error on
+//! Simplified Surfaces", Computer Graphics Forum 1998).
 //!
 //! Measures the exact distance from points of each surface (evenly spread points and all vertices) to the nearest point
 //! of the other surface. Spread points are equally dense by area, so their mean needs no weights. The maximum is a

@@ -76,7 +76,8 @@ fn noise(seed: u64, n: u64) -> u64 {
     SplitMix64::nth(seed, n) >> 56
 }
 
-/// Sum of octaves of white noise, each interpolated from cells twice as large as the previous octave's, stretched to 0 ..= 255.
+/// Sum of octaves of white noise, stretched to 0 ..= 255. Each octave is interpolated from cells twice as large as the
+/// previous octave's.
 fn pink_noise(side: u32) -> Vec<u8> {
     let octaves = side.ilog2();
     let value = |x: u32, y: u32| -> f64 {

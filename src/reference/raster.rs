@@ -25,8 +25,8 @@ pub struct Sample {
     pub s: f64,
     pub t: f64,
     /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine:
-    /// between the two centres of the pixel's own row, or column. The differences use this triangle's plane even if the
-    /// triangle does not cover the other centre.
+    /// between the two centres of the pixel's row for x, of its column for y. The differences use this triangle's plane
+    /// even if the triangle does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,

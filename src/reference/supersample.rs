@@ -254,7 +254,7 @@ mod tests {
 
     #[test]
     fn an_impulse_spreads_by_the_covariance_of_kernel_and_texel() {
-        // The covariance is the sum of two: sigma^2 J J^T of the kernel, and 1/6 on each axis of a bilinear texel.
+        // The covariance has two terms: sigma^2 J J^T of the kernel, and 1/6 on each axis of a bilinear texel.
         let sigma = 1.0;
         let kernel = PixelKernel::Gaussian { sigma, radius: 5.0 };
         let texture = Tiled::new(64, &Impulse::texels(64));

@@ -40,7 +40,7 @@ impl Numbers<'_> {
     }
 }
 
-/// The accessor `index`. It must have one of these numbers of columns and, if given, `count` rows.
+/// The accessor `index`. Its number of columns must be in `columns`. If `count` is given, it must have `count` rows.
 pub(super) fn accessor<'a>(
     document: &Document,
     bin: &'a [u8],

@@ -40,11 +40,12 @@ pub struct SourceMesh {
 pub struct MeshVertex {
     /// World metres, rounded to the nearest float.
     pub position_high: [f32; 3],
-    /// The rounding error. The sum of both has a relative error of at most 2^-48 (2e-8 m on the earth).
+    /// The rounding error of `position_high`. The sum of the two has a relative error of at most 2^-48 (2e-8 m on the
+    /// earth).
     pub position_low: [f32; 3],
     /// Corner (s, t) of the triangle's cell in units of 2^-32: a multiple of 2^22, shared by the triangle's vertices.
     pub origin: [u32; 2],
-    /// (s, t) - origin / 2^32, rounded by at most 2^-25 of the power of two above it.
+    /// (s, t) - origin / 2^32. The rounding error is at most 2^-25 of the next larger power of two.
     pub offset: [f32; 2],
 }
 

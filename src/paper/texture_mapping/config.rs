@@ -1,4 +1,4 @@
-//! What a scene states about a relief.
+//! The settings of a relief in a scene.
 
 use super::relief::shipped::{BRICK_WALL, CLIFF};
 use super::relief::{Relief, ReliefKind};
@@ -59,7 +59,7 @@ fn check(keys: &ReliefKeys, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     }
 }
 
-/// Paper 3's part of the language of scenes.
+/// Paper 3's part of the scene language.
 pub const LANGUAGE: Language = Language {
     tables: &[TableDeclaration::of::<ReliefKeys>(&["surface", "*", "relief"])],
     check: |_| Ok(()),

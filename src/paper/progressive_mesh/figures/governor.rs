@@ -56,7 +56,7 @@ pub const GOVERNOR: Figure = Figure {
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
     ours: &[PLANNED],
-    // The figure's budget follows from the device's times; a window has a fixed one.
+    // The figure's budget follows from the device's times; a window has a fixed budget.
     show: Show::scenes(&[ERROR]).variants(|| {
         let governed = [(WITHOUT, None), (PLANNED, Some("governor.frame_ms=20.0"))];
         governed.map(|(name, change)| Setting::new(name, change)).into()

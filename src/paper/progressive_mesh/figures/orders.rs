@@ -14,7 +14,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 /// The shipped closed models; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
 
-/// These models and the scans. Means exclude the scans, because they are not available everywhere.
+/// The closed models and the scans. Means exclude the scans, because they are not available everywhere.
 pub const WITH_SCANS: [&str; 7] = ["bunny", "sphere", "torus", "knot", "solid", scans::SMALL, scans::LARGE];
 
 /// The name of an order, and its options; `None` for the classical order.

@@ -273,7 +273,7 @@ fn level_with(mesh: &ProgressiveMesh, faces: u32) -> u32 {
     (mesh.levels.partition_point(|level| level.faces <= faces) as u32).saturating_sub(1)
 }
 
-/// For each vertex the first one at its position that has the same normal in the model: creases stay.
+/// For each vertex, the first vertex at its position with the same normal in the model, so that creases stay.
 fn smooth(mesh: &ProgressiveMesh) -> Vec<u32> {
     let Vertices { welded, attributes, .. } = &mesh.vertices;
     let mut firsts = HashMap::new();

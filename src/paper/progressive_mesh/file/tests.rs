@@ -327,7 +327,7 @@ fn ten_thousand_mutated_files_are_rejected_or_valid() {
     for round in 0..10_000 {
         let mut bytes = originals[round % 3].clone();
         mutate(&mut bytes, &mut random);
-        // Without this, the checksums would reject most files before the decoder.
+        // Without this, the checksums would reject most files before the decoder runs.
         if round % 8 != 0 {
             reseal(&mut bytes);
         }

@@ -29,10 +29,11 @@
 //! Why the tail orders are made this way (FIFO of 16 entries; collapses from one pass of the simplifier):
 //! - There are as many groups as the budget allows, and each multiplies the number of faces by the same ratio, because
 //!   new faces at the tail dominate the cost between two tswaps. An isolated pair of new faces costs 4 transforms
-//!   instead of 1.3, so a group that adds a tenth of the faces costs 0.15 more on average. The order made at the tswap
-//!   itself costs 1.30. Choosing the best of five weightings would save 0.02 transforms and take five times the work.
+//!   instead of 1.3, so a group that adds a tenth of the faces costs 0.15 more on average. At the level of the
+//!   tswap itself the order costs 1.30. Choosing the best of five weightings would save 0.02 transforms and take five
+//!   times the work.
 //! - The optimizer simulates 15 entries (`spare_entries`). An order that uses all 16 costs 1.24 on a torus, but 0.05
-//!   more at the levels after it. With 15 entries the mean falls from 1.54 to 1.52.
+//!   more at the next levels. With 15 entries the mean falls from 1.54 to 1.52.
 //! - Each order is optimized for the level half-way to the next tswap (`ahead`). This saves 0.01 at 23 moved faces per
 //!   split and 0.04 at 10, and makes the levels more even.
 //! - No split follows the last level, so it gets the best of eight greedy orders. Small meshes try each order from

@@ -19,8 +19,8 @@ const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
 /// The noise is at most a tenth of a transform.
 const NOISE: i32 = TRANSFORM / 10;
 
-/// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex will be transformed
-/// again, but other orders may also transform this vertex twice.
+/// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex must be
+/// transformed again, but other orders may transform it twice, too, so it costs less than a transform.
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
 /// Larger valences are reduced to this.

@@ -17,7 +17,7 @@ pub struct Program {
     /// this may exceed the live faces.
     pub(super) drawn: Vec<u32>,
     /// The index buffer (the paper's F) at level 0, with the slots of all levels. A slot that level 0 does not draw
-    /// holds the face that it draws first, with the corners of that level.
+    /// holds the first face drawn in it, with the face's corners at the level at which it is first drawn.
     pub(super) faces: Vec<[u32; 3]>,
     /// For each level, the number of [`Corners`] up to and including this level.
     pub(super) corner_ends: Vec<u32>,

@@ -50,9 +50,9 @@ pub struct Collapses {
     /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
     /// remaining faces are measured at sample points: the distance to the model's faces near the point, or to a
     /// replaced face plus that face's own distance from the model, whichever is less. A component that vanishes counts
-    /// with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading error and
-    /// the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every level can
-    /// be selected by its error.
+    /// with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading error
+    /// and the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every
+    /// level can be selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one
@@ -165,7 +165,7 @@ pub struct SimplifyReport {
     pub pinches: usize,
     /// Collapses that turned a face by more than 75 degrees, or left it without area.
     pub flips: usize,
-    /// Collapses for which borders and seams no longer restricted the movement.
+    /// Collapses in phases in which borders and seams do not restrict the movement.
     pub crossing: usize,
     /// Corners and vanished positions visited; the running time is proportional to this number.
     pub looks: usize,

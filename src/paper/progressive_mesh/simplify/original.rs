@@ -13,8 +13,8 @@ pub const PARTS: u32 = 6;
 /// 0.995 of it.
 pub const FINE_PARTS: u32 = 12;
 
-/// The faces that are tried around one position. Every face gives an upper bound of a point's distance from the model, and
-/// a fan of 40,000 faces would be tried whole for each point.
+/// Maximum number of faces that are tried around one position. Without a limit, each point would try all faces of a
+/// fan of 40,000. Any subset gives an upper bound of the distance from the model.
 const MOST: usize = 64;
 
 /// The model's faces around each position. They stay when the simplifier removes faces; 24 bytes for each face.

@@ -29,7 +29,7 @@ pub(super) fn visible(squared: f64) -> f64 {
 impl Sequence<'_> {
     /// The larger of the squared shading error and the squared shift of the texture by the collapse of the hub onto
     /// `end`. The triangles must have been spread around `end`. Stops early, with an error that is too small, once
-    /// `enough` returns true for it. 0 without [`Shading`](super::start::Shading).
+    /// `enough` returns true for this error. 0 without [`Shading`](super::start::Shading).
     pub(super) fn squared_appearance_error(&self, end: u32, enough: impl Fn(f64) -> bool) -> f64 {
         let Some(shading) = &self.shading else { return 0.0 };
         let torn = self.may_tear();

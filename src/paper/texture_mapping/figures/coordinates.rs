@@ -105,7 +105,6 @@ pub const COORDINATES: Figure = Figure {
     ..Figure::BASE
 };
 
-/// Quantities.
 const TIME: &str = "coordinates and a texel";
 const DERIVATIVES: &str = "derivatives";
 const GAIN: &str = "time of textbook coordinates over the form's";

@@ -88,7 +88,6 @@ pub const DRIFT: Figure = Figure {
 const NEAR: &str = "8192 texels";
 const HORIZON: &str = "horizon";
 
-/// Quantities.
 const LARGEST: &str = "largest error";
 const MEDIAN: &str = "median error";
 const DERIVATIVE: &str = "largest relative error";

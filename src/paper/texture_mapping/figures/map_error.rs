@@ -20,7 +20,7 @@ const CURVE_TILT: f64 = 60.0;
 
 const ENTRIES: [u32; 4] = [4, 16, 64, 256];
 
-/// A pixel costs 48 maps, so the picture is small.
+/// The picture is small because every pixel is filtered with 48 maps.
 const SIZE: [u32; 2] = [48, 36];
 
 /// A name and the maps of 4 to 256 entries: every shape in 8 and 16 bits, with the nearest entry, and for

@@ -72,7 +72,6 @@ pub const PARALLAX: Figure = Figure {
     ],
 };
 
-/// Quantities.
 const ERROR: &str = "NMSE";
 const TIME: &str = "filtering";
 const TEXELS: &str = "texels per pixel";

@@ -106,7 +106,6 @@ pub const MAP_BUILD: Figure = Figure {
     .timed()],
 };
 
-/// Quantities.
 const STEPS: &str = "steps per ray";
 const GAIN: &str = "Donnelly's steps over the refined map's";
 const MORE: &str = "rays with more steps than by Donnelly's map";
@@ -115,7 +114,6 @@ const MISSED: &str = "share of rays missed";
 const BUILD: &str = "construction";
 const BYTES: &str = "bytes with 8 bits a cell";
 
-/// Variants.
 const DONNELLY_AT_CENTRES: &str = "Donnelly, at centres";
 const REFINED_AT_CENTRES: &str = "refined, at centres";
 

@@ -45,7 +45,7 @@ pub const SHAPE: Figure = Figure {
     plots: &[
         Plot::sweep(NMSE).log_y().floor(FLOOR),
         Plot::sweep(BOX).log_y().floor(FLOOR),
-        // Compared with the formula, not with the truth, so these plots have the thesis's number in place of a floor.
+        // These plots compare with the formula, not with the truth, so their floor is the thesis's number.
         Plot::sweep(OF_MAP).log_y().floor(THESIS),
         Plot::curves(BY_ENTRIES, "entries along a side").log_x().log_y().floor(THESIS),
         Plot::sweep(TIME),

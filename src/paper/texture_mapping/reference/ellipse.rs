@@ -80,7 +80,7 @@ pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u
     }
     let [_, smaller] = v.eigenvalues(det);
     let minor_texels = f64::from(ellipse.footprint.minor_texels);
-    // Without this number, the minor axis decides nothing, not even by rounding.
+    // With `minor_texels` = 0 the minor axis does not affect the level, not even by rounding.
     let by_minor =
         if minor_texels > 0.0 { (smaller.sqrt() / minor_texels).log2() } else { f64::NEG_INFINITY };
     // At level l the scan visits `visited` / 4^l texels; the factor 4 covers k and the margins.

@@ -41,7 +41,7 @@ impl WriteObserver for Lines {
 }
 
 /// Cache lines touched per split on the way up, with one level per step. Counts the lines that splits and
-/// tswaps write; they read no others.
+/// tswaps write. Splits and tswaps read no other lines.
 pub fn for_each_split(program: &Program) -> f64 {
     let (mut faces, mut kept) = (program.faces().to_vec(), Vec::new());
     let mut lines = Lines::of(faces.len());
