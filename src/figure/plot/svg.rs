@@ -162,7 +162,16 @@ pub fn file(inline: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LETTER, cut_apart};
+    use super::{LETTER, cut_apart, wrapped};
+
+    #[test]
+    fn a_text_is_split_between_words_and_nothing_is_lost() {
+        let lines = |text| wrapped(text, 10.0 * LETTER);
+        assert_eq!(lines("ten letter"), ["ten letter"]);
+        assert_eq!(lines("ten letters"), ["ten", "letters"]);
+        assert_eq!(lines("a wordwithoutaspace b"), ["a", "wordwithou", "taspace b"]);
+        assert_eq!(lines(""), [""]);
+    }
 
     #[test]
     fn names_with_equal_starts_are_cut_in_the_middle_and_others_at_the_end() {
