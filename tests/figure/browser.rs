@@ -114,6 +114,71 @@ fn the_page_fits_its_window_and_no_text_leaves_its_plot() {
     }
 }
 
+/// Measures each plot of a stored page: its texts that leave the drawing, end in an ellipsis, or overlap another text.
+/// A text's box is as high as its line, which is more than its letters, so 3 units of overlap are allowed.
+const READ: &str = "<script>onload = () => {
+  const found = [...document.querySelectorAll('svg.plot')].flatMap(plot => {
+    const edge = plot.viewBox.baseVal, name = plot.getAttribute('aria-label');
+    const texts = [...plot.querySelectorAll('text')].map(text => [text.textContent, text.getBBox()]);
+    const wrong = texts.flatMap(([text, box], at) => {
+      const outside = box.x < -1 || box.x + box.width > edge.width + 1 || box.y < -1
+        || box.y + box.height > edge.height + 1;
+      const over = texts.slice(at + 1).find(([, other]) =>
+        Math.min(box.x + box.width, other.x + other.width) - Math.max(box.x, other.x) > 1
+        && Math.min(box.y + box.height, other.y + other.height) - Math.max(box.y, other.y) > 3);
+      return [outside && 'outside: ' + text, text.includes('…') && 'cut: ' + text,
+        over && 'overlap: ' + text + ' / ' + over[0]].filter(kind => kind);
+    });
+    return wrong.map(text => (name + ': ' + text).replace(/[<>&]/g, ''));
+  });
+  const result = document.createElement('pre');
+  result.id = 'found';
+  result.textContent = document.querySelectorAll('svg.plot').length + ' plots\\n' + found.join('\\n');
+  document.body.append(result);
+};</script>";
+
+/// The number of plots of a page, and what is wrong with their texts.
+fn unreadable(browser: &Path, folder: &Path, page: &str) -> (usize, Vec<String>) {
+    std::fs::write(folder.join("stored.html"), page.replace("</body>", &format!("{READ}</body>"))).unwrap();
+    let text = run_browser(browser, folder, &["--dump-dom", "--window-size=1280,1000"], "stored.html");
+    let found = text.split("<pre id=\"found\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let mut lines = found.unwrap_or_else(|| panic!("no measurement in {text}")).lines();
+    let plots = lines.next().and_then(|line| line.strip_suffix(" plots")?.parse().ok()).unwrap();
+    (plots, lines.map(String::from).collect())
+}
+
+#[test]
+fn every_text_of_the_stored_figures_is_readable() {
+    let Some(browser) = browser() else { return };
+    let known = ortelius::figure::choose(&ortelius::renderer::figures::FAMILIES, &[]).unwrap();
+    let mut wrong = Vec::new();
+    for file in super::committed::files() {
+        let text = std::fs::read_to_string(&file).unwrap();
+        let (page, _) = ortelius::figure::page_of_results(&Results::parse(&text).unwrap(), &known).unwrap();
+        let folder = folder();
+        let (plots, found) = unreadable(&browser, folder.path(), &page);
+        assert_eq!(plots, page.matches("class=\"plot\"").count(), "{}", file.display());
+        let stem = file.file_stem().unwrap().to_string_lossy().into_owned();
+        wrong.extend(found.into_iter().map(|text| format!("{stem}: {text}")));
+    }
+    assert!(wrong.is_empty(), "{} texts:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn a_text_outside_its_plot_a_cut_one_and_two_that_overlap_are_found() {
+    let Some(browser) = browser() else { return };
+    let folder = folder();
+    let text = |x: u32, text: &str| format!("<text x='{x}' y='20'>{text}</text>");
+    let [left, over, right, cut] =
+        [(0, "left"), (5, "over"), (390, "leaves the plot"), (200, "cut…")].map(|(x, words)| text(x, words));
+    let svg = format!(
+        "<body><svg class=\"plot\" aria-label=\"p\" viewBox=\"0 0 440 40\">{left}{over}{right}{cut}</svg></body>"
+    );
+    let (plots, found) = unreadable(&browser, folder.path(), &svg);
+    assert_eq!(plots, 1);
+    assert_eq!(found, ["p: overlap: left / over", "p: outside: leaves the plot", "p: cut: cut…"]);
+}
+
 fn screenshot(browser: &Path, folder: &Path, name: &str, size: &str, dark: bool) -> Srgb8Picture {
     let file = folder.join(format!("{name}.png"));
     let scheme = format!("--blink-settings=preferredColorScheme={}", if dark { 0 } else { 1 });

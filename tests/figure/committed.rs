@@ -32,7 +32,7 @@ fn objection(text: &str) -> Option<String> {
     (results.figures.is_empty()).then(|| "no figure".into())
 }
 
-fn files() -> Vec<PathBuf> {
+pub fn files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.filter(|path| path.extension().is_some_and(|extension| extension == "json")).collect()

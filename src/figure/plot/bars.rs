@@ -2,7 +2,7 @@
 //! axis has marks in place of bars, because bar lengths would have no meaning.
 
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, cut_apart, shortened, width_of};
+use super::svg::{Anchor, LINE, Svg, WIDTH, width_of, wrapped};
 use super::{Chart, Point};
 use crate::figure::words::{human, tick};
 
@@ -17,6 +17,19 @@ pub struct Bar {
     /// CSS class from `Figure::highlight`, with a leading space.
     pub highlight: &'static str,
     pub value: Result<Point, String>,
+}
+
+impl Bar {
+    /// Height of the row: the name and the reason for a missing value may need several lines.
+    fn height(&self, [name, why]: [f64; 2]) -> f64 {
+        let why = self.value.as_ref().map_or_else(|text| wrapped(text, why).len(), |_| 1);
+        ROW + LINE * (wrapped(&self.name, name).len().max(why) - 1) as f64
+    }
+}
+
+/// The base of the first line of a text whose middle is at `y`.
+fn first_of(lines: &[String], y: f64) -> f64 {
+    y + 4.5 - LINE / 2.0 * (lines.len() - 1) as f64
 }
 
 /// The bars of one cell.
@@ -40,26 +53,29 @@ pub fn draw(chart: &Chart, groups: &[Group], floor: Option<(&str, f64)>) -> Opti
     let scale = Scale::covering(&ends, chart.log, [left, right])?;
     let mut svg = Svg::default();
     let top = chart.head(&mut svg) + if floor.is_some() { 18.0 } else { 4.0 };
-    let bottom = top + bars.len() as f64 * ROW + groups.len() as f64 * head;
-    for value in scale.with_room(&scale.ticks(5), 34.0) {
+    let room = [left - 6.0, WIDTH - left - 12.0];
+    let heights = bars.iter().map(|bar| bar.height(room)).sum::<f64>();
+    let bottom = top + heights + groups.len() as f64 * head;
+    let ticks = scale.ticks(5);
+    let apart = ticks.iter().map(|value| width_of(&tick(*value))).fold(28.0, f64::max) + 6.0;
+    for value in scale.with_room(&ticks, apart) {
         let x = scale.at(value);
         svg.line([x, top], [x, bottom], "rule");
         svg.text([x, bottom + 16.0], Anchor::Middle, "tick", &tick(value));
     }
     svg.line([left, top], [left, bottom], "axis");
-    let names: Vec<&str> = bars.iter().map(|bar| &*bar.name).collect();
-    let mut cut = cut_apart(&names, left - 6.0).into_iter();
     let mut y = top;
     for group in groups {
         if head > 0.0 {
             svg.text([left + 4.0, y + 0.7 * HEAD], Anchor::Start, "faint", &group.name);
         }
         y += head;
-        for (bar, name) in group.bars.iter().zip(&mut cut) {
-            let class = format!("name{}", bar.highlight);
-            svg.text([left - 6.0, y + 0.5 * ROW + 4.5], Anchor::End, &class, &name);
-            one(&mut svg, chart, &scale, bar, [left, y + 0.5 * ROW]);
-            y += ROW;
+        for bar in &group.bars {
+            let (class, height) = (format!("name{}", bar.highlight), bar.height(room));
+            let name = wrapped(&bar.name, room[0]);
+            svg.lines([left - 6.0, first_of(&name, y + 0.5 * height)], Anchor::End, &class, &name);
+            one(&mut svg, chart, &scale, bar, [left, y + 0.5 * height]);
+            y += height;
         }
     }
     if let Some((name, value)) = floor.filter(|(_, value)| scale.shows(*value)) {
@@ -68,8 +84,9 @@ pub fn draw(chart: &Chart, groups: &[Group], floor: Option<(&str, f64)>) -> Opti
         let (at, anchor) = if x > WIDTH / 2.0 { (x + 3.0, Anchor::End) } else { (x - 3.0, Anchor::Start) };
         svg.text([at, top - 7.0], anchor, "floor", &format!("{name}: {}", human(value)));
     }
-    svg.text([(left + right) / 2.0, bottom + 34.0], Anchor::Middle, "faint", &chart.axis());
-    Some(svg.inline(bottom + 44.0, &chart.title))
+    let axis = wrapped(&chart.axis(), WIDTH);
+    let end = svg.lines([WIDTH / 2.0, bottom + 34.0], Anchor::Middle, "faint", &axis);
+    Some(svg.inline(end - 6.0, &chart.title))
 }
 
 fn one(svg: &mut Svg, chart: &Chart, scale: &Scale, bar: &Bar, [left, y]: [f64; 2]) {
@@ -77,8 +94,9 @@ fn one(svg: &mut Svg, chart: &Chart, scale: &Scale, bar: &Bar, [left, y]: [f64; 
         Ok(point) if scale.shows(point.y) => point,
         Ok(point) => return svg.text([left + 12.0, y + 4.5], Anchor::Start, "absent", &human(point.y)),
         Err(why) => {
-            let why = shortened(why, WIDTH - left - 12.0);
-            return svg.text([left + 12.0, y + 4.5], Anchor::Start, "absent", &why);
+            let why = wrapped(why, WIDTH - left - 12.0);
+            svg.lines([left + 12.0, first_of(&why, y)], Anchor::Start, "absent", &why);
+            return;
         }
     };
     let (x, tooltip) = (scale.at(point.y), point.described(&bar.name, &chart.unit));

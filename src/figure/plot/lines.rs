@@ -2,7 +2,7 @@
 
 use super::scale::Scale;
 use super::scatter;
-use super::svg::{Anchor, HUES, Svg, WIDTH, cut_apart, width_of};
+use super::svg::{Anchor, HUES, Svg, WIDTH, cut_apart, width_of, wrapped};
 use super::{Chart, Point};
 use crate::figure::words::tick;
 
@@ -46,8 +46,9 @@ impl Field {
     ) -> Option<Field> {
         let heights: Vec<f64> = points.iter().flat_map(|(_, p)| [p.low, p.y, p.high]).collect();
         let top = chart.head(svg);
-        svg.text([0.0, top + 8.0], Anchor::Start, "faint", &chart.axis());
-        let (top, bottom) = (top + 18.0, top + 18.0 + height);
+        let axis = wrapped(&chart.axis(), WIDTH);
+        let top = svg.lines([0.0, top + 8.0], Anchor::Start, "faint", &axis) - 6.0;
+        let bottom = top + height;
         let y = Scale::around(&heights, chart.log, [bottom, top])?;
         let ticks = y.with_room(&y.ticks(6), 18.0);
         let left = ticks.iter().map(|value| width_of(&tick(*value))).fold(0.0, f64::max) + 8.0;
@@ -60,7 +61,8 @@ impl Field {
             svg.text([left - 6.0, at + 4.0], Anchor::End, "tick", &tick(value));
         }
         let named = along.at.clone().unwrap_or_else(|| x.ticks(6));
-        for value in x.with_room(&named, 40.0) {
+        let apart = named.iter().map(|value| width_of(&tick(*value))).fold(34.0, f64::max) + 6.0;
+        for value in x.with_room(&named, apart) {
             let (at, text) = (x.at(value), tick(value));
             svg.line([at, bottom], [at, bottom + 4.0], "axis");
             let inside = at.min(WIDTH - width_of(&text) / 2.0);

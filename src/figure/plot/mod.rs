@@ -14,7 +14,7 @@ use super::{Axis, CellOutcome, CellRows, Figure, FigureResult, Machine, Plot, Ro
 use crate::stats::Summary;
 use bars::{Bar, Group};
 use lines::{Along, Line};
-use svg::{Anchor, Svg, WIDTH, shortened};
+use svg::{Anchor, Svg, WIDTH, wrapped};
 
 /// A finished plot.
 pub struct Drawn {
@@ -50,9 +50,10 @@ pub struct Chart {
 impl Chart {
     /// Draws the title and the line below; returns the bottom.
     fn head(&self, svg: &mut Svg) -> f64 {
-        svg.text([0.0, 14.0], Anchor::Start, "title", &shortened(&self.title, WIDTH));
-        svg.text([0.0, 31.0], Anchor::Start, "faint", &shortened(&self.below, WIDTH * 1.08));
-        42.0
+        // Titles are bold and larger: a letter is up to 1.2 times as wide.
+        let title = wrapped(&self.title, WIDTH / 1.2);
+        let below = svg.lines([0.0, 14.0], Anchor::Start, "title", &title) + 1.0;
+        svg.lines([0.0, below], Anchor::Start, "faint", &wrapped(&self.below, WIDTH)) - 5.0
     }
 
     /// "time, ms (logarithmic)"

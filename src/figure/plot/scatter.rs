@@ -2,7 +2,7 @@
 
 use super::super::words::tick;
 use super::scale::Scale;
-use super::svg::{Anchor, Svg, WIDTH, cut_apart, width_of};
+use super::svg::{Anchor, Svg, WIDTH, width_of};
 use super::{Chart, Point};
 
 /// Height of the plotted field.
@@ -67,8 +67,8 @@ pub fn draw(chart: &Chart, across: &str, spots: &[Spot]) -> Option<String> {
     Some(svg.inline(bottom + 46.0, &chart.title))
 }
 
-/// Largest width and the height of a label.
-const LABEL: [f64; 2] = [200.0, 13.0];
+/// Height of a label.
+const LABEL: f64 = 13.0;
 
 /// Writes each name next to its mark if the name covers no mark and no other name; the first names take precedence.
 /// Other names are only in the table or the legend.
@@ -80,18 +80,18 @@ pub fn label<'a>(
 ) {
     let (names, places): (Vec<&str>, Vec<_>) = named.unzip();
     let mut taken: Vec<[f64; 4]> = places.iter().map(|[x, y]| [x - 4.0, y - 4.0, x + 4.0, y + 4.0]).collect();
-    for (name, [x, y]) in cut_apart(&names, LABEL[0]).into_iter().zip(places) {
-        let width = width_of(&name) * 0.85;
+    for (name, [x, y]) in names.into_iter().zip(places) {
+        let width = width_of(name) * 0.85;
         let free = |[x0, y0, x1, y1]: [f64; 4]| {
             let apart = |t: &[f64; 4]| x1 <= t[0] || t[2] <= x0 || y1 <= t[1] || t[3] <= y0;
             left <= x0 && x1 <= right && top <= y0 && y1 <= bottom && taken.iter().all(apart)
         };
         let places = [(7.0, -5.0), (7.0, 13.0), (-7.0, 13.0), (-7.0, -5.0)].map(|(dx, dy)| {
             let (from, base) = (if dx > 0.0 { x + dx } else { x + dx - width }, y + dy);
-            ([from, base - LABEL[1] + 2.0, from + width, base + 2.0], [from, base])
+            ([from, base - LABEL + 2.0, from + width, base + 2.0], [from, base])
         });
         let Some((area, at)) = places.into_iter().find(|(area, _)| free(*area)) else { continue };
-        svg.text(at, Anchor::Start, "faint", &name);
+        svg.text(at, Anchor::Start, "faint", name);
         taken.push(area);
     }
 }

@@ -8,6 +8,9 @@ pub const WIDTH: f64 = 440.0;
 /// Average width of a letter of size 13 in the widest common font (DejaVu Sans).
 const LETTER: f64 = 7.8;
 
+/// Distance of the lines of a wrapped text.
+pub const LINE: f64 = 16.0;
+
 /// Number of hues; further lines are dashed.
 pub const HUES: usize = 8;
 
@@ -46,6 +49,25 @@ pub fn shortened(text: &str, room: f64) -> String {
     }
 }
 
+/// The text in lines of at most `room` units, split between words; a longer word is split anywhere.
+pub fn wrapped(text: &str, room: f64) -> Vec<String> {
+    let most = (room / LETTER).max(2.0) as usize;
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.last_mut().expect("there is a first line");
+        match (line.is_empty(), line.chars().count() + 1 + word.chars().count() <= most) {
+            (true, _) => line.push_str(word),
+            (false, true) => line.extend([" ", word]),
+            (false, false) => lines.push(word.to_string()),
+        }
+        while let Some((at, _)) = lines.last().and_then(|line| line.char_indices().nth(most)) {
+            let rest = lines.last_mut().map(|line| line.split_off(at));
+            lines.extend(rest);
+        }
+    }
+    lines
+}
+
 /// Cuts names to at most `room`. If two names would be equal after their ends are cut, their middles are cut instead.
 pub fn cut_apart(names: &[&str], room: f64) -> Vec<String> {
     let ends: Vec<String> = names.iter().map(|name| shortened(name, room)).collect();
@@ -77,6 +99,15 @@ impl Svg {
         self.push(format_args!(
             r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}" class="{class}">{text}</text>"#
         ));
+    }
+
+    /// Lines below each other, the first at `y`; returns the position of a next line.
+    pub fn lines(&mut self, [x, mut y]: [f64; 2], anchor: Anchor, class: &str, lines: &[String]) -> f64 {
+        for line in lines {
+            self.text([x, y], anchor, class, line);
+            y += LINE;
+        }
+        y
     }
 
     pub fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], class: &str) {
@@ -131,7 +162,16 @@ pub fn file(inline: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{LETTER, cut_apart};
+    use super::{LETTER, cut_apart, wrapped};
+
+    #[test]
+    fn a_text_is_split_between_words_and_nothing_is_lost() {
+        let lines = |text| wrapped(text, 10.0 * LETTER);
+        assert_eq!(lines("ten letter"), ["ten letter"]);
+        assert_eq!(lines("ten letters"), ["ten", "letters"]);
+        assert_eq!(lines("a wordwithoutaspace b"), ["a", "wordwithou", "taspace b"]);
+        assert_eq!(lines(""), [""]);
+    }
 
     #[test]
     fn names_with_equal_starts_are_cut_in_the_middle_and_others_at_the_end() {
