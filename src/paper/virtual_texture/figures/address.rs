@@ -2,11 +2,12 @@
 
 use super::common::{PAPERS, pixels_of, setting};
 use super::cost::ON_THE_HOST;
+use super::counts::{Requests, of_list};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
-use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress};
+use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress, read_requests};
 
 pub const ADDRESS: Figure = Figure {
     id: "vt.address",
@@ -95,6 +96,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(LENGTH, "triples", lists[n].len()));
         rows.push(number(TILES, "tiles", tiles[n].len()));
         rows.push(number(SAME, "tiles", alone));
+    }
+    let requested = read_requests(gpu, &stage1.footprint, pyramid)?;
+    let requests = Requests { triples: &requested, size: stage1.size, pyramid };
+    for pair in &pairs {
+        rows.extend(of_list(gpu, (&pair.name, &pair.config), &requests, Some(&stage1.footprint))?);
     }
     let contenders = pairs.iter().enumerate().map(|(n, pair)| {
         let (triples, address) = (&lists[n], pair.config.address);

@@ -104,6 +104,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     })?;
     let mut rows = side.time(bench)?;
     rows.extend(side.lists());
+    rows.extend(side.counts()?);
     if let Some((_, session)) = side.sessions.iter_mut().find(|(name, _)| name == THE_PAPER) {
         let rgba = session.picture_bytes()?;
         let picture = Srgb8Picture { width: size[0], height: size[1], rgba };

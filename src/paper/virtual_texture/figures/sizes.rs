@@ -187,6 +187,7 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         })?;
     let mut rows = frames.time(bench)?;
     rows.extend(frames.lists());
+    rows.extend(frames.counts()?);
     let tile_mib = frames.source.format().tile_bytes(&frames.source.pyramid()) as f64 / MIB;
     for (name, session) in &frames.sessions {
         let row = |quantity: &str, unit, number| Row::number(&**name, quantity, unit, number);

@@ -33,6 +33,8 @@ const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
 const DRAWN: &str = "faces drawn per live face";
+/// The index buffer, and one vertex for each invocation.
+const FETCHED: &str = "index and vertex bytes fetched per live face";
 const SIMULATED: &str = "FIFO-16 transforms for each vertex";
 const TIME: &str = "draw";
 const PER_VERTEX: &str = "draw, per million vertex invocations";
@@ -158,6 +160,8 @@ struct Ordered {
     /// Live faces at the level.
     live_faces: u32,
     vertices: Buffer,
+    /// Bytes of one vertex.
+    vertex_bytes: f64,
     indices: Buffer,
 }
 
@@ -176,7 +180,13 @@ impl Ordered {
         let packed = index.packed(faces.as_flattened());
         let indices = gpu.buffer_with("pm.draw: indices", &packed, BufferUse::Indices(index))?;
         let live_faces = mesh.levels[level as usize].faces;
-        Ok(Ordered { variant, faces, live_faces, vertices, indices })
+        let vertex_bytes = vertices.bytes() as f64 / mesh.vertices.positions.len() as f64;
+        Ok(Ordered { variant, faces, live_faces, vertices, vertex_bytes, indices })
+    }
+
+    /// Bytes that a draw with this number of vertex invocations fetches.
+    fn fetched_bytes(&self, invocations: f64) -> f64 {
+        self.indices.bytes() as f64 + invocations * self.vertex_bytes
     }
 }
 
@@ -225,10 +235,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let shaded = counted(&gpu, &still, ordered)? as f64;
         invocations.push(shaded);
         let simulated = transforms(Cache::Fifo(16), &ordered.faces);
-        let mut row = |quantity, number| rows.push(Row::number(ordered.variant, quantity, "", number));
-        row(SHADED, shaded / (simulated.vertices * DRAWS as u64) as f64);
-        row(SIMULATED, simulated.per_vertex());
-        row(DRAWN, ordered.faces.len() as f64 / f64::from(ordered.live_faces));
+        let mut row =
+            |quantity, unit, number| rows.push(Row::number(ordered.variant, quantity, unit, number));
+        let live_faces = f64::from(ordered.live_faces);
+        row(SHADED, "", shaded / (simulated.vertices * DRAWS as u64) as f64);
+        row(SIMULATED, "", simulated.per_vertex());
+        row(DRAWN, "", ordered.faces.len() as f64 / live_faces);
+        row(FETCHED, "bytes", ordered.fetched_bytes(shaded / DRAWS as f64) / live_faces);
     }
     let contenders = orders.iter().map(|ordered| {
         let draw = |frame: &mut Frame<'_>| frame.pass(TIME, |cmd| still.draw(cmd, ordered));
