@@ -33,7 +33,8 @@ void main() {
     if (own.x >= int(relief.side)) return;
     float height = heights.texels[place(own)];
     float widest = 1.0;
-    int reach = int(relief.side) / 2;
+    // An obstacle farther away than the relief is deep cannot narrow a cone of width 1.
+    int reach = min(int(relief.side) / 2, int(ceil(relief.depth)));
     for (int b = -reach; b <= reach; b++) {
         for (int a = -reach; a <= reach; a++) {
             vec3 obstacle = vec3(a, b, heights.texels[place(own + ivec2(a, b))]);

@@ -8,15 +8,14 @@
 // FORM 0 is unlit, 1 is lit; 2 writes the work of a pixel as words, for the window's overlay.
 #define LIT (FORM == 1)
 
-layout(constant_id = 0) const uint RELIEF_METHOD = 0;
-const uint PROJECTED_WIDTH = 0, TRACE = 1;
+layout(constant_id = 1) const uint TRACES = 0;  // 1: traces one ray; 0: filters the footprint (relief_filters.glsl)
 
 layout(binding = 0) uniform sampler2D plain;
 layout(binding = 3, scalar) readonly buffer Relief {
     uint side;       // texels
-    uint layers;     // of the distance map
+    uint layers;     // of a distance map
     float depth;     // texels
-    float map_unit;  // 1, because the map's distances are in texels
+    float map_unit;  // texels per step of a quantised map
     float size_m;    // of the plane
 } relief;
 layout(binding = 4, scalar) readonly buffer Heights { float texels[]; } heights;
@@ -91,10 +90,12 @@ float entry(float x, float height) { return x - (relief.depth - height) * steps_
 
 float descent() { return relief.depth * steps_down; }
 
-#include "texture_mapping/relief_width.glsl"
+float advance(float height) { return (relief.depth - height) * steps_down; }
+
+#include "texture_mapping/relief_filters.glsl"
 
 // The footprint is the rectangle along the view direction that contains the pixel's parallelogram.
-vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
+vec3 by_footprint(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     float level_length = length(ray.xy);
     along = level_length > 1e-6 ? ray.xy / level_length : vec2(1.0, 0.0);
     across = vec2(-along.y, along.x);
@@ -110,17 +111,19 @@ vec3 by_projected_width(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     step_texels = exp2(clamp(floor(log2(2.0 * reach.x)), -5.0, 0.0));
     steps_down = level_length / -ray.z / step_texels;
     Sum sum = Sum(vec3(0.0), 0.0, 0.0);
+    vec2 start = vec2(middle.x / step_texels, middle.y);
     // Two lines per texel, as in the figures.
     uint lines = max(uint(4.0 * reach.y), 1u);
     float apart = max(step_texels, 2.0 * reach.y / float(lines));
     colour_level = log2(apart * float(textureSize(plain, 0).x) / float(relief.side));
+    Span span = span_of((middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, start);
     for (uint n = 0; n < lines; n++) {
         float y = middle.y + ((2.0 * float(n) + 1.0) / float(lines) - 1.0) * reach.y;
-        sum = projected(sum, (middle.x - reach.x) / step_texels, (middle.x + reach.x) / step_texels, y);
+        sum = add_line(sum, span, y);
     }
     work = sum.texels;
     // In f32 a very small footprint may have no width.
-    if (sum.weight == 0.0) return colour_at(hit(middle.x / step_texels, middle.y), middle.y);
+    if (sum.weight == 0.0) return colour_instead(span, start);
     return sum.colour / sum.weight;
 }
 
@@ -143,7 +146,7 @@ void main() {
     vec3 eye = (view.eye_high + view.eye_low) / relief.size_m * side * vec3(1.0, -1.0, 1.0) + middle;
     vec3 ray = normalize(vec3(at, 0.0) - eye);
     vec3 found;
-    if (RELIEF_METHOD == TRACE) found = by_tracing(at, ray, dx, dy); else found = by_projected_width(at, ray, dx, dy);
+    if (TRACES == 1) found = by_tracing(at, ray, dx, dy); else found = by_footprint(at, ray, dx, dy);
 #if FORM == 2
     words = uvec4(uint(work), 0, 0, 0);
 #else

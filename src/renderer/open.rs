@@ -229,7 +229,7 @@ impl<'a> HostScene<'a> {
             let filter = plain_filter(self.scene, surface)?;
             let relief = relief(self.scene, surface)?;
             let build = |(keys, relief, size_m): (ReliefKeys, Relief, f64)| {
-                ReliefSurface::new(gpu, &relief, keys.method, size_m, go_on)
+                ReliefSurface::new(gpu, &relief, keys.filter(), size_m, go_on)
             };
             let relief = relief.map(build).transpose()?;
             plain.push(PlainSurface { name: surface.name.clone(), filter, shape, texture, relief });

@@ -3,7 +3,7 @@
 
 use crate::frame::{Allocations, DrawList, Onto, Shape, Target};
 use crate::math::light::LightColours;
-use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::config::ReliefFilter;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::paper::virtual_texture::config::Filter;
 use crate::texture::plain::PlainTexture;
@@ -34,7 +34,7 @@ pub enum PlainFilter {
     Trilinear,
     /// A filter of paper 3.
     Texels(Filter),
-    Relief(ReliefMethod),
+    Relief(ReliefFilter),
 }
 
 /// One surface with a plain texture or none.
@@ -88,7 +88,7 @@ impl PlainSurfaces {
                 let own = match filter {
                     PlainFilter::Trilinear => Vec::new(),
                     PlainFilter::Texels(filter) => filter.constants(),
-                    PlainFilter::Relief(method) => ReliefSurface::constants(method).to_vec(),
+                    PlainFilter::Relief(filter) => ReliefSurface::constants(filter),
                 };
                 let unlit = pipeline(filter, &mesh_vert::SHADER, 0, &own)?;
                 let both = [&own[..], &light.constants()].concat();

@@ -32,13 +32,13 @@ impl ReliefSteps {
     pub fn new(gpu: &Gpu, plain: &PlainSurfaces, target: &Target) -> Result<ReliefSteps> {
         let mut pipelines: Vec<(PlainFilter, GraphicsPipeline)> = Vec::new();
         for surface in plain.surfaces.iter().filter(|surface| surface.relief.is_some()) {
-            let PlainFilter::Relief(method) = surface.filter else { continue };
+            let PlainFilter::Relief(filter) = surface.filter else { continue };
             if pipelines.iter().any(|(filter, _)| *filter == surface.filter) {
                 continue;
             }
             let shader = &relief_surface_frag::SHADERS[WORK];
             let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
-                specialization: &ReliefSurface::constants(method),
+                specialization: &ReliefSurface::constants(filter),
                 depth: Some(Depth::Equal),
                 colors: &[Format::Rgba32Uint],
                 ..GraphicsInfo::triangles(&mesh_vert::SHADER, shader)

@@ -2,7 +2,7 @@
 
 use super::RenderError;
 use super::plain::{ALBEDO, PlainFilter};
-use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMethod, side_of};
+use crate::paper::texture_mapping::config::{ReliefKeys, side_of};
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
 use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
@@ -59,7 +59,7 @@ pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -
 pub(super) fn plain_filter(scene: &Scene, surface: &Surface) -> Result<PlainFilter, RenderError> {
     if scene.has(&["surface", &surface.name, "relief"]) {
         let keys: ReliefKeys = scene.read(&["surface", &surface.name, "relief"])?;
-        return Ok(PlainFilter::Relief(keys.method));
+        return Ok(PlainFilter::Relief(keys.filter()));
     }
     let filter = filter(scene, surface)?;
     Ok(if filter.kind.is_of_paper_3() { PlainFilter::Texels(filter) } else { PlainFilter::Trilinear })
@@ -86,8 +86,8 @@ pub(super) fn relief(
     };
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
-    if keys.method == ReliefMethod::Trace && work(&relief) > MOST_WORK {
-        let what = "building the distance map of so many texels, or of a relief this deep, takes minutes; use a \
+    if work(&relief, keys.method) > MOST_WORK {
+        let what = "building the method's map of so many texels, or of a relief this deep, takes minutes; use a \
                     picture of at most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
     }

@@ -6,6 +6,7 @@ use super::truth::SceneTruth;
 use super::{Options, Renderer};
 use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::paper::virtual_texture::trade::{
@@ -125,8 +126,12 @@ fn settings(scene: &Scene, only: Option<&str>) -> anyhow::Result<Vec<SweepPoint>
 /// The other settings of a surface: the name of each, and the `-D` change that selects it.
 fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> {
     let Surface { name, .. } = surface;
-    if let Some((keys, ..)) = relief(scene, surface)? {
-        let methods = ReliefMethod::ALL.iter().filter(|method| **method != keys.method);
+    if let Some((keys, heights, _)) = relief(scene, surface)? {
+        let quantised = scene.has(&["surface", name, "relief", "map_precision"]);
+        let fits = |method: &&ReliefMethod| {
+            (!quantised || method.has_distance_map()) && work(&heights, **method) <= MOST_WORK
+        };
+        let methods = ReliefMethod::ALL.iter().filter(|method| **method != keys.method).filter(fits);
         let of = |method: &ReliefMethod| {
             [method.name().to_string(), format!("surface.{name}.relief.method={}", method.name())]
         };

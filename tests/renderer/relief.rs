@@ -136,6 +136,99 @@ fn colours_finer_than_the_heights_keep_their_detail() {
     assert!(own < 2e-2 && lost > 4.0 * own, "{own:.2e}, {lost:.2e}");
 }
 
+/// A pixel of this view is smaller than a texel, so a traced pixel shows the bilinear colour at its centre's hit.
+#[test]
+fn every_tracer_shows_the_colour_at_the_exact_hit() {
+    let (kind, side) = (ReliefKind::Rock, side_of(ReliefKind::Rock));
+    let (relief, picture) = (kind.relief(side), kind.picture(side));
+    let relief = Relief { depth: (0.2 / 4.0 * side as f64) as f32, ..relief };
+    let colours: Vec<f64> = picture.iter().map(|[_, green, _]| srgb8_to_linear(*green)).collect();
+    for (method, precision, most) in [
+        ("trace", None, 2e-4),
+        ("trace", Some("16-bit"), 2e-4),
+        ("trace", Some("8-bit"), 2e-4),
+        ("trace-donnelly", None, 2e-4),
+        ("trace-donnelly", Some("8-bit"), 2e-4),
+        ("trace-cones", None, 2e-4),
+        ("trace-relaxed-cones", None, 2e-4),
+        ("trace-linear", None, 2e-4),
+    ] {
+        let keys = ["texture.source=rock", "relief.map=rock", "relief.depth_m=0.2"];
+        let keys = keys.map(|key| format!("surface.SURFACE.{key}")).into_iter();
+        let keys = keys.chain([format!("surface.SURFACE.relief.method={method}")]);
+        let keys = keys.chain(precision.map(|bits| format!("surface.SURFACE.relief.map_precision={bits}")));
+        let camera = ["north_m=-0.2", "altitude_m=0.4", "tilt_deg=40"];
+        let keys: Vec<String> = keys.chain(camera.map(|key| format!("cameras.low.{key}"))).collect();
+        let scene = unlit("relief-brick", &keys.iter().map(String::as_str).collect::<Vec<_>>());
+        let (error, off) = hit_error(&scene, &relief, &colours);
+        println!("{method} {precision:?}: NMSE {error:.2e}, {off:.4} of the pixels off by more than 0.02");
+        assert!(error < most, "{method} {precision:?}: {error:.2e}");
+    }
+}
+
+/// The NMSE of the green channel against the colour at the exact hit of each pixel's centre, and the share of pixels
+/// whose error exceeds 0.02.
+fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
+    let pose = scene.pose(0).unwrap();
+    let surface = scene.surfaces.values().next().unwrap();
+    let view =
+        ReferenceView::new(&surface.grid().unwrap(), &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);
+    let texels = relief.side as f64;
+    let eye = [
+        (pose.eye.x / 4.0 + 0.5) * texels - 0.5,
+        (0.5 - pose.eye.y / 4.0) * texels - 0.5,
+        pose.eye.z / 4.0 * texels,
+    ];
+    let right = |at: usize| {
+        let [x, y] = [at as u32 % SIZE[0], at as u32 / SIZE[0]].map(|c| f64::from(c) + 0.5);
+        let at = view.coordinate(x, y)?.map(|c| c * texels - 0.5);
+        let towards = [at[0] - eye[0], at[1] - eye[1], -eye[2]];
+        let length = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let direction = towards.map(|c| c / length);
+        let ray = Ray { origin: at.map(|c| c as f32), direction: direction.map(|c| c as f32) };
+        let distance = first_hit(relief, &ray);
+        let [u, v] = [0, 1].map(|n| at[n] + distance * direction[n]);
+        Some(bilinear(colours, relief.side, u, v))
+    };
+    let mut renderer = settled(scene, PixelFormat::Linear32);
+    let bytes = renderer.picture_bytes().unwrap();
+    silent(&renderer);
+    let found = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned::<[f32; 4]>);
+    let pairs: Vec<[f64; 2]> =
+        found.enumerate().filter_map(|(at, own)| Some([f64::from(own[1]), right(at)?])).collect();
+    assert!(pairs.len() > (SIZE[0] * SIZE[1]) as usize / 3, "{} pixels show the plane", pairs.len());
+    let square: f64 = pairs.iter().map(|[own, right]| (own - right).powi(2)).sum();
+    let off = pairs.iter().filter(|[own, right]| (own - right).abs() > 0.02).count();
+    let off = off as f64 / pairs.len() as f64;
+    (square / pairs.iter().map(|[_, right]| right * right).sum::<f64>(), off)
+}
+
+/// Without depth, all filters of a footprint are box filters at the same place. With depth, the projected width is
+/// nearest to the mean of exact rays.
+#[test]
+fn every_filter_of_a_footprint_is_near_the_mean_of_exact_rays() {
+    let (kind, side) = (ReliefKind::Bricks, side_of(ReliefKind::Bricks));
+    let of = |method: &str, depth_m: f64| {
+        let keys = ["texture.source=bricks".to_owned(), "relief.map=bricks".to_owned()];
+        let keys =
+            keys.into_iter().chain([format!("relief.method={method}"), format!("relief.depth_m={depth_m}")]);
+        let keys: Vec<String> = keys.map(|key| format!("surface.SURFACE.{key}")).collect();
+        unlit("relief-brick", &keys.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let truths = [1e-6, 0.06].map(|depth_m| {
+        truth(&of("projected-width", depth_m), kind.relief(side), (side, kind.picture(side)), depth_m)
+    });
+    let errors = |method| [0, 1].map(|n| nmse(&of(method, [1e-6, 0.06][n]), &truths[n]));
+    let best = errors("projected-width");
+    println!("projected-width: flat {:.2e}, deep {:.2e}", best[0], best[1]);
+    for method in ["visible-texels", "whole-footprint", "unperturbed-derivatives", "offset"] {
+        let [flat, deep] = errors(method);
+        println!("{method}: flat {flat:.2e}, deep {deep:.2e}");
+        assert!(flat < 2e-2 && deep < 0.2, "{method}: flat {flat:.2e}, deep {deep:.2e}");
+        assert!(deep > best[1], "{method}: {deep:.2e}, projected {:.2e}", best[1]);
+    }
+}
+
 #[test]
 fn a_near_oblique_view_of_a_deep_relief_has_a_colour_in_every_pixel() {
     // A step is a 32nd of a texel here, and descents are thousands of steps long.
@@ -177,6 +270,11 @@ fn a_surface_that_cannot_carry_a_relief_says_why() {
         (&["surface.floor.filter.kind=ellipse"], "omit filter"),
         (&["surface.floor.relief.map=file"], "path"),
         (&["surface.floor.relief.path=x.png"], "path"),
+        (&["surface.floor.relief.map_precision=8-bit"], "distance map"),
+        (
+            &["surface.floor.relief.method=trace-cones", "surface.floor.relief.map_precision=8-bit"],
+            "distance map",
+        ),
         (&["surface.floor.relief.method=trace", "surface.floor.relief.depth_m=2.0"], "projected-width"),
     ] {
         let error = refused(changes);

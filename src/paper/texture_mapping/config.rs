@@ -1,6 +1,8 @@
 //! The settings of a relief in a scene.
 
+use super::relief::parallax::ParallaxFilter;
 use super::relief::shipped::{BRICK_WALL, CLIFF};
+use super::relief::trace::TracerKind;
 use super::relief::{Relief, ReliefKind};
 use crate::scene::{Language, SceneFault, SceneTable, TableDeclaration, choices, settings};
 use std::path::PathBuf;
@@ -10,8 +12,36 @@ choices! {
     pub enum ReliefMethod {
         /// The footprint's texels, each weighted by its visible width along the view direction.
         ProjectedWidth = "projected-width",
+        /// The footprint's texels that the relief does not hide, all with the same weight (the thesis).
+        VisibleTexels = "visible-texels",
+        /// All texels between the hits of the footprint's two ends.
+        WholeFootprint = "whole-footprint",
+        /// A plain box filter at the hit of the centre's ray.
+        UnperturbedDerivatives = "unperturbed-derivatives",
+        /// A plain box filter, moved by the height below the pixel's centre.
+        Offset = "offset",
         /// One ray through a refined distance map, and the texture at its hit.
         Trace = "trace",
+        /// As `trace`, through Donnelly's distance map.
+        TraceDonnelly = "trace-donnelly",
+        /// As `trace`, through a safe cone map.
+        TraceCones = "trace-cones",
+        /// As `trace`, through a relaxed cone map.
+        TraceRelaxedCones = "trace-relaxed-cones",
+        /// As `trace`, by linear and binary search, without a map.
+        TraceLinear = "trace-linear",
+    }
+}
+
+choices! {
+    /// How a distance is stored in a distance map.
+    pub enum MapPrecision {
+        /// 32 bits.
+        Float = "float",
+        /// 16 bits, rounded down.
+        Bits16 = "16-bit",
+        /// 8 bits, rounded down.
+        Bits8 = "8-bit",
     }
 }
 
@@ -41,6 +71,8 @@ settings! {
     pub struct ReliefKeys {
         /// How a pixel is filtered.
         method: ReliefMethod = ReliefMethod::ProjectedWidth;
+        /// Precision of the distance map of `"trace"` and `"trace-donnelly"`; other methods have none.
+        map_precision: MapPrecision = MapPrecision::Float;
         /// Depth of the lowest height below the plane.
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
@@ -53,6 +85,12 @@ settings! {
 }
 
 fn check(keys: &ReliefKeys, part: &SceneTable<'_>) -> Result<(), SceneFault> {
+    if !keys.method.has_distance_map() {
+        part.absent(
+            &["map_precision"],
+            &format!("the method {:?} has no distance map and", keys.method.name()),
+        )?;
+    }
     match keys.map {
         ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
         _ => part.absent(&["path"], "a shipped or generated relief"),
@@ -69,6 +107,45 @@ pub const LANGUAGE: Language = Language {
 /// its distance map is built sooner.
 pub fn side_of(kind: ReliefKind) -> usize {
     if kind == ReliefKind::Rock { 128 } else { 256 }
+}
+
+/// How the pixels of a relief are filtered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReliefFilter {
+    pub method: ReliefMethod,
+    pub precision: MapPrecision,
+}
+
+impl ReliefMethod {
+    /// The filter of the footprint, or the tracer of one ray.
+    pub fn step(self) -> Result<ParallaxFilter, TracerKind> {
+        match self {
+            ReliefMethod::ProjectedWidth => Ok(ParallaxFilter::Projected),
+            ReliefMethod::VisibleTexels => Ok(ParallaxFilter::Visible),
+            ReliefMethod::WholeFootprint => Ok(ParallaxFilter::Whole),
+            ReliefMethod::UnperturbedDerivatives => Ok(ParallaxFilter::Unperturbed),
+            ReliefMethod::Offset => Ok(ParallaxFilter::Offset),
+            ReliefMethod::Trace | ReliefMethod::TraceDonnelly => Err(TracerKind::Distances),
+            ReliefMethod::TraceCones => Err(TracerKind::Cones),
+            ReliefMethod::TraceRelaxedCones => Err(TracerKind::RelaxedCones),
+            ReliefMethod::TraceLinear => Err(TracerKind::Linear),
+        }
+    }
+
+    pub fn has_distance_map(self) -> bool {
+        self.step() == Err(TracerKind::Distances)
+    }
+}
+
+impl MapPrecision {
+    /// Bits per cell.
+    pub fn bits(self) -> u32 {
+        match self {
+            MapPrecision::Float => 32,
+            MapPrecision::Bits16 => 16,
+            MapPrecision::Bits8 => 8,
+        }
+    }
 }
 
 impl ReliefMap {
@@ -88,6 +165,10 @@ impl ReliefMap {
 }
 
 impl ReliefKeys {
+    pub fn filter(&self) -> ReliefFilter {
+        ReliefFilter { method: self.method, precision: self.map_precision }
+    }
+
     /// The relief below a plane with a side of `size_m`. `picture` is the file's size in texels and its grey bytes.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
 use super::contender::pass;
-use super::shown::traced_reliefs;
+use super::shown::{traced_reliefs, tracers};
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Test, one};
 use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Show, Sweep};
@@ -38,7 +38,7 @@ pub const RELIEF: Figure = Figure {
         quick: &[15.0, 30.0, 60.0, 80.0],
         full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
     }),
-    show: Show::views(traced_reliefs),
+    show: Show::views(traced_reliefs).variants(tracers),
     measure,
     plots: &[Plot::sweep(STEPS), Plot::sweep(GAIN), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
     claims: &[

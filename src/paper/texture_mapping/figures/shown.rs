@@ -2,7 +2,7 @@
 //! figure that a scene can select.
 
 use crate::figure::{Setting, View};
-use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
 use crate::paper::texture_mapping::relief::ReliefKind;
 use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
 
@@ -87,19 +87,31 @@ fn method(method: ReliefMethod) -> String {
     format!("surface.NAME.relief.method={}", method.name())
 }
 
-/// The generated reliefs, traced.
+/// The generated reliefs, traced. They are shallower than the figure's, whose maps would take minutes to build.
 pub fn traced_reliefs() -> Vec<View> {
     let traced = |view: View| {
-        let changes = view.changes.into_iter().chain([method(ReliefMethod::Trace)]).collect();
+        let depth = "surface.NAME.relief.depth_m=0.2".to_owned();
+        let changes = view.changes.into_iter().chain([depth, method(ReliefMethod::Trace)]).collect();
         View { changes, ..view }
     };
     generated().map(traced).collect()
 }
 
 pub fn relief_methods() -> Vec<Setting> {
-    let methods = [
-        (ParallaxFilter::Projected, ReliefMethod::ProjectedWidth),
-        (ParallaxFilter::Point, ReliefMethod::Trace),
-    ];
-    methods.map(|(filter, setting)| Setting::new(filter.name(), [method(setting)])).into()
+    let filtered = ReliefMethod::ALL.iter().filter_map(|&own| Some((own.step().ok()?.name(), own)));
+    // One traced ray is the nearest setting to the figure's single texel.
+    let point = (ParallaxFilter::Point.name(), ReliefMethod::Trace);
+    filtered.chain([point]).map(|(name, own)| Setting::new(name, [method(own)])).collect()
+}
+
+/// The tracers, and the precisions of the refined map.
+pub fn tracers() -> Vec<Setting> {
+    let traced = ReliefMethod::ALL.iter().filter(|own| own.step().is_err());
+    let traced = traced.map(|&own| Setting::new(own.name(), [method(own)]));
+    let quantised = [MapPrecision::Bits16, MapPrecision::Bits8].map(|precision| {
+        let name = precision.name();
+        let precision = format!("surface.NAME.relief.map_precision={name}");
+        Setting::new(&format!("trace, {name}"), [method(ReliefMethod::Trace), precision])
+    });
+    traced.chain(quantised).collect()
 }

@@ -127,12 +127,31 @@ impl ConeBuild {
     /// # Errors
     /// Out of memory.
     pub fn run(&self, cmd: &mut Cmd<'_>) -> Result<()> {
+        self.run_rows(cmd, 0..self.push.side)
+    }
+
+    /// Records the construction of these rows.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn run_rows(&self, cmd: &mut Cmd<'_>, rows: Range<u32>) -> Result<()> {
         let resources = [
             (relief_cones_comp::HEIGHTS, Resource::Buffer(&self.heights)),
             (relief_cones_comp::CONES, Resource::Buffer(&self.cones)),
         ];
         let groups = self.push.side.div_ceil(relief_cones_comp::SHADER.group[0]);
-        cmd.dispatch(&self.pipeline, &resources, bytemuck::bytes_of(&self.push), [groups, self.push.side, 1])
+        let push = ReliefPush { first_row: rows.start, ..self.push };
+        cmd.dispatch(
+            &self.pipeline,
+            &resources,
+            bytemuck::bytes_of(&push),
+            [groups, rows.end - rows.start, 1],
+        )
+    }
+
+    /// One f32 word per texel.
+    pub fn into_cones(self) -> Buffer {
+        self.cones
     }
 
     /// # Errors
@@ -163,16 +182,17 @@ impl Trace {
         direction: [f32; 3],
         columns: u32,
     ) -> Result<Trace> {
-        let (id, bits, words, layers, map_unit) = match tracer {
-            Tracer::Linear => (0, 32, vec![0], 1, 1.0),
+        let (bits, words, layers, map_unit) = match tracer {
+            Tracer::Linear => (32, vec![0], 1, 1.0),
             Tracer::Distances(map, bits) => {
                 let (words, unit) = map.packed(*bits);
-                (1, *bits, words, map.layers as u32, unit)
+                (*bits, words, map.layers as u32, unit)
             }
-            Tracer::Cones(cones) => (2, 32, bytemuck::cast_slice(cones).to_vec(), 1, 1.0),
-            Tracer::RelaxedCones(cones) => (3, 32, bytemuck::cast_slice(cones).to_vec(), 1, 1.0),
+            Tracer::Cones(cones) | Tracer::RelaxedCones(cones) => {
+                (32, bytemuck::cast_slice(cones).to_vec(), 1, 1.0)
+            }
         };
-        let constants = [("TRACER", id), ("MAP_BITS", bits)];
+        let constants = [("TRACER", tracer.kind() as u32), ("MAP_BITS", bits)];
         let rays = u64::from(columns) * u64::from(columns);
         Ok(Trace {
             pipeline: gpu.compute_pipeline("relief tracing", &relief_trace_comp::SHADER, &constants)?,

@@ -7,18 +7,19 @@
 
 use super::Relief;
 use super::maps::{Fan, Holds};
-use super::pass::{DistanceBuild, heights};
-use crate::paper::texture_mapping::config::ReliefMethod;
+use super::pass::{ConeBuild, DistanceBuild, heights};
+use super::trace::TracerKind;
+use crate::paper::texture_mapping::config::{ReliefFilter, ReliefMethod};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
-use crate::vk::{self, Buffer, BufferUse, Gpu, Resource};
+use crate::vk::{self, Buffer, BufferUse, Cmd, Gpu, Resource};
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// A relief in video memory.
 pub struct ReliefSurface {
-    pub method: ReliefMethod,
     header: Buffer,
     heights: Buffer,
-    /// The distance map, or one unused word if the method does not trace.
+    /// The distance map or cone map, or one unused word if the method has no map.
     map: Buffer,
 }
 
@@ -33,9 +34,25 @@ fn layers(relief: &Relief) -> usize {
     (relief.depth.ceil() as usize).clamp(1, 64)
 }
 
-/// The work of building a distance map, in visits: for each texel, the squares of its horizon, and the cells of the
-/// neighbourhood in each layer.
-pub fn work(relief: &Relief) -> u64 {
+/// The work of building the map of a method, in visits.
+pub fn work(relief: &Relief, method: ReliefMethod) -> u64 {
+    match method.step() {
+        Err(TracerKind::Distances) => distance_work(relief),
+        Err(TracerKind::Cones) => cone_work(relief),
+        // Inside the solid, a relaxed cone's ray takes up to 33 steps.
+        Err(TracerKind::RelaxedCones) => cone_work(relief).saturating_mul(33),
+        Ok(_) | Err(TracerKind::Linear) => 0,
+    }
+}
+
+/// For each texel, the texels that may narrow its cone.
+fn cone_work(relief: &Relief) -> u64 {
+    let reach = (relief.side as u64 / 2).min(relief.depth.ceil() as u64);
+    ((2 * reach + 1) * (2 * reach + 1)).saturating_mul((relief.side * relief.side) as u64)
+}
+
+/// For each texel, the squares of its horizon, and the cells of the neighbourhood in each layer.
+fn distance_work(relief: &Relief) -> u64 {
     let side = 2 * (relief.depth.ceil() as u64 + 1) + 1;
     let cells = side.saturating_mul(side).saturating_mul(layers(relief) as u64);
     cells.saturating_add(HORIZON_SQUARES).saturating_mul((relief.side * relief.side) as u64)
@@ -47,30 +64,60 @@ const HORIZON_SQUARES: u64 = 7296;
 /// Rows of cells per submission. Drivers end a submission that takes seconds.
 const ROWS: u32 = 8;
 
-/// Builds the refined map. A build of more than a second reports its progress. If `go_on` returns an error, the build
-/// ends with this error.
-fn distance_map<E: From<vk::Error>>(
+/// Builds a map by groups of rows. A build of more than a second reports its progress. If `go_on` returns an error, the
+/// build ends with this error.
+fn build_rows<E: From<vk::Error>>(
     gpu: &Gpu,
-    relief: &Relief,
+    (what, side): (&'static str, u32),
     go_on: impl Fn() -> Result<(), E>,
-) -> Result<Buffer, E> {
-    let fan = Fan::new(relief.depth, Holds::Everywhere);
-    let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, true)?;
-    let (side, mut reported) = (relief.side as u32, Instant::now());
+    run: impl Fn(&mut Cmd<'_>, Range<u32>) -> vk::Result<()>,
+) -> Result<(), E> {
+    let mut reported = Instant::now();
     for first in (0..side).step_by(ROWS as usize) {
         go_on()?;
         let end = side.min(first + ROWS);
-        gpu.run_pass("distance map", |cmd| build.run_rows(cmd, first..end))?;
+        gpu.run_pass(what, |cmd| run(cmd, first..end))?;
         if reported.elapsed() >= REPORT {
-            tracing::info!("distance map: {end} of {side} rows");
+            tracing::info!("{what}: {end} of {side} rows");
             reported = Instant::now();
         }
     }
-    Ok(build.into_distances())
+    Ok(())
+}
+
+/// The map that a method needs, and the texels per step of a quantised map.
+fn map_of<E: From<vk::Error>>(
+    gpu: &Gpu,
+    relief: &Relief,
+    filter: ReliefFilter,
+    go_on: impl Fn() -> Result<(), E>,
+) -> Result<(Buffer, f32), E> {
+    let side = relief.side as u32;
+    Ok(match filter.method.step() {
+        Ok(_) | Err(TracerKind::Linear) => (gpu.buffer("no map", 4, BufferUse::Storage)?, 1.0),
+        Err(TracerKind::Distances) => {
+            let fan = Fan::new(relief.depth, Holds::Everywhere);
+            let refined = filter.method == ReliefMethod::Trace;
+            let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, refined)?;
+            build_rows(gpu, ("distance map", side), go_on, |cmd, rows| build.run_rows(cmd, rows))?;
+            match filter.precision.bits() {
+                32 => (build.into_distances(), 1.0),
+                bits => {
+                    let (words, unit) = build.read(gpu)?.packed(bits);
+                    (gpu.buffer_with("quantised distances", &words, BufferUse::Storage)?, unit)
+                }
+            }
+        }
+        Err(kind @ (TracerKind::Cones | TracerKind::RelaxedCones)) => {
+            let build = ConeBuild::new(gpu, relief, kind == TracerKind::RelaxedCones)?;
+            build_rows(gpu, ("cone map", side), go_on, |cmd, rows| build.run_rows(cmd, rows))?;
+            (build.into_cones(), 1.0)
+        }
+    })
 }
 
 impl ReliefSurface {
-    /// Creates the relief of a square plane of this side, and builds the map that tracing needs. The build calls `go_on`
+    /// Creates the relief of a square plane of this side, and builds the map that the method needs. The build calls `go_on`
     /// before each submission, which takes at most some seconds.
     ///
     /// # Errors
@@ -78,23 +125,19 @@ impl ReliefSurface {
     pub fn new<E: From<vk::Error>>(
         gpu: &Gpu,
         relief: &Relief,
-        method: ReliefMethod,
+        filter: ReliefFilter,
         size_m: f64,
         go_on: impl Fn() -> Result<(), E>,
     ) -> Result<ReliefSurface, E> {
-        let map = match method {
-            ReliefMethod::ProjectedWidth => gpu.buffer("no distances", 4, BufferUse::Storage)?,
-            ReliefMethod::Trace => distance_map(gpu, relief, go_on)?,
-        };
+        let (map, map_unit) = map_of(gpu, relief, filter, go_on)?;
         let header = [
             relief.side as u32,
             layers(relief) as u32,
             relief.depth.to_bits(),
-            1f32.to_bits(),
+            map_unit.to_bits(),
             (size_m as f32).to_bits(),
         ];
         Ok(ReliefSurface {
-            method,
             header: gpu.buffer_with("relief", &header, BufferUse::Storage)?,
             heights: heights(gpu, relief)?,
             map,
@@ -102,9 +145,13 @@ impl ReliefSurface {
     }
 
     /// Specialization constants of the pipeline.
-    pub fn constants(method: ReliefMethod) -> [(&'static str, u32); 2] {
-        // TRACER 1 traces by the distance map.
-        [("RELIEF_METHOD", u32::from(method == ReliefMethod::Trace)), ("TRACER", 1)]
+    pub fn constants(filter: ReliefFilter) -> Vec<(&'static str, u32)> {
+        match filter.method.step() {
+            Ok(parallax) => vec![("TRACES", 0), ("PARALLAX_FILTER", parallax as u32)],
+            Err(tracer) => {
+                vec![("TRACES", 1), ("TRACER", tracer as u32), ("MAP_BITS", filter.precision.bits())]
+            }
+        }
     }
 
     pub fn resources(&self) -> [(u32, Resource<'_>); 3] {
@@ -129,6 +176,9 @@ mod tests {
     fn the_work_counts_the_squares_and_cells_of_a_fan() {
         let relief = Relief { side: 16, depth: 2.5, heights: vec![0; 256] };
         let fan = Fan::new(relief.depth, Holds::Everywhere);
-        assert_eq!(work(&relief), 256 * (fan.squares.len() + layers(&relief) * fan.near.len()) as u64);
+        assert_eq!(
+            work(&relief, ReliefMethod::Trace),
+            256 * (fan.squares.len() + layers(&relief) * fan.near.len()) as u64
+        );
     }
 }

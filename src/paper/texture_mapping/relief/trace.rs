@@ -30,6 +30,15 @@ pub enum Tracer<'a> {
     RelaxedCones(&'a [f32]),
 }
 
+/// A [`Tracer`] without its map: `TRACER` of relief_ray.glsl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TracerKind {
+    Linear,
+    Distances,
+    Cones,
+    RelaxedCones,
+}
+
 /// What a tracer found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
@@ -54,6 +63,15 @@ pub fn above(relief: &Relief, [x, y, z]: [f32; 3]) -> f32 {
 }
 
 impl Tracer<'_> {
+    pub fn kind(&self) -> TracerKind {
+        match self {
+            Tracer::Linear => TracerKind::Linear,
+            Tracer::Distances(..) => TracerKind::Distances,
+            Tracer::Cones(_) => TracerKind::Cones,
+            Tracer::RelaxedCones(_) => TracerKind::RelaxedCones,
+        }
+    }
+
     /// The longest step that the tracer takes from a point.
     fn allowed(&self, relief: &Relief, ray: &Ray, at: [f32; 3]) -> f32 {
         let side = relief.side as i64;
