@@ -111,7 +111,7 @@ pub fn tracers() -> Vec<Setting> {
     let quantised = [MapPrecision::Bits16, MapPrecision::Bits8].map(|precision| {
         let name = precision.name();
         let precision = format!("surface.NAME.relief.map_precision={name}");
-        Setting::new(&format!("trace, {name}"), [method(ReliefMethod::Trace), precision])
+        Setting::new(format!("trace, {name}"), [method(ReliefMethod::Trace), precision])
     });
     traced.chain(quantised).collect()
 }
