@@ -157,7 +157,7 @@ fn compare_plain(
         return None;
     }
     let gpu = &renderer.gpu;
-    // As many samples as the plain texture takes: the scene's own filter may take many.
+    // The plain texture takes one sample per pixel, so the scene must too; its own filter may take many.
     let compared = || -> anyhow::Result<_> {
         let scene = with_one_sample(&request.scene)?;
         let mut sampled_once = Renderer::on(gpu, &scene, &options(args, request))?;

@@ -32,8 +32,8 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Reads the tiles that were copied two frames ago. Copies the tiles of this frame left of column `split` from
-    /// `words`, the image that [`super::levels`] draws.
+    /// Reads the tiles that were copied two frames ago, and copies those of this frame. `words` is the image that
+    /// [`super::levels`] draws; only its part left of column `split` is copied.
     ///
     /// # Errors
     /// Out of memory.

@@ -24,8 +24,8 @@ pub struct ExportArgs {
     level: Option<u32>,
 
     /// The coarsest level whose error is at most this, in object units. The error is an estimate of the
-    /// deviation, measured at 77 points of each face (with `--effort fast` at 20) and at all vertices, but not
-    /// a bound
+    /// deviation, not a bound: it is measured at all vertices and at 77 points of each face (20 if the file was
+    /// built with `--effort fast`)
     #[arg(long, group = "which", value_name = "E", allow_negative_numbers = true)]
     error: Option<f32>,
 
@@ -113,8 +113,8 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
 }
 
 /// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the number with the fewest digits, at least
-/// six. PLY: the nearest f32. If no such number rounds to the stored f32: the f64 sum, most of whose seventeen digits
-/// are noise.
+/// six. PLY: the nearest f32. If no OBJ or PLY number satisfies this, the result is the f64 sum. Most of its seventeen
+/// digits are noise.
 fn plain(centre: f64, stored: f32, format: Format) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;

@@ -46,7 +46,7 @@ struct Info {
     finest: LevelInfo,
     /// Explains the levels' errors.
     errors_are: &'static str,
-    /// What the errors count; `None` if the file does not record it.
+    /// The name of the [`ErrorMetric`] with which the errors were measured; `None` if the file does not record it.
     metric: Option<&'static str>,
     attributes: Vec<&'static str>,
     permutations: usize,

@@ -230,7 +230,7 @@ impl Stage {
         self.opening.is_some()
     }
 
-    /// Ends what is under way, so that the stage can be dropped soon.
+    /// Ends simulated disk delays and stops the change in preparation, so that the stage can be dropped soon.
     pub fn end_waits(&mut self) {
         let second = self.second.as_ref().map(|second| &second.renderer);
         std::iter::once(&self.renderer).chain(second).for_each(|renderer| renderer.technique.end_waits()());

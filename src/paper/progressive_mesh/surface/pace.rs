@@ -6,8 +6,9 @@ use crate::paper::progressive_mesh::run::level_for_error;
 use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 
 /// Default of `pixels_per_frame` with geomorphing. With this limit, no frame of pm.pop changes more than 1 % of the
-/// covered pixels visibly, on any of its models. A small picture has more outline per covered pixel: `knot` seen from
-/// `above` covers 677 pixels, and 9 of them (1.33 %) change visibly in one frame. With 0.025, 6 do (0.89 %).
+/// covered pixels visibly, on any of its models. Smaller pictures, which pm.pop does not measure, have more outline per
+/// covered pixel and can exceed 1 %. For example, `knot` seen from `above` covers 677 pixels, and 9 of them (1.33 %)
+/// change visibly in one frame. With a limit of 0.025, 6 pixels change visibly (0.89 %).
 pub const PIXELS_PER_FRAME: f64 = 0.043;
 
 /// An approaching camera raises the drawn error to at most this multiple of the wanted error. Without this bound, a
@@ -125,11 +126,12 @@ mod tests {
     fn an_approach_leaves_at_most_twice_the_wanted_error() {
         let (pace, _) = pace(&["pixels_per_frame=0.25"]);
         let near = |error: f64| InstanceError { error, pixel: 0.05 };
-        // The camera comes ten times as near: a pixel shrinks from 0.5 to 0.05 units. One pixel was drawn, so the drawn
-        // 0.5 units would now be 10 pixels. They are reduced to twice the wanted pixel, and then by one step.
+        // The camera comes ten times as near: a pixel shrinks from 0.5 to 0.05 units. The drawn error was 0.5
+        // units, or one pixel, and would now be 10 pixels. It is reduced to 2 pixels, twice the wanted error, and then
+        // by one step.
         assert_eq!(pace.next(Some(at(0.5)), near(0.05)), 0.1 - 0.25 * 0.05);
-        // 16 pixels were drawn, more than twice the wanted pixel. The approach does not raise this number, and one step
-        // reduces it to 15.75.
+        // The drawn error was 16 pixels, more than twice the wanted error of one pixel. The approach does not raise it,
+        // and one step reduces it to 15.75 pixels.
         let kept = pace.next(Some(at(8.0)), near(0.05));
         assert!((kept / 0.05 - 15.75).abs() < 1e-9, "{kept}");
         // While the camera moves away, finer levels than wanted are drawn for some frames.

@@ -20,9 +20,9 @@ pub const EDGES: Figure = Figure {
             1e-2, 5e-3 and 1e-2, which the formulas can meet. Each approximation is compared with the exact volume. \
             Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 r^2) \
             without a reconstruction term, as in the thesis. The other is our default, the EWA filter's exp(-2 r^2) \
-            with a reconstruction term of 0.8. The times and the counts of fetched texels belong to this kernel. A \
-            line shows each truth's own error. The pictures show planes of `pink-noise` and `checker-2` and have 96 x \
-            72 (quick) or 256 x 192 pixels.",
+            with a reconstruction term of 0.8. The times and the counts of fetched texels belong to this kernel. In \
+            the plots of errors, a line shows the error of the truth itself. The pictures show planes of \
+            `pink-noise` and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],

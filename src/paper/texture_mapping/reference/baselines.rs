@@ -90,7 +90,8 @@ fn probes(
 ) -> FilteredTexel {
     let coarsest = f64::from(texture.coarsest);
     let raised = texture.raised(level, reach[0].hypot(reach[1]));
-    // Rounding decides on which side of 0 a level near 0 lies. A raised level is an exact integer.
+    // Rounding decides on which side of 0 a level near 0 lies, unless the level was raised: a raised level is an exact
+    // integer.
     let near_0 = raised == level && level.abs() < 2f64.powi(-16);
     let undecided = if near_0 { 4 * probes.len() as u32 } else { 0 };
     let level = raised.clamp(0.0, coarsest);

@@ -1,9 +1,9 @@
 //! The methods of [`super::parallax`] in f64: each pixel's colour, and the range in which f32 must find it.
 //!
-//! In f32, the point where a ray enters the top plane has an error of at most a slack. The hit of a ray
-//! that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies between
-//! the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides it.
-//! Where the slack decides whether a texel counts, the range contains all outcomes.
+//! In f32, the point where a ray enters the top plane has an error. `slack` is the bound of this error. The hit of a
+//! ray that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies
+//! between the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides
+//! it. Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
 //! The reference visits every texel. For descents of more than [`MOST_DESCENT`] texels, the GPU skips hidden texels by
 //! longer strides.

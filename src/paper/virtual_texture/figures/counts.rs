@@ -121,8 +121,8 @@ pub fn reference_list(triples: &[[u32; 3]], pyramid: &Pyramid, address: TileAddr
     }
 }
 
-/// The rows of a variant of stage 2 with this number of workgroups and of fetched texels. `ending` is appended to the
-/// name of each quantity.
+/// The rows of a variant of stage 2. `groups` is its number of workgroups, and `texels` the number of texels that it
+/// fetches. `ending` is appended to the name of each quantity.
 pub fn of_stage_2(
     (name, dedup): (&str, Dedup),
     requests: &Requests<'_>,
@@ -191,7 +191,7 @@ pub fn of_stage_3(
         Compaction::Workgroup => (words + words_of(16), Ok(lots(1024).len() as u64)),
         // Workgroups with marks read their words twice more.
         Compaction::Ordered => (words + 2 * words_of(1024), Ok(0)),
-        // The draw that marks also appends, a word for each triple.
+        // The fused draw sets the bits of the tile mask and appends to the list, one word for each triple.
         Compaction::FusedAppend => (0, Ok(triples.len() as u64)),
     };
     let entry = if compact == Compaction::FusedAppend { 4 } else { 12 };
@@ -229,7 +229,8 @@ mod tests {
             let requests = Requests { triples, size, pyramid: &pyramid };
             numbers(of_stage_2((dedup.name(), dedup), &requests, [3, 64], ""))
         };
-        // Two rows: A B A B ... in both. Rows change at every pixel, quads at every second one.
+        // A picture of two rows, each A B A B ... The tile changes at every pixel in row order, and at every second
+        // pixel in quad order.
         let stripes: Vec<[u32; 3]> = (0..16).map(|n| if n % 2 == 0 { A } else { B }).collect();
         let of = |dedup| count(&stripes, [8, 2], dedup);
         assert_eq!(of(Dedup::Geometry), [Some(64.0), Some(0.0), Some(0.0)]);
@@ -242,8 +243,8 @@ mod tests {
         assert_eq!(of(Dedup::SharedHash)[1..], [None, None]);
         assert_eq!([of(Dedup::FusedExact)[1], of(Dedup::Fused)[1]], [Some(16.0), None]);
         // From its lower left pixel a quad reads A B B A, and the quad before it ends with A. So a square has 1 + 16 x
-        // 2 changes. Squares below the picture repeat its last row: the same again, 7 times. In the 56 squares beside
-        // it, every pixel is a B.
+        // 2 changes. The 7 squares below it repeat the picture's last row, so each has as many changes. In the 56
+        // squares beside the picture, every pixel is a B.
         assert_eq!(of(Dedup::Runs)[1], Some(8.0 * (1.0 + 16.0 * 2.0) + 56.0));
         // Resident levels and the background are never tested, and interrupt a run.
         let breaks = [A, A, RESIDENT, A, NONE, A, B, B];

@@ -37,8 +37,8 @@ pub const CHANGE: Figure = Figure {
             the host uploads or copies for a change in the middle of the range: whole blocks, and faces that move to \
             a slice of another size. Times are means of up to five single changes up and down in the middle of the \
             range: the host's time until the frame is submitted, the time of the device's passes, and their sum. \
-            Only one of some hundred splits is followed by tswaps, which may move all faces: the mean shows the cost \
-            of a walk, the worst change that of a single frame.",
+            Only one in several hundred splits is followed by tswaps, and these may move all faces. So the mean shows \
+            the cost of a walk, and the worst change shows the cost of a single frame.",
     scenes: &["bunny", "torus:96"],
     variants,
     ours: &["tail-23"],

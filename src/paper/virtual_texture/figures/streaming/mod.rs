@@ -3,7 +3,7 @@
 //! Lists and caches do not depend on the texels. So the `ruler`, whose tiles take a tenth of the time, replaces the
 //! imagery where only lists and caches matter. Pyramid, mesh and paths stay the same. With tiles of 256 texels, 640 x
 //! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512. All these figures have NA = 1,
-//! one sample per pixel; vt.na measures how many tiles more samples need.
+//! one sample per pixel; vt.na measures the number of visible tiles with more samples.
 
 mod budget;
 mod cache;
