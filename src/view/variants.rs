@@ -98,6 +98,7 @@ fn companions(scene: &Scene, key: &str, value: &str) -> Option<Vec<&'static str>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ortelius::paper::texture_mapping::config::ReliefMethod;
     use ortelius::paper::virtual_texture::choices::Listing;
 
     #[test]
@@ -119,7 +120,7 @@ mod tests {
         );
         let herd = names("herd");
         assert!(herd.iter().any(|name| name.starts_with("order: ")) && herd.len() > 4, "{herd:?}");
-        assert_eq!(names("relief-brick").len(), 2);
+        assert_eq!(names("relief-brick").len(), ReliefMethod::ALL.len());
     }
 
     #[test]
