@@ -1,10 +1,11 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
 use super::contender::pass;
-use super::shown::{traced_reliefs, tracers};
+use super::shown::{method, traced_reliefs};
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Show, Sweep};
+use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
@@ -38,7 +39,8 @@ pub const RELIEF: Figure = Figure {
         quick: &[15.0, 30.0, 60.0, 80.0],
         full: &[15.0, 30.0, 45.0, 60.0, 70.0, 80.0],
     }),
-    show: Show::views(traced_reliefs).variants(tracers),
+    show: Show::views(traced_reliefs)
+        .variants(|| Traversal::ALL.into_iter().filter_map(Traversal::setting).collect()),
     measure,
     plots: &[Plot::sweep(STEPS), Plot::sweep(GAIN), Plot::sweep(TIME).log_y(), Plot::sweep(MISSED)],
     claims: &[
@@ -178,6 +180,21 @@ impl Traversal {
             Traversal::Map(build) => build.name(),
             Traversal::Quantised(bits) => format!("{}, {bits} bits", REFINED.name()),
         }
+    }
+
+    /// The keys of a scene that select it. `None` for distances that hold only at the centres of cells.
+    fn setting(self) -> Option<Setting> {
+        let tracer = match self {
+            Traversal::Linear => ReliefMethod::TraceLinear,
+            Traversal::Map(Build::Distances(Holds::AtCentres, _)) => return None,
+            Traversal::Map(Build::Distances(_, false)) => ReliefMethod::TraceDonnelly,
+            Traversal::Map(Build::Distances(_, true)) | Traversal::Quantised(_) => ReliefMethod::Trace,
+            Traversal::Map(Build::Cones { relaxed: false }) => ReliefMethod::TraceCones,
+            Traversal::Map(Build::Cones { relaxed: true }) => ReliefMethod::TraceRelaxedCones,
+        };
+        let precision = MapPrecision::ALL.iter().find(|own| self == Traversal::Quantised(own.bits()));
+        let precision = precision.map(|own| format!("surface.NAME.relief.map_precision={}", own.name()));
+        Some(Setting::new(self.name(), [method(tracer)].into_iter().chain(precision)))
     }
 }
 

@@ -2,7 +2,7 @@
 //! figure that a scene can select.
 
 use crate::figure::{Setting, View};
-use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
+use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::ReliefKind;
 use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
 
@@ -83,7 +83,7 @@ pub fn reliefs() -> Vec<View> {
     shipped.map(|scene| View::new(scene, scene, NONE)).into_iter().chain(generated()).collect()
 }
 
-fn method(method: ReliefMethod) -> String {
+pub fn method(method: ReliefMethod) -> String {
     format!("surface.NAME.relief.method={}", method.name())
 }
 
@@ -102,16 +102,4 @@ pub fn relief_methods() -> Vec<Setting> {
     // One traced ray is the nearest setting to the figure's single texel.
     let point = (ParallaxFilter::Point.name(), ReliefMethod::Trace);
     filtered.chain([point]).map(|(name, own)| Setting::new(name, [method(own)])).collect()
-}
-
-/// The tracers, and the precisions of the refined map.
-pub fn tracers() -> Vec<Setting> {
-    let traced = ReliefMethod::ALL.iter().filter(|own| own.step().is_err());
-    let traced = traced.map(|&own| Setting::new(own.name(), [method(own)]));
-    let quantised = [MapPrecision::Bits16, MapPrecision::Bits8].map(|precision| {
-        let name = precision.name();
-        let precision = format!("surface.NAME.relief.map_precision={name}");
-        Setting::new(format!("trace, {name}"), [method(ReliefMethod::Trace), precision])
-    });
-    traced.chain(quantised).collect()
 }
