@@ -245,7 +245,7 @@ impl Figure {
         self.scenes.iter().filter(included).flat_map(of_scene).collect()
     }
 
-    /// What a quick run omits in addition to what [`Figure::about`] says, in words.
+    /// Text: what a quick run omits. [`Figure::about`] may name more omissions.
     pub fn quick_leaves_out(&self) -> String {
         let mut left_out = vec!["three fifths of the runs of each timed pass".to_string()];
         if let Some(Sweep { name, quick, full }) = &self.sweep {

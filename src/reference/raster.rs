@@ -24,9 +24,9 @@ pub struct Sample {
     pub triangle: u32,
     pub s: f64,
     pub t: f64,
-    /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine:
-    /// between the two centres of the pixel's row for x, of its column for y. The differences use this triangle's plane
-    /// even if the triangle does not cover the other centre.
+    /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine.
+    /// The x derivative is the difference between the two centres in the pixel's row, the y derivative that in its
+    /// column. The differences use this triangle's plane even if the triangle does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,

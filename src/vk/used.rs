@@ -30,7 +30,7 @@ pub(super) struct Listing {
     resources: Vec<Used>,
     /// Index in `resources` by handle.
     known: HashMap<u64, usize>,
-    /// The depth image that draws test and may write.
+    /// The depth image of the following draws: they test depth, and may write it.
     depth: Option<u64>,
 }
 

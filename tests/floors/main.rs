@@ -72,7 +72,7 @@ fn tests_and_the_build_script_have_no_unsafe_code() {
     assert!(objections.is_empty(), "\n{}\n", objections.join("\n"));
 }
 
-/// Folders that still have circles. An entry without a circle must be removed.
+/// Folders with known circular imports. An entry without a circle must be removed.
 const UNDER_RECONSTRUCTION: [&str; 0] = [];
 
 #[test]

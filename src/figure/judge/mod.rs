@@ -69,8 +69,8 @@ impl Claim {
     }
 
     /// The rows of the place with the best number, and the number of places. As for the best of several variants, every
-    /// second round chooses the place and the other rounds remain for the judgement: the largest of many noisy numbers
-    /// would be too large.
+    /// second round chooses the place, and the other rounds remain for the judgement. If the same rounds did both, noise
+    /// would favour the chosen place.
     fn in_best_place(&self, table: &Table) -> Option<(Table, usize)> {
         let [test] = self.tests else { return None };
         let chosen_by = test.items(&every_second_round(table, 0), &self.places).items;
@@ -111,7 +111,7 @@ impl Claim {
         Finding::new(verdict, numbers, why(self.tests, &found))
     }
 
-    /// The verdict if the precondition `given` does not hold for certain, and why.
+    /// The verdict if the precondition `given` fails, is undecided or was not measured, and why.
     fn unmet(&self, given: &Test, table: &Table) -> Option<(Verdict, String)> {
         let items = given.items(table, &self.places);
         if items.items.is_empty() {
@@ -155,8 +155,8 @@ impl Claim {
 }
 
 /// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails in a place
-/// if a number there misses its bound. One failing place is enough to reject a claim that holds in no place for certain:
-/// noise elsewhere cannot make it hold everywhere.
+/// if a number there misses its bound. If the claim fails in one place and holds in none (the others are undecided), it
+/// is not reproduced: whatever the undecided places are, it does not hold everywhere.
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {

@@ -64,8 +64,8 @@ pub(super) struct Journal {
     end: Mutex<(File, u64)>,
 }
 
-/// How long to wait for the lock. The parent of a killed bake may continue slightly before the system releases the
-/// lock.
+/// How long to wait for the lock. The system may release the lock of a killed bake only after that bake's parent has
+/// continued.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Locks out other bakes for as long as `file` is open.
@@ -84,8 +84,8 @@ fn lock(file: &File) -> Result<(), TryLockError> {
     }
 }
 
-/// Opens or creates the file at `path` and locks it. A bake that ended meanwhile has deleted the file that it had locked;
-/// then the next file is taken.
+/// Opens or creates the file at `path` and locks it. Another bake may end during the wait for its lock, and delete its
+/// file. Then `path` is opened or created again.
 fn open_locked(path: &Path) -> Result<File, TryLockError> {
     loop {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);

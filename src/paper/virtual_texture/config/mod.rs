@@ -75,7 +75,8 @@ settings! {
         /// whose ellipse contains none shows the nearest texel.
         k: f64 = 0.8, in 0.0..=4.0, unit "squared texels";
         /// For `"ellipse"`: the texels that are visited. This changes the cost. It changes the picture only where an
-        /// ellipse has so many texels that its level is raised: the box has more.
+        /// ellipse has so many texels that its level is raised. The bounding box has more texels, so its level is raised
+        /// earlier.
         scan: FilterScan = FilterScan::RowSpan;
         /// For `"ellipse"`: the formula for the determinant of its matrix.
         determinant: FilterDeterminant = FilterDeterminant::AllPositive;
