@@ -90,7 +90,7 @@ impl Panels {
         if self.open {
             let side = egui::Panel::right("panels").default_size(WIDTH).resizable(true);
             side.show(ui, |ui| {
-                // As wide as the panel: otherwise the panel is as wide as its content, which changes from frame to frame.
+                // Without this, the panel would be as wide as its content, which changes from frame to frame.
                 let scrolled = ScrollArea::vertical().auto_shrink([false, true]);
                 scrolled.show(ui, |ui| actions = self.sections(ui, shown));
             });

@@ -136,8 +136,8 @@ fn colours_finer_than_the_heights_keep_their_detail() {
     assert!(own < 2e-2 && lost > 4.0 * own, "{own:.2e}, {lost:.2e}");
 }
 
-/// A pixel of this view is smaller than a texel, so a traced pixel shows the bilinear colour at its centre's hit. A relief
-/// a twentieth shallower must be recognised as wrong.
+/// A pixel of this view is smaller than a texel, so a traced pixel shows the bilinear colour at its centre's hit. A
+/// relief that is a twentieth shallower must have ten times the error.
 #[test]
 fn every_tracer_shows_the_colour_at_the_exact_hit() {
     let (kind, side) = (ReliefKind::Rock, side_of(ReliefKind::Rock));

@@ -117,8 +117,8 @@ fn map_of<E: From<vk::Error>>(
 }
 
 impl ReliefSurface {
-    /// Creates the relief of a square plane of this side, and builds the map that the method needs. The build calls `go_on`
-    /// before each submission, which takes at most some seconds.
+    /// Creates the relief of a square plane of this side, and builds the map that the method needs. The build calls
+    /// `go_on` before each submission, which takes at most some seconds.
     ///
     /// # Errors
     /// Out of memory, device lost; the error of `go_on`.
