@@ -214,7 +214,17 @@ fn group(figure: &Figure, plot: &Plot, cell: &CellRows) -> Group {
         Bar { highlight: figure.highlight(&name), name, value }
     };
     let names = variants(figure, &[cell], plot.quantity, plot.floor);
-    Group { name: cell.cell.to_string(), bars: names.into_iter().map(bar).collect() }
+    let mut bars: Vec<Bar> = Vec::new();
+    for bar in names.into_iter().map(bar) {
+        match bars.last_mut() {
+            // Neighbours that are missing for the same reason share it.
+            Some(last) if bar.value.is_err() && last.value == bar.value => {
+                last.name = format!("{}, {}", last.name, bar.name);
+            }
+            _ => bars.push(bar),
+        }
+    }
+    Group { name: cell.cell.to_string(), bars }
 }
 
 fn draw_bars(figure: &Figure, plot: &Plot, chart: &Chart, cell: &CellRows) -> Option<String> {

@@ -28,7 +28,8 @@ pub const WRITTEN: &str = "bytes written to the list";
 
 const RACE: &str = "depends on the order in which the device runs the invocations";
 const SUBGROUP: &str = "depends on the number of invocations in a subgroup, which differs between devices";
-const OVERDRAWN: &str = "fragments that are hidden later also mark: depends on the order of the triangles";
+const OVERDRAWN: &str =
+    "fragments that are hidden later set bits, too, so the number depends on the order of the triangles";
 
 /// An exact count, or why there is none.
 type Count = Result<u64, &'static str>;

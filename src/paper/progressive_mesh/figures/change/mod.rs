@@ -59,8 +59,8 @@ pub const CHANGE: Figure = Figure {
         ),
         Claim::ours(
             "moves",
-            "With 23 moved faces per split, a split writes at most 23 faces of 6 bytes more than without \
-             tswaps; with births in place at most 3 more corners, in faces that are not born yet.",
+            "With 23 moved faces per split, a split writes at most 138 bytes (23 faces of 6 bytes) more than without \
+             tswaps. With births in place it also writes at most 3 corners of unborn faces, 6 bytes more.",
             &[
                 Test::difference(one(WRITTEN, TAIL_23), one(WRITTEN, CLASSICAL), AtMost(138.0)),
                 Test::difference(one(WRITTEN, IN_PLACE_23), one(WRITTEN, CLASSICAL), AtMost(144.0)),
@@ -69,8 +69,8 @@ pub const CHANGE: Figure = Figure {
         .at(SINGLE),
         Claim::ours(
             "copies-of-lists",
-            "On the way down, skip lists with a ratio of 0.707 copy 4.8 faces per split, within 10 %: 2 / (1 \
-             - 0.707) - 2, because all lists except the finest are copied when their levels are reached.",
+            "On the way down, skip lists with a ratio of r = 0.707 copy 2 / (1 - r) - 2 = 4.8 faces per split, within \
+             10 %, because all lists except the finest are copied when their levels are reached.",
             &[Test::value(one(COPIED[1], SKIP_LISTS), Within(4.32, 5.28, Better::Neither))],
         )
         .at(SINGLE),

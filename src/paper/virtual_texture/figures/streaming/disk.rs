@@ -68,7 +68,7 @@ pub const DISK: Figure = Figure {
         .timed(),
         Claim::ours(
             "the-picture-recovers",
-            "After 5 s without a disk the picture recovers within 3 s more than with a healthy disk.",
+            "After 5 s without a disk, recovery takes at most 3 s longer than with a healthy disk.",
             &[Test::difference(one(RECOVERY, DOWN), one(RECOVERY, HEALTHY), AtMost(3e3))],
         )
         .timed(),
