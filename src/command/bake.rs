@@ -1,6 +1,6 @@
 //! `ortelius bake`: converts a picture, or a synthetic source, to a `.tiles` file.
 
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use ortelius::texture::bake::{self, BakeProgress, BakeSettings, SourceName};
@@ -72,7 +72,7 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     if args.dry_run {
         return super::say(bake::plan(&settings)?);
     }
-    let bar = Bar::of_bytes();
+    let bar = ProgressLine::of_bytes();
     let baked = bake::bake(&settings, &bar);
     drop(bar);
     let plan = baked?;
@@ -85,12 +85,12 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     Ok(())
 }
 
-impl BakeProgress for Bar {
+impl BakeProgress for ProgressLine {
     fn begin(&self, phase: &'static str, total_bytes: u64) {
         self.phase(phase, Some(total_bytes));
     }
 
     fn advance(&self, bytes: u64) {
-        Bar::advance(self, bytes);
+        ProgressLine::advance(self, bytes);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use super::request::parse_size;
 use super::{Usage, say};
 use anyhow::{Context, anyhow, bail};
@@ -154,7 +154,7 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
             KernelName::Box => TradeKernel::Box,
         },
     };
-    let bar = Bar::counting("settings");
+    let bar = ProgressLine::counting("settings");
     bar.phase("", None);
     let progress = |done, all| bar.set(done, all);
     let trade = match owner(scene)? {

@@ -2,7 +2,7 @@
 
 use super::family::{BARS, FAILS, SWEPT};
 use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Term, Test, Who, one};
-use ortelius::figure::{Effort, Family, Figure, Setting, Show, View, Views, choose};
+use ortelius::figure::{Effort, Family, Figure, Setting, Show, FigureView, Views, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
 use ortelius::renderer::sections;
@@ -116,14 +116,14 @@ fn every_figure_shows_its_views_and_variants_or_says_why_it_has_no_picture() {
         assert_eq!(not_shown(figure), None);
     }
     let variants = || vec![Setting::new("single", ["view.width=64"])];
-    const EARTH: Show = Show::views(|| vec![View::new("a", "earth/oblique", [""; 0])]);
+    const EARTH: Show = Show::views(|| vec![FigureView::new("a", "earth/oblique", [""; 0])]);
     let with = |show: Show| not_shown(&Figure { show, ..SWEPT });
     assert_eq!(with(EARTH.variants(variants)), None);
     assert!(with(Show::views(Vec::new)).unwrap().contains("views {}"));
     assert!(with(EARTH.variants(|| vec![Setting::new("triple", [""; 0])])).unwrap().contains("no variant"));
     let wrong = with(EARTH.variants(|| vec![Setting::new("single", ["surface.NAME.filter.kind=none"])]));
     assert!(wrong.unwrap().contains("a, single: "));
-    let nowhere = Show::views(|| vec![View::new("a", "earth/nowhere", [""; 0])]);
+    let nowhere = Show::views(|| vec![FigureView::new("a", "earth/nowhere", [""; 0])]);
     assert!(with(nowhere).unwrap().contains("no camera or path"));
     assert!(with(Show::nothing("it computes", "nowhere")).unwrap().contains("\"nowhere\""));
 }

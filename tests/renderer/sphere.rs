@@ -4,11 +4,11 @@ use crate::scenes::SIZE;
 use crate::{settled, silent};
 use glam::{DVec3, DVec4};
 use ortelius::picture::PixelFormat;
-use ortelius::reference::cylinder::Cylinder;
+use ortelius::reference::cylinder::CylinderWall;
 use ortelius::reference::ellipsoid;
 use ortelius::reference::pattern::Pattern;
 use ortelius::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
-use ortelius::scene::{Cylinder as Pipe, Geometry, Scene};
+use ortelius::scene::{Cylinder, Geometry, Scene};
 
 /// The truth of the default picture without a sun. `coordinate` gives (s, t) of an eye and a ray.
 fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 2]> + Sync) -> Truth {
@@ -60,10 +60,10 @@ fn the_ball_is_near_its_truth_and_a_turned_one_is_not() {
 #[test]
 fn the_tunnel_is_near_its_truth_and_a_shifted_one_is_not() {
     let scene = Scene::embedded("tunnel").unwrap();
-    let Geometry::Cylinder(Pipe { radius_m, length_m, .. }) = scene.surfaces["pipe"].geometry else {
+    let Geometry::Cylinder(Cylinder { radius_m, length_m, .. }) = scene.surfaces["pipe"].geometry else {
         panic!("no cylinder")
     };
-    let cylinder = Cylinder { radius_m, length_m };
+    let cylinder = CylinderWall { radius_m, length_m };
     let truth = truth(&scene, |eye, ray| cylinder.coordinate(eye, ray));
     let own = nmse(&scene, &truth);
     // The shift of 0.3 m is a tenth of a square.

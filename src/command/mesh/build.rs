@@ -3,7 +3,7 @@
 use super::report::{BuildReport, Laps, Steps};
 use crate::command::Usage;
 use crate::command::outputs::{check_apart, check_place, ending};
-use crate::command::progress::Bar;
+use crate::command::progress::ProgressLine;
 use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -97,7 +97,7 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
     check_moves(args, model.faces.len())?;
     let load = laps.lap();
-    let bar = Bar::counting("faces");
+    let bar = ProgressLine::counting("faces");
     let BuildArgs { target_faces, seed, effort, metric, .. } = *args;
     let options = SimplifyOptions { target_faces, seed, effort, metric };
     let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
@@ -194,7 +194,7 @@ fn ordered(
     options: Option<OrderOptions>,
     model: &Model,
     collapses: &Collapses,
-    bar: &Bar,
+    bar: &ProgressLine,
 ) -> ProgressiveMesh {
     match options {
         None => classical(model, collapses),
@@ -220,7 +220,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Progress callback of a step: faces done, and all faces.
-fn phase<'a>(bar: &'a Bar, name: &str) -> impl FnMut(usize, usize) + use<'a> {
+fn phase<'a>(bar: &'a ProgressLine, name: &str) -> impl FnMut(usize, usize) + use<'a> {
     bar.phase(name, None);
     |done, all| bar.set(done, all)
 }

@@ -66,7 +66,7 @@ pub fn settings() -> Vec<Setting> {
 }
 
 /// A method on the device, and the levels of its walk.
-pub struct Way<'a> {
+pub struct DeviceWalk<'a> {
     pub name: &'static str,
     gpu: &'a Gpu,
     runs: Runs<'a>,
@@ -88,14 +88,14 @@ struct Copying<'a> {
     indices: Buffer,
 }
 
-impl<'a> Way<'a> {
+impl<'a> DeviceWalk<'a> {
     /// A method at the first of `levels`.
     pub fn open(
         gpu: &'a Gpu,
         named: &WriteMethod,
         meshes: &'a Meshes,
         levels: &'a [u32],
-    ) -> anyhow::Result<Way<'a>> {
+    ) -> anyhow::Result<DeviceWalk<'a>> {
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
@@ -114,12 +114,12 @@ impl<'a> Way<'a> {
                 Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
             }
         };
-        let mut way = Way { name: named.name, gpu, runs, levels, up: true };
+        let mut way = DeviceWalk { name: named.name, gpu, runs, levels, up: true };
         way.go_to(levels[0])?;
         Ok(way)
     }
 
-    pub fn contender(way: &'a RefCell<Way<'a>>) -> Contender<'a> {
+    pub fn contender(way: &'a RefCell<DeviceWalk<'a>>) -> Contender<'a> {
         let name = way.borrow().name;
         Contender::new(name, move || Ok(way.borrow_mut().walk()?.0))
     }
