@@ -49,7 +49,6 @@ fn a_frame_has_pass_statistics_only_on_request() {
                 cmd.sync();
                 cmd.copy_buffer(&words, 0, &other, 0, 128);
                 cmd.copy_ranges(&words, &other, &[[512, 512, 16], [600, 600, 8]]);
-                Ok(())
             })
             .unwrap();
         let passes = frame.submit().unwrap().wait().unwrap();
@@ -124,7 +123,6 @@ fn a_missing_barrier_is_reported() {
         .pass("hazard", |cmd| {
             cmd.copy_buffer(&from, 0, &to, 0, 1024);
             cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
@@ -144,7 +142,6 @@ fn the_same_copies_with_a_barrier_are_silent() {
             cmd.copy_buffer(&from, 0, &to, 0, 1024);
             cmd.sync();
             cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
@@ -161,7 +158,6 @@ fn a_watched_device_fails_a_test_that_ends_with_messages() {
         .pass("hazard", |cmd| {
             cmd.copy_buffer(&from, 0, &to, 0, 1024);
             cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
@@ -185,10 +181,7 @@ fn buffers_and_images_are_filled_while_a_frame_is_recorded() {
     gpu.fill_levels(&image, &[bytemuck::cast_slice(&[5u32, 6, 7, 8]).to_vec()]).unwrap();
     let copy = TexelCopy { offset: 16, mip: 0, layer: 0, at: [0; 2], size: [2, 2] };
     frame
-        .pass("texels", |cmd| {
-            cmd.copy_from_image(&image, &host, &[copy]);
-            Ok(())
-        })
+        .pass("texels", |cmd| cmd.copy_from_image(&image, &host, &[copy]))
         .unwrap();
     drop(image);
     (0..3).for_each(|_| drop(gpu.frame().unwrap().submit().unwrap().wait().unwrap()));
@@ -206,10 +199,7 @@ fn two_threads_record_frames_at_the_same_time() {
             let mut frame = gpu.frame().unwrap();
             let words = gpu.buffer_with("words", &[value], BufferUse::Storage).unwrap();
             frame
-                .pass("copy", |cmd| {
-                    cmd.copy_buffer(&words, 0, &host, 0, 4);
-                    Ok(())
-                })
+                .pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4))
                 .unwrap();
             frame.submit().unwrap().wait().unwrap();
             assert_eq!(*host.mapped::<u32>(), [value]);
@@ -225,10 +215,7 @@ fn copy_to_the_host(view_is_open: bool) {
     let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
-        .pass("copy", |cmd| {
-            cmd.copy_buffer(&words, 0, &host, 0, 4);
-            Ok(())
-        })
+        .pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4))
         .unwrap();
     let view = view_is_open.then(|| host.mapped::<u32>());
     let ticket = frame.submit().unwrap();
@@ -256,10 +243,7 @@ fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {
         let mut frame = gpu.frame().unwrap();
         let late = made_in_the_frame.then(|| gpu.image("late", info).unwrap());
         frame
-            .pass("clear", |cmd| {
-                cmd.clear_uint(late.as_ref().unwrap_or(&early), value);
-                Ok(())
-            })
+            .pass("clear", |cmd| cmd.clear_uint(late.as_ref().unwrap_or(&early), value))
             .unwrap();
         if submitted {
             frame.submit().unwrap().wait().unwrap();

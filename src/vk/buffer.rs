@@ -259,10 +259,7 @@ impl Gpu {
         }
         let mut staging = self.buffer("staging", bytes.len() as u64, BufferUse::Upload)?;
         staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
-        self.run_pass("upload", |cmd| {
-            cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64);
-            Ok(())
-        })?;
+        self.run_pass("upload", |cmd| cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64))?;
         Ok(buffer)
     }
 }

@@ -15,10 +15,7 @@ pub fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
-        .pass("read-back", |cmd| {
-            cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-            Ok(())
-        })
+        .pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     match buffer.index_type() {
@@ -106,10 +103,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
         }
         let mut frame = gpu.frame().unwrap();
         frame
-            .pass("births", |cmd| {
-                cmd.copy_ranges(&births, &indices, &born);
-                Ok(())
-            })
+            .pass("births", |cmd| cmd.copy_ranges(&births, &indices, &born))
             .unwrap();
         frame.pass("apply", |cmd| apply.run(cmd, program, &indices, &changes)).unwrap();
         frame.submit().unwrap().wait().unwrap();

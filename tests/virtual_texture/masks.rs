@@ -71,10 +71,7 @@ fn upload(gpu: &Gpu, requests: &Image, triples: &[[u32; 3]]) {
     let mut frame = gpu.frame().unwrap();
     let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: SIZE };
     frame
-        .pass("upload", |cmd| {
-            cmd.copy_to_image(&texels, requests, &[whole]);
-            Ok(())
-        })
+        .pass("upload", |cmd| cmd.copy_to_image(&texels, requests, &[whole]))
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
 }
@@ -194,10 +191,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
             let mut frame = gpu.frame().unwrap();
             frame.pass("compact", |cmd| list.compact(cmd, Mask::of_image(&mask))).unwrap();
             frame
-                .pass("read-back", |cmd| {
-                    list.read_back(cmd);
-                    Ok(())
-                })
+                .pass("read-back", |cmd| list.read_back(cmd))
                 .unwrap();
             frame.submit().unwrap().wait().unwrap();
             let (listed, _) = pass.collect(&gpu, Mask::of_image(&mask), &mut list).unwrap();

@@ -16,10 +16,7 @@ fn copied(gpu: &Gpu, renderer: &TextureSession) -> HostCopy {
     let copy = HostCopy::new(gpu, stage1.requests.info().size, stage1.format).unwrap();
     let mut frame = gpu.frame().unwrap();
     frame
-        .pass("copy request image", |cmd| {
-            copy.run(cmd, &stage1.requests);
-            Ok(())
-        })
+        .pass("copy request image", |cmd| copy.run(cmd, &stage1.requests))
         .unwrap();
     frame.submit().unwrap().wait().unwrap();
     copy
@@ -34,10 +31,7 @@ fn gathered(gpu: &Gpu, renderer: &TextureSession, n: u32, frames: std::ops::Rang
         let mut frame = gpu.frame().unwrap();
         frame.pass("gather", |cmd| gather.run(cmd, &stage1.requests, &samples, number)).unwrap();
         frame
-            .pass("feedback read-back", |cmd| {
-                samples.read_back(cmd);
-                Ok(())
-            })
+            .pass("feedback read-back", |cmd| samples.read_back(cmd))
             .unwrap();
         frame.submit().unwrap().wait().unwrap();
         samples.words().to_vec()

@@ -219,7 +219,6 @@ fn variants_with_subgroups_list_the_reference_set() {
         .pass("upload", |cmd| {
             let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
             cmd.copy_to_image(&texels, &stage1.requests, &[whole]);
-            Ok(())
         })
         .unwrap();
     frame.submit().unwrap().wait().unwrap();

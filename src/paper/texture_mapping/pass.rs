@@ -93,10 +93,7 @@ impl Uploaded {
 /// Device lost, out of memory.
 pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
     let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| {
-        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-        Ok(())
-    })?;
+    gpu.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))?;
     Ok(host.mapped().to_vec())
 }
 

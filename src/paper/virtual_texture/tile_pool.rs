@@ -120,10 +120,7 @@ impl TilePool {
             assert!(taken, "no staging for resident slot {slot}");
         }
         let mut frame = gpu.frame()?;
-        frame.pass("fill resident tail", |cmd| {
-            self.copy(cmd, &uploads);
-            Ok(())
-        })?;
+        frame.pass("fill resident tail", |cmd| self.copy(cmd, &uploads))?;
         frame.submit()?.wait()?;
         Ok(())
     }

@@ -170,10 +170,7 @@ impl CoordinatesPass {
             Body::Draw(_, target) => Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(target)?)),
             Body::Dispatch(_, pixels) => {
                 let host = gpu.buffer("pixels on the host", pixels.bytes(), BufferUse::Readback)?;
-                gpu.run_pass("read-back", |cmd| {
-                    cmd.copy_buffer(pixels, 0, &host, 0, pixels.bytes());
-                    Ok(())
-                })?;
+                gpu.run_pass("read-back", |cmd| cmd.copy_buffer(pixels, 0, &host, 0, pixels.bytes()))?;
                 Ok(host.mapped().to_vec())
             }
         }
