@@ -262,6 +262,16 @@ impl Gpu {
         self.run_pass("upload", |cmd| cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64))?;
         Ok(buffer)
     }
+
+    /// The values of a buffer. Waits for all earlier frames.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read_buffer<T: AnyBitPattern>(&self, buffer: &Buffer) -> Result<Vec<T>> {
+        let host = self.buffer("read-back", buffer.bytes, BufferUse::Readback)?;
+        self.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes))?;
+        Ok(host.mapped().to_vec())
+    }
 }
 
 impl Buffer {

@@ -92,9 +92,7 @@ impl Uploaded {
 /// # Errors
 /// Device lost, out of memory.
 pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
-    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))?;
-    Ok(host.mapped().to_vec())
+    gpu.read_buffer(buffer)
 }
 
 /// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.

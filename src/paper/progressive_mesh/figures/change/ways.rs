@@ -148,11 +148,10 @@ impl<'a> DeviceWalk<'a> {
         let face_bytes = program.index_type().triangle_bytes();
         let expected = &packed[..face_bytes as usize * program.drawn(level) as usize];
         let indices = &surface.indices;
-        let host = match surface.settings.apply {
-            Apply::Mapped => None,
-            Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
+        let found: Vec<u8> = match surface.settings.apply {
+            Apply::Mapped => indices.mapped().to_vec(),
+            Apply::Cpu | Apply::Gpu => self.gpu.read_buffer(indices)?,
         };
-        let found = host.as_ref().unwrap_or(indices).mapped::<u8>();
         let first = (face_bytes * u64::from(surface.first_face(0))) as usize;
         Ok(Some(different_indices(&found[first..], expected, program.index_type().bytes() as usize)))
     }
@@ -204,12 +203,6 @@ impl<'a> DeviceWalk<'a> {
 fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
     let pairs = found.chunks_exact(bytes).zip(expected.chunks_exact(bytes));
     expected.len() / bytes - pairs.filter(|(a, b)| a == b).count()
-}
-
-fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
-    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))?;
-    Ok(host)
 }
 
 #[cfg(test)]
