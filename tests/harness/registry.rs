@@ -276,7 +276,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "the Earth's tiles against differently cut ones",
-        function: (EARTH, "differing_texels"),
+        function: ("src/texture/source/checks.rs", "differing_texels"),
         rejects: &[(EARTH, "the_comparison_of_borders_rejects_texels_of_another_place")],
     },
     Comparer {
