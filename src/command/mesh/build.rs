@@ -1,19 +1,18 @@
 //! `ortelius mesh build`: converts a model to a `.pmesh` file.
 
 use super::report::{BuildReport, Laps, Steps};
-use crate::command::Usage;
+use crate::command::{Usage, named};
 use crate::command::outputs::{check_apart, check_place, ending};
 use crate::command::progress::ProgressLine;
 use anyhow::{Result, bail};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
 use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, SimplifyReport, simplify};
-use ortelius::scene::Choice;
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
@@ -69,14 +68,6 @@ pub struct BuildArgs {
 /// The orders that a file can have.
 fn orders() -> impl TypedValueParser<Value = FaceOrder> {
     named(|order: FaceOrder| !order.is_baseline())
-}
-
-/// Parses a choice by its name.
-fn named<T: Choice + Send + Sync>(allowed: fn(T) -> bool) -> impl TypedValueParser<Value = T> {
-    let value = |choice: T| PossibleValue::new(choice.name()).help(choice.about());
-    let names = T::ALL.iter().copied().filter(move |choice| allowed(*choice)).map(value);
-    let find = |name: String| T::ALL.iter().copied().find(|choice| choice.name() == name);
-    PossibleValuesParser::new(names).try_map(move |name| find(name).ok_or("no choice has this name"))
 }
 
 /// Runs the subcommand. A failure names the file.
