@@ -180,9 +180,7 @@ fn buffers_and_images_are_filled_while_a_frame_is_recorded() {
         .unwrap();
     gpu.fill_levels(&image, &[bytemuck::cast_slice(&[5u32, 6, 7, 8]).to_vec()]).unwrap();
     let copy = TexelCopy { offset: 16, mip: 0, layer: 0, at: [0; 2], size: [2, 2] };
-    frame
-        .pass("texels", |cmd| cmd.copy_from_image(&image, &host, &[copy]))
-        .unwrap();
+    frame.pass("texels", |cmd| cmd.copy_from_image(&image, &host, &[copy])).unwrap();
     drop(image);
     (0..3).for_each(|_| drop(gpu.frame().unwrap().submit().unwrap().wait().unwrap()));
     frame.submit().unwrap().wait().unwrap();
@@ -198,9 +196,7 @@ fn two_threads_record_frames_at_the_same_time() {
             let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
             let mut frame = gpu.frame().unwrap();
             let words = gpu.buffer_with("words", &[value], BufferUse::Storage).unwrap();
-            frame
-                .pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4))
-                .unwrap();
+            frame.pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4)).unwrap();
             frame.submit().unwrap().wait().unwrap();
             assert_eq!(*host.mapped::<u32>(), [value]);
         }
@@ -214,9 +210,7 @@ fn copy_to_the_host(view_is_open: bool) {
     let words = gpu.buffer_with("words", &[7u32], BufferUse::Storage).unwrap();
     let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4))
-        .unwrap();
+    frame.pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4)).unwrap();
     let view = view_is_open.then(|| host.mapped::<u32>());
     let ticket = frame.submit().unwrap();
     drop(view);
@@ -242,9 +236,7 @@ fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {
     for submitted in [submit, true] {
         let mut frame = gpu.frame().unwrap();
         let late = made_in_the_frame.then(|| gpu.image("late", info).unwrap());
-        frame
-            .pass("clear", |cmd| cmd.clear_uint(late.as_ref().unwrap_or(&early), value))
-            .unwrap();
+        frame.pass("clear", |cmd| cmd.clear_uint(late.as_ref().unwrap_or(&early), value)).unwrap();
         if submitted {
             frame.submit().unwrap().wait().unwrap();
         }

@@ -20,7 +20,9 @@ pub fn keep_meshes() {
 impl ProgressLine {
     /// Counts items of a kind, for example "faces".
     pub fn counting(unit: &str) -> ProgressLine {
-        ProgressLine::with(&format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{elapsed}}, about {{eta}} left"))
+        ProgressLine::with(&format!(
+            "{{msg}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{elapsed}}, about {{eta}} left"
+        ))
     }
 
     pub fn of_bytes() -> ProgressLine {

@@ -11,12 +11,11 @@ use super::timed::{BLOCK, FrameCost, Pass, PassTimes, TimedFrame, mean, processo
 use anyhow::bail;
 use ortelius::figure::Machine;
 use ortelius::header::JsonFormat;
-use ortelius::picture::write::write_whole;
+use ortelius::picture::write::write_bytes;
 use ortelius::scene::Scene;
 use ortelius::stats::{Summary, median, median_interval};
 use ortelius::vk::{FRAMES_IN_FLIGHT, PhysicalDevice};
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -217,7 +216,7 @@ impl Measurement {
 
 fn write(file: &Path, results: &Results<'_>) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(&FORMAT.head(results))?;
-    Ok(write_whole(file, |file| file.write_all(text.as_bytes()))?)
+    Ok(write_bytes(file, &text)?)
 }
 
 #[cfg(test)]

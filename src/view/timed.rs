@@ -89,8 +89,9 @@ impl PassTimes {
     /// `frames`: all frames of the pass.
     pub fn of(pass: Pass, frames: &[&TimedFrame]) -> PassTimes {
         let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
-        let mean_of =
-            |part: &dyn Fn(&TimedFrame) -> f64| mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>());
+        let mean_of = |part: &dyn Fn(&TimedFrame) -> f64| {
+            mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>())
+        };
         let processor: Option<Vec<f64>> = frames.iter().map(|frame| frame.processor_ms).collect();
         let device =
             |n: usize| frames.iter().filter_map(move |frame| Some(frame.device_ms?[n])).collect::<Vec<_>>();

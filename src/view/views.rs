@@ -2,8 +2,8 @@
 
 use super::bookmarks::Bookmarks;
 use super::eye::Eye;
-use super::live::{ECHO, Live};
 use super::ground::GroundHeights;
+use super::live::{ECHO, Live};
 use anyhow::bail;
 use ortelius::renderer::Kept;
 

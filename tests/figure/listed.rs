@@ -2,7 +2,7 @@
 
 use super::family::{BARS, FAILS, SWEPT};
 use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Term, Test, Who, one};
-use ortelius::figure::{Effort, Family, Figure, Setting, Show, FigureView, Views, choose};
+use ortelius::figure::{Effort, Family, Figure, FigureView, Setting, Show, Views, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
 use ortelius::renderer::sections;

@@ -96,9 +96,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
             *level = to;
         }
         let mut frame = gpu.frame().unwrap();
-        frame
-            .pass("births", |cmd| cmd.copy_ranges(&births, &indices, &born))
-            .unwrap();
+        frame.pass("births", |cmd| cmd.copy_ranges(&births, &indices, &born)).unwrap();
         frame.pass("apply", |cmd| apply.run(cmd, program, &indices, &changes)).unwrap();
         frame.submit().unwrap().wait().unwrap();
         let words = read(gpu, &indices);

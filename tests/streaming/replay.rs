@@ -4,7 +4,7 @@ use crate::invariants::visible_path;
 use crate::source::{Bench, TestSource, counting, pyramid};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::streaming::Uploader;
-use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replayed, Replacement, replay};
+use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replacement, Replayed, replay};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 

@@ -70,9 +70,7 @@ fn upload(gpu: &Gpu, requests: &Image, triples: &[[u32; 3]]) {
     let texels = gpu.buffer_with("texels", &words, BufferUse::Storage).unwrap();
     let mut frame = gpu.frame().unwrap();
     let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: SIZE };
-    frame
-        .pass("upload", |cmd| cmd.copy_to_image(&texels, requests, &[whole]))
-        .unwrap();
+    frame.pass("upload", |cmd| cmd.copy_to_image(&texels, requests, &[whole])).unwrap();
     frame.submit().unwrap().wait().unwrap();
 }
 
@@ -190,9 +188,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
             let mut list = pass.list(&gpu, 4096).unwrap();
             let mut frame = gpu.frame().unwrap();
             frame.pass("compact", |cmd| list.compact(cmd, Mask::of_image(&mask))).unwrap();
-            frame
-                .pass("read-back", |cmd| list.read_back(cmd))
-                .unwrap();
+            frame.pass("read-back", |cmd| list.read_back(cmd)).unwrap();
             frame.submit().unwrap().wait().unwrap();
             let (listed, _) = pass.collect(&gpu, Mask::of_image(&mask), &mut list).unwrap();
             let entries: BTreeSet<[u32; 3]> = listed.iter().copied().collect();

@@ -1,9 +1,9 @@
 //! `ortelius mesh build`: converts a model to a `.pmesh` file.
 
 use super::report::{BuildReport, Laps, Steps};
-use crate::command::{Usage, named};
 use crate::command::outputs::{check_apart, check_place, ending};
 use crate::command::progress::ProgressLine;
+use crate::command::{Usage, named};
 use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::TypedValueParser;

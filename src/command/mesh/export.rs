@@ -120,7 +120,9 @@ fn plain(centre: f64, stored: f32, format: MeshFormat) -> f64 {
     let is_stored = |place: &f64| (place - centre) as f32 == stored;
     let plainest = match format {
         MeshFormat::Ply => Some(f64::from(sum as f32)).filter(is_stored),
-        MeshFormat::Obj => (5..17).filter_map(|digits| rounded(sum, digits - lost(sum, stored))).find(is_stored),
+        MeshFormat::Obj => {
+            (5..17).filter_map(|digits| rounded(sum, digits - lost(sum, stored))).find(is_stored)
+        }
     };
     plainest.unwrap_or(sum)
 }

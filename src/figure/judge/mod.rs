@@ -13,7 +13,7 @@ mod words;
 use super::claim::{At, Claim, Pick, Places, Term, Test, Who};
 use super::{Finding, Row, Table, TableRecord, Value, Verdict};
 use crate::stats::{Summary, median, median_interval};
-use sample::{FoundSamples, ClaimSample, SceneAt, places};
+use sample::{ClaimSample, FoundSamples, SceneAt, places};
 use words::{numbers, why};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
@@ -350,7 +350,9 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> FoundSampl
     for x in xs {
         let here = FoundSamples::of(table, pick, &SceneAt { x: Some(x), ..place.clone() });
         let judged = |sample: ClaimSample| if sample.chosen { sample.judged() } else { sample };
-        found.samples.extend(here.samples.into_iter().map(|sample| ClaimSample { x: Some(x), ..judged(sample) }));
+        found
+            .samples
+            .extend(here.samples.into_iter().map(|sample| ClaimSample { x: Some(x), ..judged(sample) }));
         found.why_not = found.why_not.or(here.why_not);
     }
     found

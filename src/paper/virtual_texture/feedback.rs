@@ -14,7 +14,9 @@ use super::RequestFormat;
 use crate::math::pyramid::TileId;
 use crate::vk::shader::Sampling;
 use crate::vk::shader::virtual_texture::feedback_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, MappedValues, ReadAs, Resource, Result};
+use crate::vk::{
+    Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, MappedValues, ReadAs, Resource, Result,
+};
 use std::collections::BTreeMap;
 
 /// Largest n: one pixel of 256, as in Unreal Engine 5.

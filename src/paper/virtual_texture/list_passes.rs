@@ -153,7 +153,9 @@ impl ListPasses {
                 frame.pass("dedup", |cmd| dedup.run(cmd, requests, slot))?;
                 stage3.record(frame, slot, dedup.mask(slot))
             }
-            ListPasses::Host(_, copies) => frame.pass("copy request image", |cmd| copies[slot].run(cmd, requests)),
+            ListPasses::Host(_, copies) => {
+                frame.pass("copy request image", |cmd| copies[slot].run(cmd, requests))
+            }
             ListPasses::Feedback(feedback) => {
                 let samples = &feedback.samples[slot];
                 let number = feedback.frame.replace(feedback.frame.get() + 1);

@@ -20,7 +20,7 @@ mod size;
 mod surfaces;
 mod texture;
 
-use crate::figure::{Bench, Figure, Setting, FigureView};
+use crate::figure::{Bench, Figure, FigureView, Setting};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
 use crate::paper::progressive_mesh::config::{self, ProgressiveSurface};

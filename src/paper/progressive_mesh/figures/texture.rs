@@ -6,7 +6,7 @@ use super::orders::number;
 use super::surfaces::Size;
 use super::{metrics, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, FigureView};
+use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Sweep};
 use crate::model::{Model, Raw, clean, mesh};
 use anyhow::Context;
 use glam::{DVec2, DVec3};

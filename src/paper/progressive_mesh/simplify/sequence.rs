@@ -13,7 +13,7 @@ use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
 use super::start::{ShadingAttributes, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
-use super::surface::{Normalisation, HubCorner, WorkingMesh};
+use super::surface::{HubCorner, Normalisation, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric};

@@ -1,7 +1,7 @@
 //! The figures' views for the window: for each figure, shipped scenes with the same subject, and the methods of the
 //! figure that a scene can select.
 
-use crate::figure::{Setting, FigureView};
+use crate::figure::{FigureView, Setting};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::ReliefKind;
 use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;

@@ -5,7 +5,7 @@ use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
 use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, FigureView};
+use crate::figure::{Bench, Cell, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 

@@ -49,7 +49,7 @@ mod wanted;
 pub use super::choices::{Order, TileAddress};
 pub use config::{StreamingConfig, StreamingError};
 pub use report::{StreamingCounts, TileFailure};
-pub use tables::{ABSENT, TileAction, QUEUED, action};
+pub use tables::{ABSENT, QUEUED, TileAction, action};
 pub use upload::Uploader;
 pub use wanted::{LOWER_AFTER, LevelBias, distinct_tiles, fitting_bias, wanted_tiles};
 

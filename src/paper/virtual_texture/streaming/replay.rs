@@ -24,7 +24,12 @@ pub enum Replacement {
 }
 
 impl Replacement {
-    pub const ALL: [Replacement; 4] = [Replacement::Optimum, Replacement::LeastRecent, Replacement::LeastRecentlyShown, Replacement::FirstIn];
+    pub const ALL: [Replacement; 4] = [
+        Replacement::Optimum,
+        Replacement::LeastRecent,
+        Replacement::LeastRecentlyShown,
+        Replacement::FirstIn,
+    ];
 
     pub const fn name(self) -> &'static str {
         match self {

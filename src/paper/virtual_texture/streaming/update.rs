@@ -1,6 +1,6 @@
 //! The update (paper 1, section 3): for each visible tile, load it, upload it, wait for it or refresh it.
 
-use super::tables::{TileAction, QUEUED, action};
+use super::tables::{QUEUED, TileAction, action};
 use super::upload::Waiting;
 use super::wanted::{LOWER_AFTER, fitting_bias, wanted_tiles};
 use super::{Order, Streaming, StreamingCounts};

@@ -14,7 +14,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::ordered;
 use crate::vk::PassTime;
 use std::cell::RefCell;
-use ways::{COMPACTED, COPY, MAPPED, ON_DEVICE, SKIP_LISTS, WAYS, DeviceWalk};
+use ways::{COMPACTED, COPY, DeviceWalk, MAPPED, ON_DEVICE, SKIP_LISTS, WAYS};
 use written::Written;
 
 /// The figure.

@@ -11,7 +11,7 @@ pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
 use super::common::{ONE_SAMPLE, setting};
 use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, Row, Show, Value, FigureView};
+use crate::figure::{Bench, Cell, Figure, FigureView, Row, Show, Value};
 use crate::paper::virtual_texture::all_needs;
 use anyhow::Context;
 
