@@ -322,15 +322,18 @@ impl<'a> Program<'a> {
         (status.code(), self.stderr())
     }
 
-    /// Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages of
-    /// the validation layer and leaked device memory give another exit code.
-    pub fn closed(self) {
-        self.closed_with_warnings();
+    /// Presses Escape. Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages
+    /// of the validation layer and leaked device memory give another exit code. Returns the folder with the program's
+    /// files.
+    pub fn quit(mut self) -> TempDir {
+        self.press(key::ESCAPE);
+        self.written_and_said().0
     }
 
-    /// As [`Program::closed`]. Returns the folder with the program's files.
-    pub fn closed_with_warnings(self) -> TempDir {
-        self.written_and_said().0
+    /// Presses Escape; then as [`Program::closed_in_silence`].
+    pub fn quit_in_silence(mut self) -> TempDir {
+        self.press(key::ESCAPE);
+        self.closed_in_silence()
     }
 
     fn written_and_said(mut self) -> (TempDir, String) {
