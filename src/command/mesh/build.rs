@@ -10,9 +10,8 @@ use clap::builder::TypedValueParser;
 use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
-use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
-use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, SimplifyReport, simplify};
+use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, order_or_classical};
+use ortelius::paper::progressive_mesh::simplify::{SimplifyOptions, SimplifyReport, simplify};
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
@@ -93,7 +92,8 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     let options = SimplifyOptions { target_faces, seed, effort, metric };
     let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
     let simplify = laps.lap();
-    let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);
+    let options = options_of(args);
+    let mesh = order_or_classical(&model, &simplified.collapses, options.as_ref(), &mut phase(&bar, "order"));
     drop(bar);
     let order = laps.lap();
     let contents = mesh.write(&output)?;
@@ -179,18 +179,6 @@ fn check_moves(args: &BuildArgs, faces: usize) -> Result<()> {
         )));
     }
     Ok(())
-}
-
-fn ordered(
-    options: Option<OrderOptions>,
-    model: &Model,
-    collapses: &Collapses,
-    bar: &ProgressLine,
-) -> ProgressiveMesh {
-    match options {
-        None => classical(model, collapses),
-        Some(options) => order(model, collapses, &options, &mut phase(bar, "order")),
-    }
 }
 
 /// Parses `64`, or `10%`.
