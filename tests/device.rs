@@ -111,21 +111,25 @@ fn a_buffer_larger_than_the_device_allows_is_rejected_with_a_message() {
     }
 }
 
+/// Copies a buffer into another one and back in one pass.
+fn copy_back_and_forth(gpu: &Gpu, barrier: bool) {
+    let [from, to] = ["from", "to"].map(|name| gpu.buffer(name, 1024, BufferUse::Storage).unwrap());
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+    gpu.run_pass("copies", |cmd| {
+        cmd.copy_buffer(&from, 0, &to, 0, 1024);
+        if barrier {
+            cmd.sync();
+        }
+        cmd.copy_buffer(&to, 0, &from, 0, 1024);
+    })
+    .unwrap();
+}
+
 /// The layer and synchronisation validation are active: two copies into one buffer without a barrier are reported.
 #[test]
 fn a_missing_barrier_is_reported() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
-    let from = gpu.buffer("from", 1024, BufferUse::Storage).unwrap();
-    let to = gpu.buffer("to", 1024, BufferUse::Storage).unwrap();
-    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&gpu, false);
     let messages = gpu.messages();
     assert!(messages.iter().any(|m| m.id.contains("SYNC-HAZARD")), "{messages:?}");
 }
@@ -134,33 +138,14 @@ fn a_missing_barrier_is_reported() {
 #[test]
 fn the_same_copies_with_a_barrier_are_silent() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
-    let from = gpu.buffer("from", 1024, BufferUse::Storage).unwrap();
-    let to = gpu.buffer("to", 1024, BufferUse::Storage).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("no hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.sync();
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&gpu, true);
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
 
 #[test]
 #[should_panic(expected = "SYNC-HAZARD")]
 fn a_watched_device_fails_a_test_that_ends_with_messages() {
-    let gpu = Watched::open(&GpuOptions::default());
-    let [from, to] = ["from", "to"].map(|name| gpu.buffer(name, 1024, BufferUse::Storage).unwrap());
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&Watched::open(&GpuOptions::default()), false);
 }
 
 /// The inner submissions run before the frame, so the frame sees their results. The objects that the frame uses outlive

@@ -14,9 +14,7 @@ use std::collections::BTreeSet;
 fn copied(gpu: &Gpu, renderer: &TextureSession) -> HostCopy {
     let stage1 = renderer.technique.stage1().unwrap();
     let copy = HostCopy::new(gpu, stage1.requests.info().size, stage1.format).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame.pass("copy request image", |cmd| copy.run(cmd, &stage1.requests)).unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("copy request image", |cmd| copy.run(cmd, &stage1.requests)).unwrap();
     copy
 }
 

@@ -364,8 +364,6 @@ impl FilterPass {
         targets: &Targets,
         push: &PlanePush,
     ) -> Result<Vec<PassTime>> {
-        let mut frame = gpu.frame()?;
-        frame.pass("filter", |cmd| self.draw(cmd, texture, targets, push))?;
-        frame.submit()?.wait()
+        gpu.run_pass("filter", |cmd| self.draw(cmd, texture, targets, push))
     }
 }

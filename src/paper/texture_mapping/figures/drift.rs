@@ -164,9 +164,7 @@ fn values(
     let mut own = CoordinatesPass::new(gpu, form, output, &cases[0].0, band, 64)?;
     let of_case = |(plane, first_row): &(TiltedPlane, u32)| {
         own.aim(gpu, plane, *first_row)?;
-        let mut frame = gpu.frame()?;
-        frame.pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
         own.read_values(gpu)
     };
     cases.iter().map(of_case).collect()
