@@ -200,7 +200,6 @@ pub(super) mod by_hand {
 #[cfg(test)]
 mod tests {
     use super::by_hand::{SQUARE, cleaned, raw};
-    use super::*;
 
     #[test]
     fn equal_positions_are_welded_including_0_and_minus_0() {

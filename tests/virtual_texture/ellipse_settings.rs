@@ -3,7 +3,7 @@
 
 use crate::TextureSession;
 use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
-use crate::texel_filters::{compared, filter, in_tiles, noise, pixels, plain_compared};
+use crate::texel_filters::{compared, filter, in_tiles, noise, plain_compared};
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};

@@ -1,6 +1,5 @@
 //! Borders and filters: which texels filters read, and the mean of stochastic filters.
 
-use crate::TextureSession;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;

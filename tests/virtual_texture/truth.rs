@@ -7,7 +7,6 @@ use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
 use ortelius::paper::virtual_texture::reference::{Tolerance, visible_tiles};
 use ortelius::paper::virtual_texture::{Interpolation, VirtualTextureSettings};
-use ortelius::picture::Picture;
 use ortelius::picture::PixelFormat;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{ReferenceView, Sample};
