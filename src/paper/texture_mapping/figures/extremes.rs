@@ -197,7 +197,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
-    let worst = own_errors(&truth)?.worst;
+    let worst = own_errors(&truth)?.max;
     let mut rows =
         vec![Row::number(FLOOR, NMSE, "", truth.own_nmse()), Row::number(FLOOR, WORST, "of white", worst)];
     for (name, method) in variants() {
@@ -209,7 +209,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         });
         let found = errors(&shown.picture, &truth)?;
         rows.push(Row::number(name, NMSE, "", found.nmse));
-        rows.push(Row::number(name, WORST, "of white", found.worst));
+        rows.push(Row::number(name, WORST, "of white", found.max));
     }
     Ok(rows)
 }
