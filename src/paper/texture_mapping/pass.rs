@@ -87,14 +87,6 @@ impl Uploaded {
     }
 }
 
-/// Reads the words of a buffer after all earlier frames have ended.
-///
-/// # Errors
-/// Device lost, out of memory.
-pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
-    gpu.read_buffer(buffer)
-}
-
 /// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.
 fn sums_of(texels: &GreyMipmap) -> Vec<u32> {
     let side = 2 * texels.side as usize + 1;
