@@ -15,6 +15,7 @@ mod present;
 mod program;
 mod reload;
 mod renderdoc;
+mod server;
 mod views;
 mod walk;
 mod wireframe;
