@@ -370,7 +370,8 @@ impl Who {
 }
 
 impl Term {
-    fn picks(&self) -> Vec<Pick> {
+    /// The numbers that the term looks up.
+    pub fn picks(&self) -> Vec<Pick> {
         match *self {
             Term::Value(pick) | Term::Growth(pick, _) | Term::Steps(pick) => vec![pick],
             Term::Ratio(a, b) | Term::Difference(a, b) => vec![a, b],
