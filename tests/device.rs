@@ -49,7 +49,6 @@ fn a_frame_has_pass_statistics_only_on_request() {
                 cmd.sync();
                 cmd.copy_buffer(&words, 0, &other, 0, 128);
                 cmd.copy_ranges(&words, &other, &[[512, 512, 16], [600, 600, 8]]);
-                Ok(())
             })
             .unwrap();
         let passes = frame.submit().unwrap().wait().unwrap();
@@ -112,22 +111,25 @@ fn a_buffer_larger_than_the_device_allows_is_rejected_with_a_message() {
     }
 }
 
+/// Copies a buffer into another one and back in one pass.
+fn copy_back_and_forth(gpu: &Gpu, barrier: bool) {
+    let [from, to] = ["from", "to"].map(|name| gpu.buffer(name, 1024, BufferUse::Storage).unwrap());
+    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
+    gpu.run_pass("copies", |cmd| {
+        cmd.copy_buffer(&from, 0, &to, 0, 1024);
+        if barrier {
+            cmd.sync();
+        }
+        cmd.copy_buffer(&to, 0, &from, 0, 1024);
+    })
+    .unwrap();
+}
+
 /// The layer and synchronisation validation are active: two copies into one buffer without a barrier are reported.
 #[test]
 fn a_missing_barrier_is_reported() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
-    let from = gpu.buffer("from", 1024, BufferUse::Storage).unwrap();
-    let to = gpu.buffer("to", 1024, BufferUse::Storage).unwrap();
-    assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&gpu, false);
     let messages = gpu.messages();
     assert!(messages.iter().any(|m| m.id.contains("SYNC-HAZARD")), "{messages:?}");
 }
@@ -136,35 +138,14 @@ fn a_missing_barrier_is_reported() {
 #[test]
 fn the_same_copies_with_a_barrier_are_silent() {
     let gpu = Gpu::new(&validating()).expect("driver and layer");
-    let from = gpu.buffer("from", 1024, BufferUse::Storage).unwrap();
-    let to = gpu.buffer("to", 1024, BufferUse::Storage).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("no hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.sync();
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&gpu, true);
     assert!(gpu.messages().is_empty(), "{:?}", gpu.messages());
 }
 
 #[test]
 #[should_panic(expected = "SYNC-HAZARD")]
 fn a_watched_device_fails_a_test_that_ends_with_messages() {
-    let gpu = Watched::open(&GpuOptions::default());
-    let [from, to] = ["from", "to"].map(|name| gpu.buffer(name, 1024, BufferUse::Storage).unwrap());
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("hazard", |cmd| {
-            cmd.copy_buffer(&from, 0, &to, 0, 1024);
-            cmd.copy_buffer(&to, 0, &from, 0, 1024);
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    copy_back_and_forth(&Watched::open(&GpuOptions::default()), false);
 }
 
 /// The inner submissions run before the frame, so the frame sees their results. The objects that the frame uses outlive
@@ -184,12 +165,7 @@ fn buffers_and_images_are_filled_while_a_frame_is_recorded() {
         .unwrap();
     gpu.fill_levels(&image, &[bytemuck::cast_slice(&[5u32, 6, 7, 8]).to_vec()]).unwrap();
     let copy = TexelCopy { offset: 16, mip: 0, layer: 0, at: [0; 2], size: [2, 2] };
-    frame
-        .pass("texels", |cmd| {
-            cmd.copy_from_image(&image, &host, &[copy]);
-            Ok(())
-        })
-        .unwrap();
+    frame.pass("texels", |cmd| cmd.copy_from_image(&image, &host, &[copy])).unwrap();
     drop(image);
     (0..3).for_each(|_| drop(gpu.frame().unwrap().submit().unwrap().wait().unwrap()));
     frame.submit().unwrap().wait().unwrap();
@@ -205,12 +181,7 @@ fn two_threads_record_frames_at_the_same_time() {
             let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
             let mut frame = gpu.frame().unwrap();
             let words = gpu.buffer_with("words", &[value], BufferUse::Storage).unwrap();
-            frame
-                .pass("copy", |cmd| {
-                    cmd.copy_buffer(&words, 0, &host, 0, 4);
-                    Ok(())
-                })
-                .unwrap();
+            frame.pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4)).unwrap();
             frame.submit().unwrap().wait().unwrap();
             assert_eq!(*host.mapped::<u32>(), [value]);
         }
@@ -224,12 +195,7 @@ fn copy_to_the_host(view_is_open: bool) {
     let words = gpu.buffer_with("words", &[7u32], BufferUse::Storage).unwrap();
     let host = gpu.buffer("host", 4, BufferUse::Readback).unwrap();
     let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("copy", |cmd| {
-            cmd.copy_buffer(&words, 0, &host, 0, 4);
-            Ok(())
-        })
-        .unwrap();
+    frame.pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4)).unwrap();
     let view = view_is_open.then(|| host.mapped::<u32>());
     let ticket = frame.submit().unwrap();
     drop(view);
@@ -255,12 +221,7 @@ fn clear(gpu: &Gpu, value: u32, made_in_the_frame: bool, submit: bool) {
     for submitted in [submit, true] {
         let mut frame = gpu.frame().unwrap();
         let late = made_in_the_frame.then(|| gpu.image("late", info).unwrap());
-        frame
-            .pass("clear", |cmd| {
-                cmd.clear_uint(late.as_ref().unwrap_or(&early), value);
-                Ok(())
-            })
-            .unwrap();
+        frame.pass("clear", |cmd| cmd.clear_uint(late.as_ref().unwrap_or(&early), value)).unwrap();
         if submitted {
             frame.submit().unwrap().wait().unwrap();
         }

@@ -83,17 +83,6 @@ fn record_at(layout: &FileLayout, offset: u64) -> Option<TileRecord> {
     (offset >= tiles).then(|| TileRecord::Tile(layout.tile((offset - tiles) / layout.record_bytes() as u64)))
 }
 
-/// True if the file can be opened and read, but its bytes are wrong.
-fn is_damage(error: &TileFileError) -> bool {
-    match error {
-        TileFileError::NotTiles { .. }
-        | TileFileError::Header { .. }
-        | TileFileError::Length { .. }
-        | TileFileError::Index { .. } => true,
-        TileFileError::Open { .. } | TileFileError::Read { .. } | TileFileError::Version { .. } => false,
-    }
-}
-
 #[test]
 fn a_flip_in_any_byte_is_detected_in_its_record() {
     let folder = tempfile::tempdir().unwrap();
@@ -109,7 +98,7 @@ fn a_flip_in_any_byte_is_detected_in_its_record() {
         match record_at(&layout, offset as u64) {
             None => {
                 let error = found.expect_err("a flip in header or index");
-                assert!(is_damage(&error), "byte {offset}: {error}");
+                assert!(error.is_damage(), "byte {offset}: {error}");
             }
             Some(record) => {
                 let bad: Vec<TileRecord> = found.unwrap().bad.into_iter().map(|bad| bad.record).collect();
@@ -147,7 +136,7 @@ fn a_file_of_any_other_length_does_not_open() {
         cut.resize(length, 0);
         fs::write(&path, &cut).unwrap();
         let error = TileFile::open(&path).err().unwrap_or_else(|| panic!("{length} bytes open"));
-        assert!(is_damage(&error), "{length} bytes: {error}");
+        assert!(error.is_damage(), "{length} bytes: {error}");
     }
 }
 

@@ -1,8 +1,9 @@
 //! `ortelius bake`: converts a picture, or a synthetic source, to a `.tiles` file.
 
-use super::progress::Bar;
+use super::named;
+use super::progress::ProgressLine;
 use anyhow::Result;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ortelius::texture::bake::{self, BakeProgress, BakeSettings, SourceName};
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
@@ -30,8 +31,8 @@ pub struct BakeArgs {
     border: u32,
 
     /// Storage format of the texels
-    #[arg(long, value_enum, default_value_t = Format::Rgba8)]
-    format: Format,
+    #[arg(long, value_parser = named(|_: TileFormat| true), default_value = "rgba8")]
+    format: TileFormat,
 
     /// Number of coarsest levels that are stored without tiles and are always in video memory (the paper's L').
     /// Default: as few as possible
@@ -47,14 +48,6 @@ pub struct BakeArgs {
     force: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Format {
-    /// 4 bytes per texel
-    Rgba8,
-    /// Half a byte per texel, no alpha
-    Bc1,
-}
-
 /// Runs the subcommand. A failure carries a [`bake::BakeError`] or [`bake::SourceError`].
 pub fn run(args: &BakeArgs) -> Result<()> {
     let settings = BakeSettings {
@@ -62,17 +55,14 @@ pub fn run(args: &BakeArgs) -> Result<()> {
         output: args.output.clone(),
         tile_side: args.tile,
         border_texels: args.border,
-        format: match args.format {
-            Format::Rgba8 => TileFormat::Rgba8,
-            Format::Bc1 => TileFormat::Bc1,
-        },
+        format: args.format,
         resident_levels: args.resident_levels,
         force: args.force,
     };
     if args.dry_run {
         return super::say(bake::plan(&settings)?);
     }
-    let bar = Bar::of_bytes();
+    let bar = ProgressLine::of_bytes();
     let baked = bake::bake(&settings, &bar);
     drop(bar);
     let plan = baked?;
@@ -85,12 +75,12 @@ pub fn run(args: &BakeArgs) -> Result<()> {
     Ok(())
 }
 
-impl BakeProgress for Bar {
+impl BakeProgress for ProgressLine {
     fn begin(&self, phase: &'static str, total_bytes: u64) {
         self.phase(phase, Some(total_bytes));
     }
 
     fn advance(&self, bytes: u64) {
-        Bar::advance(self, bytes);
+        ProgressLine::advance(self, bytes);
     }
 }

@@ -1,7 +1,7 @@
 //! `ortelius compare`: the difference between two pictures, with the measures that figures use.
 
 use super::outputs::{check_place, ending};
-use super::{Usage, say};
+use super::{Usage, bound, say};
 use anyhow::{Context, bail};
 use clap::Args;
 use ortelius::header::JsonFormat;
@@ -34,19 +34,12 @@ pub struct CompareArgs {
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
     /// Count pixels with a larger error in any channel as outliers; default: 5/256
-    #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = parse_bound, allow_negative_numbers = true)]
+    #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = bound("a number of linear light, 0 or more, for example 0.02"), allow_negative_numbers = true)]
     outliers_above: f64,
     /// Print JSON. Values that are not finite are null: the PSNR of equal pictures, the error of a pixel that is not
     /// finite
     #[arg(long)]
     json: bool,
-}
-
-fn parse_bound(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
-        _ => Err("expected a number of linear light, 0 or more, for example 0.02".into()),
-    }
 }
 
 /// In version 1, this JSON was only the list of comparisons.

@@ -102,13 +102,7 @@ fn texture(error: &TextureError) -> Option<u8> {
 }
 
 fn tile_file(error: &TileFileError) -> Option<u8> {
-    match error {
-        TileFileError::NotTiles { .. }
-        | TileFileError::Header { .. }
-        | TileFileError::Length { .. }
-        | TileFileError::Index { .. } => Some(DATA_CORRUPT),
-        TileFileError::Open { .. } | TileFileError::Read { .. } | TileFileError::Version { .. } => None,
-    }
+    error.is_damage().then_some(DATA_CORRUPT)
 }
 
 fn bake(error: &BakeError) -> Option<u8> {

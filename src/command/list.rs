@@ -2,7 +2,7 @@
 
 use super::{Usage, say};
 use clap::Args;
-use ortelius::figure::{Effort, Figure, Origin, choose};
+use ortelius::figure::{Effort, Figure, choose};
 use ortelius::header::JsonFormat;
 use ortelius::renderer::figures::FAMILIES;
 use serde_json::json;
@@ -70,23 +70,17 @@ fn print_figure(figure: &Figure, whole: bool) -> anyhow::Result<()> {
             say(format_args!("    `ortelius view {}` shows {}.", figure.id, views.join("; ")))?;
         }
     }
-    figure.claims.iter().try_for_each(|claim| {
-        say(format_args!("    - {} ({}): {}", claim.id, origin(claim.from), claim.text))
-    })
-}
-
-fn origin(from: Origin) -> String {
-    match from {
-        Origin::Paper(section) => format!("paper, {section}"),
-        Origin::Ours => "ours".into(),
-    }
+    figure
+        .claims
+        .iter()
+        .try_for_each(|claim| say(format_args!("    - {} ({}): {}", claim.id, claim.from, claim.text)))
 }
 
 fn described(family: &str, figure: &Figure) -> serde_json::Value {
     let claims: Vec<_> = figure
         .claims
         .iter()
-        .map(|claim| json!({"id": claim.id, "text": claim.text, "from": origin(claim.from)}))
+        .map(|claim| json!({"id": claim.id, "text": claim.text, "from": claim.from.to_string()}))
         .collect();
     json!({
         "id": figure.id,

@@ -27,6 +27,8 @@ pub mod verify;
 #[cfg(feature = "window")]
 pub mod view;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use ortelius::scene::Choice;
 use std::io::Write;
 
 /// Writes a line of data to stdout. A closed pipe (`| head`) is not an error.
@@ -53,3 +55,19 @@ impl std::fmt::Display for Usage {
 }
 
 impl std::error::Error for Usage {}
+
+/// Parses a choice by its name.
+fn named<T: Choice + Send + Sync>(allowed: fn(T) -> bool) -> impl TypedValueParser<Value = T> {
+    let value = |choice: T| PossibleValue::new(choice.name()).help(choice.about());
+    let names = T::ALL.iter().copied().filter(move |choice| allowed(*choice)).map(value);
+    let find = |name: String| T::ALL.iter().copied().find(|choice| choice.name() == name);
+    PossibleValuesParser::new(names).try_map(move |name| find(name).ok_or("no choice has this name"))
+}
+
+/// Parses a finite number that is not negative.
+fn bound(expected: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| match text.parse() {
+        Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
+        _ => Err(format!("expected {expected}")),
+    }
+}

@@ -3,12 +3,11 @@
 
 use super::Usage;
 use anyhow::{Context, bail};
-use ortelius::picture::write::{Planes, write_exr, write_whole};
+use ortelius::picture::write::{Planes, write_bytes, write_exr};
 use ortelius::picture::{Picture, PixelFormat};
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{Record, Renderer};
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Placeholder for the frame number in a picture's name.
@@ -252,5 +251,5 @@ pub fn write_visible(path: &Path, records: &[Record], only_last: bool) -> anyhow
             writeln!(text, "{},{},{},{}", record.index, tile.level, tile.row, tile.column)?;
         }
     }
-    Ok(write_whole(path, |file| file.write_all(text.as_bytes()))?)
+    Ok(write_bytes(path, &text)?)
 }

@@ -6,9 +6,8 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use ortelius::figure::{Changes, ClaimChange, Results, choose, page_of_results};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
-use ortelius::picture::write::write_whole;
+use ortelius::picture::write::write_bytes;
 use ortelius::renderer::figures::FAMILIES;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -37,7 +36,7 @@ pub fn run(args: &PageArgs) -> anyhow::Result<()> {
                  again")
         });
         let text = judged.with_context(shown)?.text();
-        write_whole(&check_place(json)?, |file| file.write_all(text.as_bytes()))?;
+        write_bytes(&check_place(json)?, &text)?;
     }
     if judged.is_none() {
         tracing::warn!(
@@ -54,7 +53,7 @@ pub fn run(args: &PageArgs) -> anyhow::Result<()> {
     for id in gone {
         tracing::warn!("{}: this program has no figure {id}; the page leaves it out", shown());
     }
-    write_whole(&output, |file| file.write_all(page.as_bytes()))?;
+    write_bytes(&output, &page)?;
     tracing::info!("the page is {}", output.display());
     Ok(())
 }

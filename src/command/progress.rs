@@ -5,38 +5,40 @@ use ortelius::file::cache_folder;
 use ortelius::paper::progressive_mesh::keep::{BuildProgress, Builds, keep};
 use std::time::Duration;
 
-pub struct Bar(ProgressBar);
+pub struct ProgressLine(ProgressBar);
 
 /// Stores meshes built for scenes in the user's cache folder, and shows a bar during a build.
 pub fn keep_meshes() {
     let step = |name| -> BuildProgress {
-        let bar = Bar::counting("faces");
+        let bar = ProgressLine::counting("faces");
         bar.phase(name, None);
         Box::new(move |done, all| bar.set(done, all))
     };
     keep(Builds { folder: cache_folder("meshes"), step: Box::new(step) });
 }
 
-impl Bar {
+impl ProgressLine {
     /// Counts items of a kind, for example "faces".
-    pub fn counting(unit: &str) -> Bar {
-        Bar::with(&format!("{{msg}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{elapsed}}, about {{eta}} left"))
+    pub fn counting(unit: &str) -> ProgressLine {
+        ProgressLine::with(&format!(
+            "{{msg}} {{wide_bar}} {{pos}}/{{len}} {unit}, {{elapsed}}, about {{eta}} left"
+        ))
     }
 
-    pub fn of_bytes() -> Bar {
-        Bar::with("{msg:>8} {wide_bar} {bytes}/{total_bytes} {bytes_per_sec}, about {eta} left")
+    pub fn of_bytes() -> ProgressLine {
+        ProgressLine::with("{msg:>8} {wide_bar} {bytes}/{total_bytes} {bytes_per_sec}, about {eta} left")
     }
 
-    fn with(template: &str) -> Bar {
+    fn with(template: &str) -> ProgressLine {
         if !tracing::enabled!(tracing::Level::INFO) {
-            return Bar(ProgressBar::hidden());
+            return ProgressLine(ProgressBar::hidden());
         }
         let bar = ProgressBar::no_length();
         // The template is constant; if it were wrong, the default style would be shown.
         bar.set_style(
             ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
-        Bar(bar)
+        ProgressLine(bar)
     }
 
     /// Starts a new phase; the total may become known later.
@@ -74,7 +76,7 @@ impl Bar {
     }
 }
 
-impl Drop for Bar {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }

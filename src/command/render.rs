@@ -4,7 +4,7 @@ use super::Usage;
 use super::device::DeviceArgs;
 use super::explain::explain;
 use super::outputs::{Outputs, write_visible};
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use super::records::Lines;
 use super::request::{RunArgs, RunRequest};
 use anyhow::{Context, bail};
@@ -227,7 +227,7 @@ fn run_frames(
 ) -> anyhow::Result<usize> {
     // Without --frames, a single camera only has to settle; a path is rendered first.
     let sequence = if request.run.frames.is_some() || poses.len() > 1 { poses } else { &[] };
-    let bar = (sequence.len() > 1).then(|| Bar::counting("frames"));
+    let bar = (sequence.len() > 1).then(|| ProgressLine::counting("frames"));
     if let Some(bar) = &bar {
         bar.phase("", Some(sequence.len() as u64));
     }

@@ -6,8 +6,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use ortelius::figure::{Changes, Effort, Figure, Results, Store, Verdict, write_outputs};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
-use ortelius::picture::write::write_whole;
-use std::io::Write as _;
+use ortelius::picture::write::write_bytes;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -80,7 +79,7 @@ impl Checked<'_> {
         let command: Vec<String> = given.map(text).collect();
         write_outputs(store, figures, &results, &cells, &command, changes.as_ref())?;
         if let Some(path) = &self.args.junit {
-            write_whole(path, |file| file.write_all(results.junit().as_bytes()))?;
+            write_bytes(path, results.junit())?;
         }
         for (figure, claim) in results.claims() {
             let finding = &claim.finding;

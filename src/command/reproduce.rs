@@ -6,7 +6,7 @@ use super::device::DeviceArgs;
 use super::exit::{DEVICE_LOST, exit_code};
 use super::interrupt;
 use super::outputs::check_folder;
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use super::report::{ReportArgs, WORKER};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
@@ -187,7 +187,7 @@ fn measure(args: &ReproduceArgs, figures: &[&'static Figure], from: usize) -> an
         program: program(),
         from,
     };
-    let bar = Bar::counting("cells");
+    let bar = ProgressLine::counting("cells");
     bar.phase("", None);
     let tally = run.run(&known, &bar);
     drop(bar);
@@ -232,7 +232,7 @@ fn conclude(args: &ReproduceArgs, mut tally: Tally) -> anyhow::Result<()> {
     })
 }
 
-impl RunProgress for Bar {
+impl RunProgress for ProgressLine {
     fn begins(&self, figure: &str, cell: &Cell, number: usize, count: usize) {
         self.message(format!("{figure} {cell}"));
         self.set(number - 1, count);

@@ -2,10 +2,10 @@
 
 use super::Usage;
 use super::device::DeviceArgs;
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use anyhow::bail;
 use clap::Args;
-use ortelius::figure::View;
+use ortelius::figure::FigureView;
 use ortelius::file::cache_folder;
 use ortelius::math::camera::Pose;
 use ortelius::picture::PixelFormat;
@@ -120,7 +120,7 @@ impl SceneArgs {
             bail!(Usage(words));
         }
         let others = SceneArgs { camera: None, path: None, eye: EyeArgs::default(), ..self.clone() };
-        let of = |(n, view): (usize, View)| {
+        let of = |(n, view): (usize, FigureView)| {
             let args = if n == 0 { self } else { &others };
             Ok((view.name.clone(), args.of_view(&view)?))
         };
@@ -133,7 +133,7 @@ impl SceneArgs {
         Ok(first.map_or_else(|| self.clone(), |(_, view)| view))
     }
 
-    fn of_view(&self, view: &View) -> anyhow::Result<SceneArgs> {
+    fn of_view(&self, view: &FigureView) -> anyhow::Result<SceneArgs> {
         let scene = Scene::embedded(&view.scene)?;
         let own = |is_path| view.eye.clone().filter(|eye| scene.paths.contains_key(eye) == is_path);
         let [camera, path] = match (&self.camera, &self.path) {
@@ -204,7 +204,7 @@ impl RunRequest {
             device: device.device.as_deref(),
             cache: cache_folder("fronts"),
         };
-        let bar = Bar::counting("filters");
+        let bar = ProgressLine::counting("filters");
         let auto::Chosen { scene, words } =
             auto::choose(&self.scene, wanted, &place, |done, all| bar.set(done, all))?;
         drop(bar);

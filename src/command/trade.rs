@@ -2,14 +2,13 @@
 
 use super::device::DeviceArgs;
 use super::outputs::check_folder;
-use super::progress::Bar;
+use super::progress::ProgressLine;
 use super::request::parse_size;
-use super::{Usage, say};
+use super::{Usage, bound, named, say};
 use anyhow::{Context, anyhow, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
 use ortelius::file::{MOST_RESULTS_BYTES, read_text};
-use ortelius::math::nearest::nearest;
 use ortelius::paper::virtual_texture::config::owner;
 use ortelius::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, TradeSweep};
 use ortelius::renderer::{sections, trade as plain};
@@ -17,42 +16,27 @@ use ortelius::scene::{SHIPPED, Scene, write_changes};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-#[derive(Clone, Copy, ValueEnum)]
-enum ErrorName {
-    Nmse,
-    Flip,
-    Max,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum KernelName {
-    Gaussian,
-    Box,
-}
+const NUMBER: &str = "a number, 0 or more, for example 0.002";
 
 #[derive(Args)]
 pub struct TradeArgs {
     /// A scene file, or the name of a shipped scene
     scene: String,
-    /// How errors are measured. nmse: normalised mean squared error. flip: mean FLIP, a visible difference. max: the
-    /// largest error of a channel, in linear light
-    #[arg(long, value_enum, default_value = "nmse")]
-    error: ErrorName,
-    /// How the reference weights its samples. gaussian: with a standard deviation of half a pixel, as the filter
-    /// "ellipse". box: equally in the pixel's square, which favours filters that take samples along the footprint. Rays
-    /// of reliefs have no weights
-    #[arg(long, value_enum, default_value = "gaussian")]
-    kernel: KernelName,
+    /// How errors are measured
+    #[arg(long, value_parser = named(|_: ErrorMeasure| true), default_value = "nmse")]
+    error: ErrorMeasure,
+    /// How the reference weights its samples. Rays of reliefs have no weights
+    #[arg(long, value_parser = named(|_: TradeKernel| true), default_value = "gaussian")]
+    kernel: TradeKernel,
     /// Find the fastest setting with at most this error
-    #[arg(long, value_name = "E", value_parser = parse_bound, conflicts_with = "max_ms", allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", value_parser = bound(NUMBER), conflicts_with = "max_ms", allow_negative_numbers = true)]
     max_error: Option<f64>,
     /// Find the most accurate setting that takes at most this time
-    #[arg(long, value_name = "T", value_parser = parse_bound, allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", value_parser = bound(NUMBER), allow_negative_numbers = true)]
     max_ms: Option<f64>,
-    /// Vary only these: level-bias, filter, anisotropy, ellipse, border, list, stages, format, gpu-tiles, budgets;
-    /// default: all. In a scene without a virtual texture, the filters of plain textures and the relief's method are
-    /// varied instead
-    #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = parse_knob)]
+    /// Vary only these; default: all. In a scene without a virtual texture, the filters of plain textures and the
+    /// relief's method are varied instead
+    #[arg(long, value_name = "KNOB,…", value_delimiter = ',', value_parser = named(|_: Knob| true))]
     knobs: Vec<Knob>,
     /// Write a report (index.html, trade.svg, trade.json) into this folder, created if absent
     #[arg(short, long, value_name = "DIR")]
@@ -81,20 +65,6 @@ pub struct TradeArgs {
     overrides: Vec<String>,
     #[command(flatten)]
     device: DeviceArgs,
-}
-
-fn parse_bound(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(bound) if (0.0..f64::INFINITY).contains(&bound) => Ok(bound),
-        _ => Err("expected a number, 0 or more, for example 0.002".into()),
-    }
-}
-
-fn parse_knob(text: &str) -> Result<Knob, String> {
-    let names = Knob::ALL.map(Knob::name);
-    Knob::ALL.into_iter().find(|knob| knob.name() == text).ok_or_else(|| {
-        format!("unknown; nearest is {}", nearest(text, names.into_iter()).unwrap_or_default())
-    })
 }
 
 pub fn run(args: &TradeArgs) -> anyhow::Result<()> {
@@ -143,18 +113,11 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
             None => scene.pose(0)?,
         },
         size: args.size.unwrap_or([scene.view.width, scene.view.height]),
-        knobs: if args.knobs.is_empty() { &Knob::ALL } else { &args.knobs },
-        measure: match args.error {
-            ErrorName::Nmse => ErrorMeasure::Nmse,
-            ErrorName::Flip => ErrorMeasure::Flip,
-            ErrorName::Max => ErrorMeasure::Max,
-        },
-        kernel: match args.kernel {
-            KernelName::Gaussian => TradeKernel::Gaussian,
-            KernelName::Box => TradeKernel::Box,
-        },
+        knobs: if args.knobs.is_empty() { Knob::ALL } else { &args.knobs },
+        measure: args.error,
+        kernel: args.kernel,
     };
-    let bar = Bar::counting("settings");
+    let bar = ProgressLine::counting("settings");
     bar.phase("", None);
     let progress = |done, all| bar.set(done, all);
     let trade = match owner(scene)? {

@@ -1,6 +1,6 @@
 //! `ortelius verify`: checks every byte of a `.tiles` file.
 
-use super::{progress::Bar, say};
+use super::{progress::ProgressLine, say};
 use anyhow::Result;
 use clap::Args;
 use ortelius::texture::tiles::{TileFile, verify};
@@ -27,7 +27,7 @@ pub struct Damaged {
 /// Runs the subcommand: one line on stdout for each bad record. A failure carries [`Damaged`] or a
 /// [`ortelius::texture::tiles::TileFileError`].
 pub fn run(args: &TilesVerifyArgs) -> Result<()> {
-    let bar = Bar::of_bytes();
+    let bar = ProgressLine::of_bytes();
     let total_bytes = TileFile::open(&args.file)?.layout().total_bytes();
     bar.phase("checking", Some(total_bytes));
     let report = verify(&args.file, &|bytes| bar.advance(bytes));

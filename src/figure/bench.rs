@@ -20,10 +20,7 @@ const WARM_UP_TIME: Duration = Duration::from_millis(200);
 /// item leaves behind (caches, clocks) would always affect the same next item.
 fn order(round: usize, count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
-    let mut random = SplitMix64(round as u64);
-    for last in (1..count).rev() {
-        order.swap(last, (random.draw() % (last as u64 + 1)) as usize);
-    }
+    SplitMix64(round as u64).shuffle(&mut order);
     order
 }
 

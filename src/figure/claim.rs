@@ -29,6 +29,15 @@ pub enum Origin {
     Ours,
 }
 
+impl std::fmt::Display for Origin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Origin::Paper(section) => write!(f, "paper, {section}"),
+            Origin::Ours => f.write_str("ours"),
+        }
+    }
+}
+
 /// The cells to which a claim applies.
 #[derive(Clone, Copy)]
 pub struct Places {

@@ -39,7 +39,7 @@ pub use page::of_results as page_of_results;
 pub use results::{CellRows, ClaimResult, FigureResult, NoResults, Results};
 pub use run::{Failure, FigureRun, Partition, RunError, RunProgress, Tally};
 pub use same::{Choices, Same};
-pub use show::{Setting, Show, View, Views};
+pub use show::{FigureView, Setting, Show, Views};
 pub use store::{CellOutcome, CellResult, LeftOut, Lock, Store, StoreError};
 pub use table::{Machine, Row, Table, TableRecord, Value};
 pub use trade::{Budgeted, Errors, Refused, Trade, Traded};

@@ -1,8 +1,8 @@
 //! The results of a run, figure by figure: the content of `results.json` and of the page.
 
 use super::{
-    Cell, CellOutcome, CellResult, Effort, Figure, Finding, Machine, Origin, Row, Table, TableRecord,
-    Verdict, json, renamed,
+    Cell, CellOutcome, CellResult, Effort, Figure, Finding, Machine, Row, Table, TableRecord, Verdict, json,
+    renamed,
 };
 use crate::header::{JsonFormat, WrongFormat};
 use serde::{Deserialize, Serialize};
@@ -223,10 +223,7 @@ fn judge((figure, effort): (&Figure, Effort), cells: &[CellRows], machines: &[Ma
     let result = |claim: &super::Claim| ClaimResult {
         id: claim.id.to_string(),
         text: claim.text.to_string(),
-        from: match claim.from {
-            Origin::Paper(section) => format!("paper, {section}"),
-            Origin::Ours => "ours".to_string(),
-        },
+        from: claim.from.to_string(),
         finding: match &table {
             None => Finding::new(Verdict::NotMeasured, "", "no cell was measured"),
             Some(table) => noted(claim.judge(table), cells, &not_in_quick(claim)),

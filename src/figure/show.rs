@@ -18,7 +18,7 @@ pub enum Views {
     /// Every scene of the figure that is named SCENE/CAMERA or SCENE/PATH, with these changes.
     Scenes(&'static [&'static str]),
     /// The figure's own list.
-    Listed(fn() -> Vec<View>),
+    Listed(fn() -> Vec<FigureView>),
     /// The figure computes without a picture.
     Nothing {
         /// What the figure computes, as a clause: "it times ...".
@@ -30,7 +30,7 @@ pub enum Views {
 
 /// A view of a shipped scene, with a figure's changes to its settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct View {
+pub struct FigureView {
     pub name: String,
     /// A shipped scene.
     pub scene: String,
@@ -45,7 +45,7 @@ pub struct View {
 pub struct Setting {
     /// The variant's name in the figure.
     pub name: String,
-    /// As [`View::changes`].
+    /// As [`FigureView::changes`].
     pub changes: Vec<String>,
 }
 
@@ -54,7 +54,7 @@ impl Show {
         Show { views: Views::Scenes(changes), variants: Vec::new }
     }
 
-    pub const fn views(views: fn() -> Vec<View>) -> Show {
+    pub const fn views(views: fn() -> Vec<FigureView>) -> Show {
         Show { views: Views::Listed(views), variants: Vec::new }
     }
 
@@ -67,19 +67,19 @@ impl Show {
     }
 }
 
-impl View {
+impl FigureView {
     /// `scene`: SCENE, SCENE/CAMERA or SCENE/PATH.
     pub fn new<S: Into<String>>(
         name: impl Into<String>,
         scene: &str,
         changes: impl IntoIterator<Item = S>,
-    ) -> View {
+    ) -> FigureView {
         let (scene, eye) = match scene.split_once('/') {
             Some((scene, eye)) => (scene, Some(eye.to_owned())),
             None => (scene, None),
         };
         let changes = changes.into_iter().map(Into::into).collect();
-        View { name: name.into(), scene: scene.to_owned(), eye, changes }
+        FigureView { name: name.into(), scene: scene.to_owned(), eye, changes }
     }
 }
 
@@ -91,11 +91,11 @@ impl Setting {
 
 impl Figure {
     /// The views that a window shows, in order.
-    pub fn views(&self) -> Vec<View> {
+    pub fn views(&self) -> Vec<FigureView> {
         match self.show.views {
             Views::Scenes(changes) => {
                 let views = self.scenes.iter().filter(|scene| scene.contains('/'));
-                views.map(|scene| View::new(*scene, scene, changes.iter().copied())).collect()
+                views.map(|scene| FigureView::new(*scene, scene, changes.iter().copied())).collect()
             }
             Views::Listed(views) => views(),
             Views::Nothing { .. } => Vec::new(),

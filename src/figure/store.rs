@@ -4,10 +4,9 @@
 use super::{Cell, Effort, Figure, Machine, Row, Value, json};
 use crate::file::{self, MOST_RESULTS_BYTES};
 use crate::header::{JsonFormat, WrongFormat};
-use crate::picture::write::{FileError, write_whole};
+use crate::picture::write::{FileError, write_bytes};
 use serde::{Deserialize, Serialize};
 use std::fs::{File, TryLockError};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -179,7 +178,7 @@ impl Store {
         std::fs::create_dir_all(folder)
             .map_err(|source| StoreError::Folder { path: folder.display().to_string(), source })?;
         let text = json::text(&FORMAT.head(result), 2);
-        Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
+        Ok(write_bytes(&path, &text)?)
     }
 
     /// `cells/under-way.json` exists while a cell is measured.
@@ -193,7 +192,7 @@ impl Store {
     /// I/O errors.
     pub(super) fn begin(&self, number: usize, result: &CellResult) -> Result<(), StoreError> {
         let text = json::text(&(number, result), 2);
-        Ok(write_whole(&self.under_way_file(), |file| file.write_all(text.as_bytes()))?)
+        Ok(write_bytes(&self.under_way_file(), &text)?)
     }
 
     /// The cell that was being measured when the process ended, with its number in the run.

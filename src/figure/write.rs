@@ -4,10 +4,9 @@
 use super::page::Beside;
 use super::{CellResult, Changes, Figure, FigureResult, Machine, Results, Store, csv, json, page, plot};
 use crate::header::JsonFormat;
-use crate::picture::write::write_whole;
+use crate::picture::write::write_bytes;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Write as _;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// `summary.json`: the claims of each figure under its id.
@@ -60,7 +59,7 @@ pub fn write_outputs(
     let mut files = BTreeMap::new();
     let mut put = |name: String, text: String| {
         files.insert(name.clone(), format!("{:016x}", xxh3_64(text.as_bytes())));
-        write_whole(&store.folder().join(name), |file| file.write_all(text.as_bytes()))
+        write_bytes(&store.folder().join(name), &text)
     };
     let plots = page::plots(figures, results);
     for (figure, plots) in results.figures.iter().zip(&plots) {
@@ -91,5 +90,5 @@ pub fn write_outputs(
         files,
     };
     let text = json::text(&MANIFEST.head(manifest), LEVELS);
-    Ok(write_whole(&store.folder().join("manifest.json"), |file| file.write_all(text.as_bytes()))?)
+    Ok(write_bytes(&store.folder().join("manifest.json"), &text)?)
 }

@@ -2,7 +2,8 @@
 
 use super::{Allocations, FrameSlot, PerFrame, Progress, Records, STALL, Stalled, Target, Technique, View};
 use crate::math::camera::Pose;
-use crate::picture;
+use crate::picture::write::Srgb8Picture;
+use crate::picture::{Picture, PixelFormat};
 use crate::vk::{self, FRAMES_IN_FLIGHT, Frame, Gpu, Semaphore, Ticket};
 use std::time::{Duration, Instant};
 
@@ -177,7 +178,7 @@ impl<T: Technique> Run<T> {
     }
 
     /// The format of [`Run::picture_bytes`].
-    pub fn kind(&self) -> picture::PixelFormat {
+    pub fn kind(&self) -> PixelFormat {
         self.target.kind
     }
 
@@ -188,6 +189,18 @@ impl<T: Technique> Run<T> {
     pub fn picture_bytes(&mut self) -> Result<Vec<u8>, T::Error> {
         self.drain()?;
         Ok(self.gpu.read_image(&self.target.color)?)
+    }
+
+    /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB bytes.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn linear_picture(&mut self) -> Result<Picture, T::Error> {
+        let ([width, height], bytes) = (self.size(), self.picture_bytes()?);
+        Ok(match self.kind() {
+            PixelFormat::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: bytes }),
+            PixelFormat::Linear32 => Picture::new(width, height, bytemuck::pod_collect_to_vec(&bytes)),
+        })
     }
 
     /// Memory of the technique and of the target.

@@ -14,6 +14,21 @@ impl SplitMix64 {
         bits ^ bits >> 31
     }
 
+    /// A number from 0 to `bound` - 1.
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.draw() % bound as u64) as usize
+    }
+
+    /// A number of 53 bits in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.draw() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// A random order (Fisher-Yates shuffle).
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
+        (1..items.len()).rev().for_each(|at| items.swap(at, self.below(at + 1)));
+    }
+
     /// Number `n` (from 0) of the sequence of `seed`.
     pub fn nth(seed: u64, n: u64) -> u64 {
         SplitMix64(seed.wrapping_add(n.wrapping_mul(STEP))).draw()

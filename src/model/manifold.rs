@@ -182,25 +182,13 @@ impl Faces {
 
 #[cfg(test)]
 mod tests {
-    use crate::model::{MeshReport, Model, Raw, clean, generate, named};
+    use crate::model::clean::by_hand::{SQUARE, cleaned, raw};
+    use crate::model::{Model, Raw, generate, named};
     use glam::DVec3;
-
-    fn raw(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Raw {
-        let positions = positions.iter().map(|&position| DVec3::from_array(position)).collect();
-        Raw { positions, faces: faces.to_vec(), ..Raw::default() }
-    }
 
     fn raw_of(model: &Model) -> Raw {
         Raw { positions: model.positions.clone(), faces: model.faces.clone(), ..Raw::default() }
     }
-
-    fn cleaned(raw: &Raw) -> (Model, MeshReport) {
-        let (model, report) = clean(raw);
-        model.check().unwrap_or_else(|broken| panic!("{broken} in {model:?}"));
-        (model, report)
-    }
-
-    const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
 
     #[test]
     fn a_fin_is_cut_off_and_the_surface_below_stays_whole() {

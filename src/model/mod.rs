@@ -30,7 +30,7 @@ pub mod mesh;
 pub use raw::Raw;
 pub use report::MeshReport;
 pub use topology::Topology;
-pub use write::Format;
+pub use write::MeshFormat;
 
 use glam::DVec3;
 

@@ -9,14 +9,14 @@ use std::path::Path;
 
 /// A file format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum MeshFormat {
     Ply,
     Obj,
 }
 
-impl Format {
+impl MeshFormat {
     /// Format by file name extension, `.ply` or `.obj`.
-    pub fn of(path: &Path) -> Option<Format> {
+    pub fn of(path: &Path) -> Option<MeshFormat> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "ply" => Some(Self::Ply),
             "obj" => Some(Self::Obj),
@@ -35,10 +35,10 @@ impl Model {
     ///
     /// # Panics
     /// May panic if an index or a length is not valid.
-    pub fn write(&self, path: &Path, format: Format) -> Result<(), FileError> {
+    pub fn write(&self, path: &Path, format: MeshFormat) -> Result<(), FileError> {
         write_whole(path, |out| match format {
-            Format::Ply => self.write_ply(out),
-            Format::Obj => self.write_obj(out),
+            MeshFormat::Ply => self.write_ply(out),
+            MeshFormat::Obj => self.write_obj(out),
         })
     }
 

@@ -86,6 +86,14 @@ pub fn write_whole(
     })
 }
 
+/// As [`write_whole`], with the whole content.
+///
+/// # Errors
+/// [`FileError`] names the path.
+pub fn write_bytes(path: &Path, content: impl AsRef<[u8]>) -> std::result::Result<(), FileError> {
+    write_whole(path, |file| file.write_all(content.as_ref()))
+}
+
 /// `X.PROCESS.partial`, or `X.PROCESS-1.partial` and so on if another thread of this process is writing `X`.
 fn unused_name(path: &Path, half_written: &[PathBuf]) -> PathBuf {
     let process = std::process::id();

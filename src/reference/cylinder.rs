@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 /// A cylinder that lies on the plane z = 0 along the y axis, from y = 0 to the north. Metres.
 #[derive(Clone, Copy, Debug)]
-pub struct Cylinder {
+pub struct CylinderWall {
     pub radius_m: f64,
     pub length_m: f64,
 }
 
-impl Cylinder {
+impl CylinderWall {
     /// (s, t) of the point at which a ray from inside meets the wall. Both run from 0 to 1: s once around from the top,
     /// counter-clockwise seen from the south, and t from the northern end to the southern end. `None` if the ray leaves
     /// by an end or begins outside. The direction has any length.
@@ -34,7 +34,7 @@ impl Cylinder {
 mod tests {
     use super::*;
 
-    const TUNNEL: Cylinder = Cylinder { radius_m: 2.0, length_m: 10.0 };
+    const TUNNEL: CylinderWall = CylinderWall { radius_m: 2.0, length_m: 10.0 };
 
     #[test]
     fn rays_across_meet_top_sides_and_floor() {

@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn the_lists_show_what_all_triangles_show() {
         let mut random = SplitMix64(5);
-        let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut unit = || random.unit();
         let count = 600u32;
         let mut mesh = SourceMesh::default();
         for n in 0..count {

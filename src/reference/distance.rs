@@ -94,8 +94,7 @@ pub fn spread(surface: Triangles, samples: usize, seed: u64) -> Vec<DVec3> {
     let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
     let whole: f64 = surface.faces.iter().map(|face| area(corners(face))).sum();
     let mut random = SplitMix64(seed);
-    // Uniform in [0, 1).
-    let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut unit = || random.unit();
     let mut points = Vec::with_capacity(samples);
     let mut before = 0.0;
     for face in surface.faces {
@@ -156,7 +155,7 @@ mod tests {
         let surface = Triangles { positions: &positions, faces: &faces };
         let tree = tree(surface).unwrap();
         let mut random = SplitMix64(7);
-        let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut unit = || random.unit();
         for _ in 0..500 {
             let p = DVec3::new(unit(), unit(), unit() - 0.5) * 1.5;
             let (found, plain) = (distance(&tree, p), plain_distance(&positions, &faces, p));

@@ -195,7 +195,7 @@ fn sampled(
     [x, y]: [f64; 2],
     mut random: SplitMix64,
 ) -> Sampled {
-    let mut unit = || (random.draw() >> 11) as f64 / (1u64 << 53) as f64;
+    let mut unit = || random.unit();
     let (mut sum, mut seen) = (0.0, 0u32);
     for row in 0..rows {
         for column in 0..columns {

@@ -11,9 +11,8 @@ use crate::math::camera::Pose;
 use crate::paper::texture_mapping::config::ReliefKeys;
 use crate::paper::virtual_texture::config::owner;
 use crate::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, TradeSweep};
-use crate::picture::write::write_whole;
+use crate::picture::write::write_bytes;
 use crate::scene::{FilterBound, Scene, SceneError};
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -138,7 +137,7 @@ fn keep(path: &Path, front: &Trade) {
     let folder = path.parent().expect("a file in the cache folder");
     let written = std::fs::create_dir_all(folder)
         .map_err(anyhow::Error::from)
-        .and_then(|()| Ok(write_whole(path, |file| file.write_all(front.json().as_bytes()))?));
+        .and_then(|()| Ok(write_bytes(path, front.json())?));
     if let Err(error) = written {
         tracing::warn!("the measured filters are not kept: {error}");
     }

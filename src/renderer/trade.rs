@@ -78,7 +78,7 @@ pub fn run(
     let mut trade = Trade {
         scene: scene.name.clone(),
         size,
-        measure: measure.name().to_string(),
+        measure: measure.label().to_string(),
         truth: truth.describe(),
         machine: Machine::here(gpu.physical()),
         runs: bench.runs(),

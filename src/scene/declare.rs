@@ -3,7 +3,7 @@
 
 use super::document::SceneFault;
 use super::part::SceneTable;
-use super::value::{Setting, ValueKind};
+use super::value::{SettingValue, ValueKind};
 use super::{Scene, SceneError};
 use serde_json::Value as Json;
 use std::path::Path;
@@ -72,7 +72,7 @@ pub struct Language {
 }
 
 impl KeyDeclaration {
-    pub fn of<T: Setting>(
+    pub fn of<T: SettingValue>(
         name: &'static str,
         about: &'static str,
         default: Option<T>,
@@ -95,7 +95,7 @@ impl KeyDeclaration {
 
 /// The value as TOML, with a relative path resolved against `folder`. Values that are not paths stay as they
 /// are.
-fn anchored<T: Setting>(value: &toml::Value, folder: &Path) -> toml::Value {
+fn anchored<T: SettingValue>(value: &toml::Value, folder: &Path) -> toml::Value {
     let read = |folder| T::read(value, folder).ok().and_then(|value| value.to_toml());
     match read(folder) {
         Some(there) if read(Path::new("")).as_ref() != Some(&there) => there,

@@ -5,8 +5,8 @@ use super::document::MOST_BYTES;
 use super::error::SceneError;
 use super::overrides::Override;
 use crate::file;
-use crate::picture::write::write_whole;
-use std::io::{Error, Write};
+use crate::picture::write::write_bytes;
+use std::io::Error;
 use std::path::Path;
 use toml_edit::{DocumentMut, Item, Table, TableLike};
 
@@ -34,7 +34,7 @@ pub fn write_changes(
     let text = document.to_string();
     let written = Scene::of_text(&path, text.clone())?;
     assert_eq!(written, wanted, "the scene as written differs from the requested one");
-    Ok(write_whole(&path, |file| file.write_all(text.as_bytes()))?)
+    Ok(write_bytes(&path, &text)?)
 }
 
 fn put(document: &mut DocumentMut, change: &Override) {

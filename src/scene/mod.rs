@@ -33,7 +33,7 @@ pub use language::{KeyAt, keys};
 pub use part::SceneTable;
 pub use sun::Sun;
 pub use surface::{Cylinder, Ellipsoid, FilterBound, Geometry, Plain, PlainSource, Plane, Surface};
-pub use value::{Choice, Setting, ValueKind};
+pub use value::{Choice, SettingValue, ValueKind};
 
 use crate::math::camera::Pose;
 use camera::{Camera, Ground};

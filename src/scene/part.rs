@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::document::SceneFault;
-use super::value::Setting;
+use super::value::SettingValue;
 use crate::math::nearest::nearest;
 use std::ops::RangeInclusive;
 use toml::Table;
@@ -68,7 +68,7 @@ impl<'a> SceneTable<'a> {
     ///
     /// # Errors
     /// A required key is missing, the type is wrong, or a number is out of range.
-    pub fn field<T: Setting>(
+    pub fn field<T: SettingValue>(
         &self,
         name: &str,
         default: Option<T>,

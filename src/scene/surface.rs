@@ -8,7 +8,7 @@ use super::document::SceneFault;
 use super::error::list;
 use super::eyes::names;
 use super::part::SceneTable;
-use super::value::{Setting, ValueKind, not, plain_settings};
+use super::value::{SettingValue, ValueKind, not, plain_settings};
 use crate::model::mesh::{self, SourceMesh};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

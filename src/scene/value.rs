@@ -44,7 +44,7 @@ pub fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
 }
 
 /// A type that settings can have.
-pub trait Setting: Sized {
+pub trait SettingValue: Sized {
     /// The type of the range's bounds; arbitrary if there are no numbers.
     type Number: Copy + PartialOrd + Display + Serialize;
 
@@ -69,7 +69,7 @@ pub(super) fn not<T>(value: &Value, what: &str) -> Result<T, String> {
     Err(format!("{value} is not {what}"))
 }
 
-impl Setting for u32 {
+impl SettingValue for u32 {
     type Number = u32;
     fn kind() -> ValueKind {
         ValueKind::Whole
@@ -86,7 +86,7 @@ impl Setting for u32 {
     }
 }
 
-impl Setting for f64 {
+impl SettingValue for f64 {
     type Number = f64;
     fn kind() -> ValueKind {
         ValueKind::Number
@@ -107,7 +107,7 @@ impl Setting for f64 {
     }
 }
 
-impl<const N: usize> Setting for [f64; N] {
+impl<const N: usize> SettingValue for [f64; N] {
     type Number = f64;
     fn kind() -> ValueKind {
         ValueKind::Numbers(N)
@@ -130,7 +130,7 @@ impl<const N: usize> Setting for [f64; N] {
 /// Settings without numbers; values are stored unchanged.
 macro_rules! plain_settings {
     ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
-        impl Setting for $type {
+        impl SettingValue for $type {
             type Number = f64;
             fn kind() -> ValueKind {
                 $kind
@@ -161,7 +161,7 @@ plain_settings! {
 }
 
 /// An optional key. `"auto"` is the same as omitting it, except for keys that accept any text.
-impl<T: Setting> Setting for Option<T> {
+impl<T: SettingValue> SettingValue for Option<T> {
     type Number = T::Number;
     fn kind() -> ValueKind {
         T::kind()
@@ -189,7 +189,7 @@ pub trait Choice: Copy + 'static {
     fn about(self) -> &'static str;
 }
 
-impl<T: Choice> Setting for T {
+impl<T: Choice> SettingValue for T {
     type Number = f64;
     fn kind() -> ValueKind {
         ValueKind::Choice(T::ALL.iter().map(|value| (value.name(), value.about())).collect())

@@ -29,7 +29,7 @@ pub enum Action {
     ShowBeside(usize),
     /// Next comparison: both pictures, their difference, FLIP.
     NextComparison,
-    Comparison(Comparison),
+    Comparison(CompareMode),
     /// Applies the point with this index on the Pareto front.
     Trade(usize),
     NextOverlay,
@@ -53,7 +53,7 @@ pub enum Action {
 
 /// How two variants share the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Comparison {
+pub enum CompareMode {
     /// One picture on each side of the divider.
     Pictures,
     /// Eight times the absolute difference of their sRGB codes.
@@ -61,18 +61,18 @@ pub enum Comparison {
     Flip,
 }
 
-impl Comparison {
-    pub const ALL: [(Comparison, &str); 3] = [
-        (Comparison::Pictures, "pictures"),
-        (Comparison::Difference, "difference"),
-        (Comparison::Flip, "FLIP"),
+impl CompareMode {
+    pub const ALL: [(CompareMode, &str); 3] = [
+        (CompareMode::Pictures, "pictures"),
+        (CompareMode::Difference, "difference"),
+        (CompareMode::Flip, "FLIP"),
     ];
 
-    pub fn next(self) -> Comparison {
+    pub fn next(self) -> CompareMode {
         match self {
-            Comparison::Pictures => Comparison::Difference,
-            Comparison::Difference => Comparison::Flip,
-            Comparison::Flip => Comparison::Pictures,
+            CompareMode::Pictures => CompareMode::Difference,
+            CompareMode::Difference => CompareMode::Flip,
+            CompareMode::Flip => CompareMode::Pictures,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Panel sections with a selection: one or two variants, a point of the Pareto front, an overlay.
 
-use super::action::{Action, Comparison};
+use super::action::{Action, CompareMode};
 use super::overlay::Overlay;
 use super::shown::{Front, PanelInput};
 use egui::{DragValue, Slider, Ui};
@@ -24,7 +24,7 @@ pub fn variants(ui: &mut Ui, shown: &PanelInput<'_>, actions: &mut Vec<Action>) 
         if ui.selectable_label(second.is_some(), "side by side").clicked() {
             actions.push(Action::Compare);
         }
-        let others = Comparison::ALL.iter().filter(|_| second.is_some());
+        let others = CompareMode::ALL.iter().filter(|_| second.is_some());
         for (comparison, name) in others {
             if ui.selectable_label(shown.comparison == *comparison, *name).clicked() {
                 actions.push(Action::Comparison(*comparison));

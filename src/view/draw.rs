@@ -1,6 +1,6 @@
 //! What a frame shows: the layout of the panels, the passes of the overlays, the picture.
 
-use super::action::{Action, Comparison};
+use super::action::{Action, CompareMode};
 use super::eye;
 use super::job::Job;
 use super::judge::{Question, Subject};
@@ -72,7 +72,7 @@ impl Live {
     /// What the judge computes for the current comparison or overlay.
     pub(super) fn subject(&self) -> Option<Subject> {
         let question = match self.comparison {
-            Comparison::Flip if self.stage.second.is_some() => Question::Flip,
+            CompareMode::Flip if self.stage.second.is_some() => Question::Flip,
             _ if self.overlay == Some(Overlay::Error) => Question::Error,
             _ => return None,
         };
@@ -231,7 +231,7 @@ impl Live {
         let magnified = pointer.map(|at| [at.x, at.y].map(|at| (at * points) as i32));
         Arrangement {
             split: if compares { (self.divider * size[0] as f32) as u32 } else { size[0] + 1 },
-            gain: if compares && self.comparison == Comparison::Difference { 8.0 } else { 0.0 },
+            gain: if compares && self.comparison == CompareMode::Difference { 8.0 } else { 0.0 },
             magnified: magnified.filter(|_| self.magnifies),
             overlay: self.overlay.map_or(0, Overlay::number),
         }

@@ -122,7 +122,6 @@ impl Judge {
             for (picture, buffer) in pictures.into_iter().zip(&buffers) {
                 cmd.copy_from_image(picture, buffer, &[copy]);
             }
-            Ok(())
         })?;
         self.copies[view.slot()] = Some((subject, buffers));
         Ok(())

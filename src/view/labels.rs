@@ -73,10 +73,7 @@ impl Labels {
             size: [1, 1],
         };
         let copies: Vec<TexelCopy> = (0..).zip(&points).map(copy).collect();
-        frame.pass("tile labels", |cmd| {
-            cmd.copy_from_image(words, &buffer, &copies);
-            Ok(())
-        })?;
+        frame.pass("tile labels", |cmd| cmd.copy_from_image(words, &buffer, &copies))?;
         self.asked[view.slot()] = Some((buffer, points));
         Ok(())
     }

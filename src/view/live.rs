@@ -1,10 +1,11 @@
 //! The open window, frame by frame: input, panels, actions, picture.
 
 use super::ViewOptions;
-use super::action::{Action, Comparison};
+use super::action::{Action, CompareMode};
 use super::bookmarks::Bookmarks;
 use super::control::{self, Hold};
 use super::eye::Eye;
+use super::ground::GroundHeights;
 use super::job::{self, Job};
 use super::judge::{self, Judge};
 use super::labels::Labels;
@@ -18,7 +19,6 @@ use super::reload::Reload;
 use super::screen::Screen;
 use super::shown::Front;
 use super::stage::Stage;
-use super::terrain::Terrain;
 use super::timed::FrameCost;
 use egui::{TexturesDelta, ViewportId};
 use ortelius::math::camera::Pose;
@@ -65,14 +65,14 @@ pub struct Live {
     pub(super) resources: Vec<PassResources>,
     pub(super) bookmarks: Bookmarks,
     pub(super) magnifies: bool,
-    pub(super) comparison: Comparison,
+    pub(super) comparison: CompareMode,
     pub(super) trade: Option<Front>,
     pub(super) judge: Judge,
     /// Increases with each change that alters the picture of a fixed pose.
     pub(super) edition: u64,
     /// The pose of the last frame.
     pub(super) last_pose: Option<Pose>,
-    pub(super) terrain: Terrain,
+    pub(super) ground: GroundHeights,
     pub(super) measure: Option<Measurement>,
     /// The parts of this frame's time.
     pub(super) cost: FrameCost,
@@ -142,7 +142,7 @@ impl Live {
             panels.show_message(format!("{error:#}"), true);
         }
         Ok(Live {
-            terrain: Terrain::of(&stage.scene),
+            ground: GroundHeights::of(&stage.scene),
             measure,
             cost: FrameCost::default(),
             records_alone: false,
@@ -161,7 +161,7 @@ impl Live {
             resources: Vec::new(),
             bookmarks,
             magnifies: false,
-            comparison: Comparison::Pictures,
+            comparison: CompareMode::Pictures,
             trade: opening.trade.as_ref().map(Front::of),
             judge: Judge::default(),
             edition: 0,

@@ -7,16 +7,15 @@
 
 use super::path::Player;
 use super::response::Response;
-use super::timed::{BLOCK, FrameCost, Pass, PassTimes, Timed, mean, processor_ms};
+use super::timed::{BLOCK, FrameCost, Pass, PassTimes, TimedFrame, mean, processor_ms};
 use anyhow::bail;
 use ortelius::figure::Machine;
 use ortelius::header::JsonFormat;
-use ortelius::picture::write::write_whole;
+use ortelius::picture::write::write_bytes;
 use ortelius::scene::Scene;
 use ortelius::stats::{Summary, median, median_interval};
 use ortelius::vk::{FRAMES_IN_FLIGHT, PhysicalDevice};
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -31,7 +30,7 @@ pub struct Measurement {
     begun: (Instant, Option<f64>, Duration),
     /// Steps per pass.
     steps: usize,
-    frames: Vec<Timed>,
+    frames: Vec<TimedFrame>,
     /// `None` until the passes are complete.
     pub response: Option<Response>,
     ended: bool,
@@ -97,7 +96,7 @@ impl Measurement {
         let (begun, processor_before, waited_before) = self.begun;
         let (took, processor) = (begun.elapsed(), processor_ms().zip(processor_before));
         let waits = waited.saturating_sub(waited_before) + cost.display;
-        self.frames.push(Timed {
+        self.frames.push(TimedFrame {
             pass,
             step,
             ms: took.as_secs_f64() * 1e3,
@@ -129,8 +128,8 @@ impl Measurement {
     }
 
     /// The frames of a pass, in the order of the path.
-    fn of(&self, pass: Pass) -> Vec<&Timed> {
-        let mut frames: Vec<&Timed> = self.frames.iter().filter(|frame| frame.pass == pass).collect();
+    fn of(&self, pass: Pass) -> Vec<&TimedFrame> {
+        let mut frames: Vec<&TimedFrame> = self.frames.iter().filter(|frame| frame.pass == pass).collect();
         frames.sort_by_key(|frame| frame.step);
         frames
     }
@@ -217,7 +216,7 @@ impl Measurement {
 
 fn write(file: &Path, results: &Results<'_>) -> anyhow::Result<()> {
     let text = serde_json::to_string_pretty(&FORMAT.head(results))?;
-    Ok(write_whole(file, |file| file.write_all(text.as_bytes()))?)
+    Ok(write_bytes(file, &text)?)
 }
 
 #[cfg(test)]
@@ -236,7 +235,7 @@ mod tests {
             let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
             let (cost, host_ms) = (FrameCost::default(), if pass == Pass::Cold { ms } else { 0.5 });
             let (processor_ms, device_ms) = (None, Some([2.0, if pass == Pass::Open { 0.5 } else { 0.25 }]));
-            measure.frames.push(Timed { pass, step, ms, processor_ms, cost, host_ms, device_ms });
+            measure.frames.push(TimedFrame { pass, step, ms, processor_ms, cost, host_ms, device_ms });
         }
         assert!(measure.panels_ms().iter().all(|ms| (ms - 1.5).abs() < 1e-9));
         assert_eq!(measure.cold_over_warm(), 1.0);

@@ -112,7 +112,6 @@ impl Probe {
                 let copy = TexelCopy { offset: STRIDE * n, mip: 0, layer: 0, at, size: [1, 1] };
                 cmd.copy_from_image(image, &buffer, &[copy]);
             }
-            Ok(())
         })?;
         let (near_m, has_meshes, has_texture) = (view.pose.near_m, faces.is_some(), levels.is_some());
         self.queries[view.slot()] = Some(Query { buffer, at, near_m, has_meshes, has_misses, has_texture });

@@ -159,10 +159,7 @@ impl Screen {
         frame.pass(PASSES[1], |cmd| self.painter.draw(cmd, image))?;
         if let Some(buffer) = &self.copy {
             let copy = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: image.info().size };
-            frame.pass("copy of the window", |cmd| {
-                cmd.copy_from_image(image, buffer, &[copy]);
-                Ok(())
-            })?;
+            frame.pass("copy of the window", |cmd| cmd.copy_from_image(image, buffer, &[copy]))?;
         }
         frame.end_present(image);
         Ok(())

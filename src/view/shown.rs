@@ -1,6 +1,6 @@
 //! The data that the panels show.
 
-use super::action::Comparison;
+use super::action::CompareMode;
 use super::labels::Label;
 use super::overlay::Overlay;
 use super::path::Player;
@@ -17,7 +17,7 @@ pub struct PanelInput<'a> {
     pub player: &'a Player,
     /// Frames of the recording: written, and total.
     pub film: Option<(usize, usize)>,
-    pub comparison: Comparison,
+    pub comparison: CompareMode,
     /// The false-colour map over the window, and a line that describes it.
     pub judged: Option<(TextureHandle, String)>,
     pub trade: Option<&'a Front>,
@@ -41,7 +41,7 @@ impl<'a> PanelInput<'a> {
             camera,
             player,
             film: None,
-            comparison: Comparison::Pictures,
+            comparison: CompareMode::Pictures,
             judged: None,
             trade: None,
             overlay: None,

@@ -23,10 +23,10 @@ impl Live {
             self.player.advance(seconds);
             self.follow_path();
         } else {
-            self.eye.rise_above(self.terrain.height_m(&self.eye.camera));
+            self.eye.rise_above(self.ground.height_m(&self.eye.camera));
         }
         if self.eye.camera != before {
-            self.terrain.begin();
+            self.ground.begin();
         }
         if self.eye.camera != before || divider.is_some() {
             self.echo = ECHO;

@@ -53,7 +53,7 @@ pub struct FrameCost {
 }
 
 /// One measured frame.
-pub struct Timed {
+pub struct TimedFrame {
     pub pass: Pass,
     pub step: usize,
     pub ms: f64,
@@ -87,10 +87,11 @@ pub struct PassTimes {
 
 impl PassTimes {
     /// `frames`: all frames of the pass.
-    pub fn of(pass: Pass, frames: &[&Timed]) -> PassTimes {
+    pub fn of(pass: Pass, frames: &[&TimedFrame]) -> PassTimes {
         let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
-        let mean_of =
-            |part: &dyn Fn(&Timed) -> f64| mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>());
+        let mean_of = |part: &dyn Fn(&TimedFrame) -> f64| {
+            mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>())
+        };
         let processor: Option<Vec<f64>> = frames.iter().map(|frame| frame.processor_ms).collect();
         let device =
             |n: usize| frames.iter().filter_map(move |frame| Some(frame.device_ms?[n])).collect::<Vec<_>>();

@@ -2,8 +2,8 @@
 
 use super::bookmarks::Bookmarks;
 use super::eye::Eye;
+use super::ground::GroundHeights;
 use super::live::{ECHO, Live};
-use super::terrain::Terrain;
 use anyhow::bail;
 use ortelius::renderer::Kept;
 
@@ -36,7 +36,7 @@ impl Live {
         let view = &self.stage.views[shown];
         self.eye = Eye::new(view.camera);
         self.player = view.player();
-        self.terrain = Terrain::of(&view.scene);
+        self.ground = GroundHeights::of(&view.scene);
         (self.frozen, self.hold, self.last_pose) = (None, None, None);
         let (bookmarks, read) = Bookmarks::open(&view.scene);
         self.bookmarks = bookmarks;

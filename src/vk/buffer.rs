@@ -16,9 +16,9 @@ pub enum BufferUse {
     Indices(IndexType),
     /// Indices that shaders write and copies read.
     WritableIndices(IndexType),
-    /// Mapped indices: written by the host, read by the GPU in place.
+    /// MappedValues indices: written by the host, read by the GPU in place.
     MappedIndices(IndexType),
-    /// Mapped vertices: written by the host, read by the GPU in place.
+    /// MappedValues vertices: written by the host, read by the GPU in place.
     MappedVertices,
     /// Transform-feedback output, or its counter; copies can read it.
     TransformFeedback,
@@ -28,9 +28,9 @@ pub enum BufferUse {
     /// Read-only table of 32-bit words that shaders fetch as texels. Software drivers fetch the texels of a
     /// whole vector of pixels at once, but read a storage buffer pixel by pixel.
     Texels,
-    /// Mapped, written by the host, read by copies.
+    /// MappedValues, written by the host, read by copies.
     Upload,
-    /// Mapped, written by copies, read by the host.
+    /// MappedValues, written by copies, read by the host.
     Readback,
 }
 
@@ -180,7 +180,7 @@ pub(super) struct Uses {
 const SUBMITTING: u64 = u64::MAX;
 
 /// The memory of a mapped buffer as values that the host reads.
-pub struct Mapped<'a, T> {
+pub struct MappedValues<'a, T> {
     values: &'a [T],
     uses: &'a Uses,
 }
@@ -259,11 +259,18 @@ impl Gpu {
         }
         let mut staging = self.buffer("staging", bytes.len() as u64, BufferUse::Upload)?;
         staging.mapped_mut()[..bytes.len()].copy_from_slice(bytes);
-        self.run_pass("upload", |cmd| {
-            cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64);
-            Ok(())
-        })?;
+        self.run_pass("upload", |cmd| cmd.copy_buffer(&staging, 0, &buffer, 0, bytes.len() as u64))?;
         Ok(buffer)
+    }
+
+    /// The values of a buffer. Waits for all earlier frames.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read_buffer<T: AnyBitPattern>(&self, buffer: &Buffer) -> Result<Vec<T>> {
+        let host = self.buffer("read-back", buffer.bytes, BufferUse::Readback)?;
+        self.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes))?;
+        Ok(host.mapped().to_vec())
     }
 }
 
@@ -295,10 +302,10 @@ impl Buffer {
     /// # Panics
     /// If a submitted frame uses the buffer and nobody has waited for it (see [`super::Ticket::wait`]). A frame that
     /// uses the buffer cannot be submitted before the view is dropped.
-    pub fn mapped<T: AnyBitPattern>(&self) -> Mapped<'_, T> {
+    pub fn mapped<T: AnyBitPattern>(&self) -> MappedValues<'_, T> {
         let uses = self.host_uses();
         let bytes = self.memory.as_ref().and_then(Allocation::mapped_slice).expect("host memory is mapped");
-        Mapped { values: bytemuck::cast_slice(&bytes[..self.bytes as usize]), uses }
+        MappedValues { values: bytemuck::cast_slice(&bytes[..self.bytes as usize]), uses }
     }
 
     /// Like [`Buffer::mapped`], for writing.
@@ -352,14 +359,14 @@ impl Uses {
     }
 }
 
-impl<T> Deref for Mapped<'_, T> {
+impl<T> Deref for MappedValues<'_, T> {
     type Target = [T];
     fn deref(&self) -> &[T] {
         self.values
     }
 }
 
-impl<T> Drop for Mapped<'_, T> {
+impl<T> Drop for MappedValues<'_, T> {
     fn drop(&mut self) {
         self.uses.views.fetch_sub(1, SeqCst);
     }

@@ -146,10 +146,7 @@ impl Gpu {
             copies.push(TexelCopy { offset: offset as u64, mip: mip as u32, layer: 0, at: [0; 2], size });
             offset += level.len();
         }
-        self.run_pass("fill levels", |cmd| {
-            cmd.copy_to_image(&staging, image, &copies);
-            Ok(())
-        })?;
+        self.run_pass("fill levels", |cmd| cmd.copy_to_image(&staging, image, &copies))?;
         Ok(())
     }
 
@@ -162,10 +159,7 @@ impl Gpu {
         let bytes = image.info.format.bytes(size);
         let host = self.buffer("image read-back", bytes, BufferUse::Readback)?;
         let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
-        self.run_pass("image read-back", |cmd| {
-            cmd.copy_from_image(image, &host, &[whole]);
-            Ok(())
-        })?;
+        self.run_pass("image read-back", |cmd| cmd.copy_from_image(image, &host, &[whole]))?;
         Ok(host.mapped().to_vec())
     }
 

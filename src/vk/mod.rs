@@ -31,7 +31,7 @@ mod swapchain;
 mod used;
 mod watched;
 
-pub use buffer::{Buffer, BufferUse, IndexType, Mapped, MappedMut, TexelCopy};
+pub use buffer::{Buffer, BufferUse, IndexType, MappedMut, MappedValues, TexelCopy};
 pub use command::{Cmd, Resource};
 pub use device::failure_at_the_end;
 pub use error::Error;

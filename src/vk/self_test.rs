@@ -55,10 +55,7 @@ fn dispatch(gpu: &Gpu) -> Result<()> {
     frame.pass("dispatch", |cmd| {
         cmd.dispatch(&pipeline, &[(dispatch_comp::WORDS, Resource::Buffer(&words))], &[], [4, 1, 1])
     })?;
-    frame.pass("read-back", |cmd| {
-        cmd.copy_buffer(&words, 0, &host, 0, 4 * 256);
-        Ok(())
-    })?;
+    frame.pass("read-back", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 4 * 256))?;
     frame.submit()?.wait()?;
     expect("dispatch", &host.mapped(), (0..256).map(|x| 3 * x + 1))
 }
@@ -91,7 +88,6 @@ fn feedback(gpu: &Gpu) -> Result<()> {
     frame.pass("read-back", |cmd| {
         cmd.copy_buffer(&buffer, 0, &host, 0, 400);
         cmd.copy_buffer(&counter, 0, &host, 400, 4);
-        Ok(())
     })?;
     frame.submit()?.wait()?;
     let count = query.read(0)?;

@@ -127,10 +127,7 @@ mod tests {
                 cmd.dispatch(&dispatch, &[(dispatch_comp::WORDS, Resource::Buffer(&words))], &[], [4, 1, 1])
             });
             dispatched.unwrap();
-            let copied = frame.pass("copy", |cmd| {
-                cmd.copy_buffer(&words, 0, &host, 0, 1024);
-                Ok(())
-            });
+            let copied = frame.pass("copy", |cmd| cmd.copy_buffer(&words, 0, &host, 0, 1024));
             copied.unwrap();
             for (label, first, draw) in [("first", true, &draws[0]), ("second", false, &draws[1])] {
                 let clear = if first { Clear::Uint([0; 4]) } else { Clear::Keep };

@@ -3,7 +3,9 @@
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
-use tiff::encoder::{Compression, TiffEncoder, colortype};
+use tiff::TiffResult;
+use tiff::encoder::colortype::{ColorType, Gray8, RGB8};
+use tiff::encoder::{Compression, ImageEncoder, TiffEncoder, TiffKindStandard};
 use tiff::tags::{ExtraSamples, Tag};
 
 /// RGBA8, northernmost row first.
@@ -45,14 +47,26 @@ pub fn write_png(path: &Path, picture: &Picture) {
     encoder.write_header().unwrap().write_image_data(&picture.rgba).unwrap();
 }
 
-/// RGB in strips.
-pub fn write_tiff_strips(path: &Path, picture: &Picture, compression: Compression, rows_per_strip: u32) {
+type Image<'a, C> = ImageEncoder<'a, BufWriter<File>, C, TiffKindStandard>;
+
+fn write_tiff<C: ColorType<Inner = u8>>(
+    path: &Path,
+    picture: &Picture,
+    compression: Compression,
+    prepare: impl FnOnce(&mut Image<'_, C>) -> TiffResult<()>,
+    samples: &[u8],
+) {
     let file = BufWriter::new(File::create(path).unwrap());
     let mut encoder = TiffEncoder::new(file).unwrap().with_compression(compression);
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
-    image.rows_per_strip(rows_per_strip).unwrap();
-    image.write_data(&picture.rgb()).unwrap();
+    let mut image = encoder.new_image(picture.width as u32, picture.height as u32).unwrap();
+    prepare(&mut image).unwrap();
+    image.write_data(samples).unwrap();
+}
+
+/// RGB in strips.
+pub fn write_tiff_strips(path: &Path, picture: &Picture, compression: Compression, rows_per_strip: u32) {
+    let prepare = |image: &mut Image<'_, RGB8>| image.rows_per_strip(rows_per_strip);
+    write_tiff(path, picture, compression, prepare, &picture.rgb());
 }
 
 /// Tags of a GeoTIFF: its scale in degrees a texel, and its north-western corner in degrees.
@@ -65,23 +79,15 @@ pub fn geo_tags(scale: [f64; 2], [west, north]: [f64; 2]) -> Vec<(Tag, Vec<f64>)
 
 /// RGB and a fourth band of the stated kind.
 pub fn write_tiff_alpha(path: &Path, picture: &Picture, kind: ExtraSamples) {
-    let file = BufWriter::new(File::create(path).unwrap());
-    let mut encoder = TiffEncoder::new(file).unwrap();
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
-    image.extra_samples(&[kind]).unwrap();
-    image.write_data(&picture.rgba).unwrap();
+    let prepare = |image: &mut Image<'_, RGB8>| image.extra_samples(&[kind]);
+    write_tiff(path, picture, Compression::Uncompressed, prepare, &picture.rgba);
 }
 
 /// The red band as grey, and alpha.
 pub fn write_tiff_grey_alpha(path: &Path, picture: &Picture, kind: ExtraSamples) {
-    let file = BufWriter::new(File::create(path).unwrap());
-    let mut encoder = TiffEncoder::new(file).unwrap();
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let mut image = encoder.new_image::<colortype::Gray8>(width, height).unwrap();
-    image.extra_samples(&[kind]).unwrap();
     let samples: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[3]]).collect();
-    image.write_data(&samples).unwrap();
+    let prepare = |image: &mut Image<'_, Gray8>| image.extra_samples(&[kind]);
+    write_tiff(path, picture, Compression::Uncompressed, prepare, &samples);
 }
 
 /// RGB in one strip, with tags of doubles and of shorts.
@@ -91,24 +97,19 @@ pub fn write_tiff_tagged(
     doubles: &[(Tag, Vec<f64>)],
     shorts: &[(Tag, Vec<u16>)],
 ) {
-    let file = BufWriter::new(File::create(path).unwrap());
-    let mut encoder = TiffEncoder::new(file).unwrap();
-    let (width, height) = (picture.width as u32, picture.height as u32);
-    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
-    for (tag, numbers) in doubles {
-        image.encoder().write_tag(*tag, &numbers[..]).unwrap();
-    }
-    for (tag, numbers) in shorts {
-        image.encoder().write_tag(*tag, &numbers[..]).unwrap();
-    }
-    image.write_data(&picture.rgb()).unwrap();
+    let prepare = |image: &mut Image<'_, RGB8>| {
+        let tags = image.encoder();
+        doubles.iter().try_for_each(|(tag, numbers)| tags.write_tag(*tag, &numbers[..]))?;
+        shorts.iter().try_for_each(|(tag, numbers)| tags.write_tag(*tag, &numbers[..]))
+    };
+    write_tiff(path, picture, Compression::Uncompressed, prepare, &picture.rgb());
 }
 
 /// RGB in strips of 64 rows, one strip in memory at a time.
 pub fn write_tall_tiff(path: &Path, width: u32, height: u32) {
     let file = BufWriter::new(File::create(path).unwrap());
     let mut encoder = TiffEncoder::new_big(file).unwrap();
-    let mut image = encoder.new_image::<colortype::RGB8>(width, height).unwrap();
+    let mut image = encoder.new_image::<RGB8>(width, height).unwrap();
     image.rows_per_strip(64).unwrap();
     let mut row = 0;
     while row < height {

@@ -4,7 +4,7 @@
 use super::interrupt::{interrupt, last_line};
 use super::*;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -111,7 +111,7 @@ fn unreadable_results_are_reported_before_any_measurement() {
 const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The measuring child of a run, once it exists.
-fn worker(run: &std::process::Child, folder: &Path) -> String {
+fn worker(run: &Child, folder: &Path) -> String {
     let started = Instant::now();
     let children = format!("/proc/{0}/task/{0}/children", run.id());
     while !folder.join("out/cells/under-way.json").exists() {
@@ -138,18 +138,7 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
     let start = |arguments: &[&str]| {
         ortelius(&folder, arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     };
-    let mut killed = start(&reproduce);
-    let orphan = worker(&killed, folder.path());
-    killed.kill().unwrap();
-    killed.wait().unwrap();
-    let started = Instant::now();
-    // The process is a zombie if nobody reaps it.
-    let lives =
-        || std::fs::read_to_string(format!("/proc/{orphan}/status")).is_ok_and(|s| !s.contains("(zombie)"));
-    while lives() {
-        assert!(started.elapsed() < PATIENCE, "the worker {orphan} outlives its parent");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    assert_worker_ends_with_its_parent(&folder, start(&reproduce));
 
     // Absent if the process was killed between two cells.
     std::fs::remove_file(folder.path().join("out/cells/under-way.json")).ok();
@@ -193,19 +182,35 @@ fn a_driver_that_crashes_costs_one_cell_and_a_run_that_is_killed_leaves_no_worke
     let (code, line) = failure(&mut ortelius(&folder, &reproduce));
     assert_eq!(code, 2, "{line}");
     holds(&line, &["out holds 2 cells of these figures", "--resume", "--force"]);
+    assert_merge_counts_the_claims_that_are_not_measured(&folder);
+}
+
+fn assert_worker_ends_with_its_parent(folder: &TempDir, mut parent: Child) {
+    let worker = worker(&parent, folder.path());
+    parent.kill().unwrap();
+    parent.wait().unwrap();
+    let started = Instant::now();
+    // The process is a zombie if nobody reaps it.
+    let lives =
+        || std::fs::read_to_string(format!("/proc/{worker}/status")).is_ok_and(|s| !s.contains("(zombie)"));
+    while lives() {
+        assert!(started.elapsed() < PATIENCE, "the worker {worker} outlives its parent");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// `out` holds vt.address, whose cells all lack a number.
+fn assert_merge_counts_the_claims_that_are_not_measured(folder: &TempDir) {
     let merge = ["merge", "out", "-o", "out", "--junit", "verdicts.xml", "--fail-on"];
-    let merged = run(&folder, &[&merge[..], &["not-reproduced"]].concat());
+    let merged = run(folder, &[&merge[..], &["not-reproduced"]].concat());
     assert_eq!(merged.status.code(), Some(0));
     holds(&String::from_utf8(merged.stdout).unwrap(), &["3 claims: 3 not measured"]);
-    holds(
-        &read(&folder, "verdicts.xml"),
-        &["tests=\"3\" failures=\"0\" skipped=\"3\"", "name=\"globe-500\""],
-    );
-    let merged = run(&folder, &[&merge[..], &["not-reproduced,not-measured"]].concat());
+    holds(&read(folder, "verdicts.xml"), &["tests=\"3\" failures=\"0\" skipped=\"3\"", "name=\"globe-500\""]);
+    let merged = run(folder, &[&merge[..], &["not-reproduced,not-measured"]].concat());
     assert_eq!(merged.status.code(), Some(1));
     let words = String::from_utf8(merged.stderr).unwrap();
     holds(&words, &["--fail-on: 3 claims not measured, first vt.address own-level-exact"]);
-    let (code, line) = failure(&mut ortelius(&folder, &[&merge[..], &["changed"]].concat()));
+    let (code, line) = failure(&mut ortelius(folder, &[&merge[..], &["changed"]].concat()));
     assert_eq!(code, 2, "{line}");
     holds(&line, &["--fail-on changed needs", "--against"]);
 }

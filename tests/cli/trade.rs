@@ -65,8 +65,14 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
             .unwrap()
     };
     assert_eq!(of(&written, &[]), of(&commented(), &changes));
+}
 
-    let ran = run(&folder, &[&sweep[..4], &["--knobs", "list", "--max-ms", "0"]].concat());
+#[test]
+fn a_bound_that_no_setting_satisfies_is_reported_with_the_nearest_setting() {
+    let folder = folder();
+    write(&folder, "small.toml", &commented());
+    let sweep = ["trade", "small.toml", "--size", "96x54"];
+    let ran = run(&folder, &[&sweep[..], &["--knobs", "list", "--max-ms", "0"]].concat());
     assert_eq!(ran.status.code(), Some(1));
     let words = String::from_utf8(ran.stderr).unwrap();
     holds(

@@ -3,7 +3,7 @@
 use ortelius::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, every, one,
 };
-use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Show, Sweep, Value};
+use ortelius::figure::{Bench, Cell, Figure, LeftOut, Plot, Row, Sweep, Value};
 use ortelius::picture::write::Srgb8Picture;
 use ortelius::stats::Summary;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -16,11 +16,7 @@ pub const SWEPT: Figure = Figure {
     about: "What doubles doubles. The paper says so in section 1.",
     scenes: &["earth/oblique", "globe"],
     variants: || vec!["single".into(), "double".into()],
-    paper: &[],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep { name: "side, texels", quick: &[1.0, 2.5, 1e6], full: &[1.0, 2.0, 3.0, 4.0] }),
-    show: Show::scenes(&[]),
     measure: swept,
     plots: &[Plot::sweep("size").log_x().log_y().floor("empty pass")],
     claims: &[
@@ -39,6 +35,7 @@ pub const SWEPT: Figure = Figure {
         Claim::paper("section 5", "unknown", "a GPU is fast", &[Test::value(every("size"), Above(0.0))])
             .given(&[Test::value(one("size", "single"), Above(1e9))]),
     ],
+    ..Figure::BASE
 };
 
 /// Times with spread, a variant that does not run here, text, and a series.
@@ -50,9 +47,6 @@ pub const BARS: Figure = Figure {
     variants: || ["fast", "slow", "absent", "worded"].map(String::from).to_vec(),
     paper: &["slow"],
     ours: &["fast"],
-    full_only: &[],
-    sweep: None,
-    show: Show::scenes(&[]),
     measure: bars,
     plots: &[Plot::bars("time").floor("empty pass"), Plot::curves("error", "time since the cut, ms").log_y()],
     claims: &[Claim::ours(
@@ -60,6 +54,7 @@ pub const BARS: Figure = Figure {
         "fast is faster",
         &[Test::ratio(one("time", "slow"), one("time", "fast"), Above(1.0))],
     )],
+    ..Figure::BASE
 };
 
 /// As many variants as the largest real figure, with long names, along a sweep and as bars.
@@ -74,15 +69,11 @@ pub const MANY: Figure = Figure {
         let of_block = |p| ["memo", "no memo", "compute"].map(|kind| format!("geometry, p = {p}, {kind}"));
         (0..6).flat_map(of_block).collect()
     },
-    paper: &[],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep {
         name: "texels a side",
         quick: &[4096.0, 16384.0, 65536.0, 262144.0, 1048576.0],
         full: &[1.0],
     }),
-    show: Show::scenes(&[]),
     measure: many,
     plots: &[Plot::sweep("dedup").log_x().log_y().floor("empty pass"), Plot::bars("points emitted").log_y()],
     claims: &[Claim::ours(
@@ -90,6 +81,7 @@ pub const MANY: Figure = Figure {
         "the time of every variant grows with the side of the texture, and none is below a millisecond",
         &[Test::value(every("dedup"), AtLeast(1.0))],
     )],
+    ..Figure::BASE
 };
 
 /// Crashes in the second of its three cells, as a driver does.
@@ -99,17 +91,12 @@ pub const DIES: Figure = Figure {
     about: "One of three cells kills the process.",
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
-    show: Show::scenes(&[]),
     measure: |_, cell| match &*cell.scene {
         "globe" => std::process::abort(),
         _ => Ok(vec![number("only", "size", 1.0)]),
     },
-    plots: &[],
     claims: &[Claim::ours("whole", "all cells are there", &[Test::value(every("size"), Equal(1.0))])],
+    ..Figure::BASE
 };
 
 /// Fails in one cell and panics in another.
@@ -119,18 +106,13 @@ pub const FAILS: Figure = Figure {
     about: "Two of three cells fail.",
     scenes: &["earth", "globe", "plane"],
     variants: || vec!["only".into()],
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
-    show: Show::scenes(&[]),
     measure: |_, cell| match &*cell.scene {
         "earth" => anyhow::bail!("the disk is on fire"),
         "globe" => panic!("left {} right {}", 1, 2),
         _ => Ok(vec![number("only", "size", 1.0)]),
     },
-    plots: &[],
     claims: &[Claim::ours("holds", "it holds", &[Test::value(every("size"), Equal(1.0))])],
+    ..Figure::BASE
 };
 
 /// Leaves one of its three cells out.
@@ -178,18 +160,14 @@ pub const SLOW: Figure = Figure {
     about: "Each takes a moment.",
     scenes: &["a", "b", "c", "d"],
     variants: || vec!["only".into()],
-    paper: &[],
-    ours: &[],
-    full_only: &[],
     sweep: Some(Sweep { name: "n", quick: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], full: &[1.0] }),
-    show: Show::scenes(&[]),
     measure: |bench, cell| {
         wait_for_the_kill_after_enough_cells();
         picture(bench, &format!("made.slow-{}-{}", cell.scene, cell.x.unwrap_or(0.0)))?;
         Ok(vec![number("only", "third", cell.x.unwrap_or(0.0) / 3.0)])
     },
-    plots: &[],
     claims: &[Claim::ours("holds", "it holds", &[Test::value(every("third"), AtMost(1.0))])],
+    ..Figure::BASE
 };
 
 fn number(variant: &str, quantity: &str, value: f64) -> Row {

@@ -1,8 +1,8 @@
 //! Rules for the real figures, and selection by name.
 
 use super::family::{BARS, FAILS, SWEPT};
-use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Term, Test, Who, one};
-use ortelius::figure::{Effort, Family, Figure, Setting, Show, View, Views, choose};
+use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Test, Who, one};
+use ortelius::figure::{Effort, Family, Figure, FigureView, Setting, Show, Views, choose};
 use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
 use ortelius::renderer::sections;
@@ -116,23 +116,16 @@ fn every_figure_shows_its_views_and_variants_or_says_why_it_has_no_picture() {
         assert_eq!(not_shown(figure), None);
     }
     let variants = || vec![Setting::new("single", ["view.width=64"])];
-    const EARTH: Show = Show::views(|| vec![View::new("a", "earth/oblique", [""; 0])]);
+    const EARTH: Show = Show::views(|| vec![FigureView::new("a", "earth/oblique", [""; 0])]);
     let with = |show: Show| not_shown(&Figure { show, ..SWEPT });
     assert_eq!(with(EARTH.variants(variants)), None);
     assert!(with(Show::views(Vec::new)).unwrap().contains("views {}"));
     assert!(with(EARTH.variants(|| vec![Setting::new("triple", [""; 0])])).unwrap().contains("no variant"));
     let wrong = with(EARTH.variants(|| vec![Setting::new("single", ["surface.NAME.filter.kind=none"])]));
     assert!(wrong.unwrap().contains("a, single: "));
-    let nowhere = Show::views(|| vec![View::new("a", "earth/nowhere", [""; 0])]);
+    let nowhere = Show::views(|| vec![FigureView::new("a", "earth/nowhere", [""; 0])]);
     assert!(with(nowhere).unwrap().contains("no camera or path"));
     assert!(with(Show::nothing("it computes", "nowhere")).unwrap().contains("\"nowhere\""));
-}
-
-fn picks(test: &Test) -> Vec<Pick> {
-    match test.term {
-        Term::Value(pick) | Term::Growth(pick, _) | Term::Steps(pick) => vec![pick],
-        Term::Ratio(a, b) | Term::Difference(a, b) => vec![a, b],
-    }
 }
 
 /// The first claim of the paper with a test that looks up none of the paper's variants, or a variant that the figure
@@ -149,7 +142,8 @@ fn not_judged_on_the_paper(figure: &Figure) -> Option<String> {
         Who::Others(but) => figure.paper.iter().any(|name| *name != but),
     };
     let of_the_paper = figure.claims.iter().filter(|claim| claim.from != Origin::Ours);
-    let elsewhere = |claim: &&Claim| !claim.tests.iter().all(|test| picks(test).iter().any(is_the_papers));
+    let elsewhere =
+        |claim: &&Claim| !claim.tests.iter().all(|test| test.term.picks().iter().any(is_the_papers));
     of_the_paper.into_iter().find(elsewhere).map(|claim| format!("{} {}", figure.id, claim.id))
 }
 
@@ -168,7 +162,7 @@ fn claims_of_a_paper_are_judged_on_the_papers_variants() {
 /// verdict.
 fn selects_without_a_split(claim: &Claim) -> bool {
     let extreme = |pick: &Pick| pick.x == At::Least || pick.part != Statistic::Median;
-    claim.timed && claim.tests.iter().chain(claim.given).any(|test| picks(test).iter().any(extreme))
+    claim.timed && claim.tests.iter().chain(claim.given).any(|test| test.term.picks().iter().any(extreme))
 }
 
 #[test]

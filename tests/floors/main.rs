@@ -6,6 +6,7 @@ mod circles;
 mod formats;
 mod lengths;
 mod lexer;
+mod names;
 mod outside;
 mod paths;
 mod rules;

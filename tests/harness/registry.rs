@@ -115,17 +115,13 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
-        judges: "a relief of a scene against the mean of exact rays",
-        function: ("tests/renderer/relief.rs", "nmse"),
-        rejects: &[(
-            "tests/renderer/relief.rs",
-            "a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not",
-        )],
-    },
-    Comparer {
-        judges: "a ball of a scene against the ellipsoid in closed form",
-        function: ("tests/renderer/sphere.rs", "nmse"),
-        rejects: &[("tests/renderer/sphere.rs", "the_ball_is_near_its_truth_and_a_turned_one_is_not")],
+        judges: "a relief, a ball and a tunnel of a scene against exact rays",
+        function: ("tests/renderer/main.rs", "nmse"),
+        rejects: &[
+            ("tests/renderer/relief.rs", "a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not"),
+            ("tests/renderer/sphere.rs", "the_ball_is_near_its_truth_and_a_turned_one_is_not"),
+            ("tests/renderer/sphere.rs", "the_tunnel_is_near_its_truth_and_a_shifted_one_is_not"),
+        ],
     },
     Comparer {
         judges: "the visible difference of two pictures",
@@ -276,7 +272,7 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "the Earth's tiles against differently cut ones",
-        function: (EARTH, "differing_texels"),
+        function: ("src/texture/source/checks.rs", "differing_texels"),
         rejects: &[(EARTH, "the_comparison_of_borders_rejects_texels_of_another_place")],
     },
     Comparer {

@@ -1,5 +1,5 @@
 use ortelius::figure::claim::{Bound, Claim, Test, one};
-use ortelius::figure::{Cell, Figure, Row, Show, Value};
+use ortelius::figure::{Cell, Figure, Row, Value};
 use ortelius::frame::{Allocations, FrameSlot, Progress, Stalled, Target, Technique, View};
 use ortelius::scene::{Language, Scene, TableDeclaration, settings};
 use ortelius::vk::{Clear, ColorTarget, Error, Frame, Gpu, Need, PassTime};
@@ -51,16 +51,11 @@ pub const FIGURES: &[&Figure] = &[&Figure {
     about: "The share of light that the fog hides.",
     scenes: &["haze"],
     variants: || vec!["fog".into()],
-    paper: &[],
-    ours: &[],
-    full_only: &[],
-    sweep: None,
-    show: Show::scenes(&[]),
     measure: |_, _: &Cell| Ok(vec![Row::new("fog", "density", "", Value::Number(0.25))]),
-    plots: &[],
     claims: &[Claim::ours(
         "thin",
         "fog hides less than half",
         &[Test::value(one("density", "fog"), Bound::Below(0.5))],
     )],
+    ..Figure::BASE
 }];

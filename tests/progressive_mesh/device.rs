@@ -12,18 +12,9 @@ use ortelius::vk::{Buffer, BufferUse, Gpu, GpuOptions, IndexType, Watched};
 
 /// The indices of a buffer.
 pub fn read(gpu: &Gpu, buffer: &Buffer) -> Vec<u32> {
-    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("read-back", |cmd| {
-            cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
     match buffer.index_type() {
-        IndexType::U16 => host.mapped::<u16>().iter().map(|index| (*index).into()).collect(),
-        IndexType::U32 => host.mapped().to_vec(),
+        IndexType::U16 => gpu.read_buffer::<u16>(buffer).unwrap().into_iter().map(u32::from).collect(),
+        IndexType::U32 => gpu.read_buffer(buffer).unwrap(),
     }
 }
 
@@ -105,12 +96,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
             *level = to;
         }
         let mut frame = gpu.frame().unwrap();
-        frame
-            .pass("births", |cmd| {
-                cmd.copy_ranges(&births, &indices, &born);
-                Ok(())
-            })
-            .unwrap();
+        frame.pass("births", |cmd| cmd.copy_ranges(&births, &indices, &born)).unwrap();
         frame.pass("apply", |cmd| apply.run(cmd, program, &indices, &changes)).unwrap();
         frame.submit().unwrap().wait().unwrap();
         let words = read(gpu, &indices);

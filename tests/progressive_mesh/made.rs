@@ -3,27 +3,11 @@
 
 use glam::DVec3;
 use ortelius::math::ragged::Ragged;
+pub use ortelius::math::splitmix::SplitMix64 as Random;
 use ortelius::model::{Attributes, Model};
 use ortelius::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices};
 use ortelius::paper::progressive_mesh::simplify::Collapses;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Random numbers that are the same in every run (splitmix64).
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((bits ^ (bits >> 31)) % bound as u64) as usize
-    }
-
-    pub fn shuffle<T>(&mut self, items: &mut [T]) {
-        (1..items.len()).rev().for_each(|at| items.swap(at, self.below(at + 1)));
-    }
-}
 
 /// A torus of `around` x `along` squares. With `seams`, the torus has two seams. Each position on a seam has two
 /// wedges, and the position where the seams cross has four. `tetrahedra` tetrahedra are separate components beside the

@@ -52,11 +52,6 @@ pub fn open(gpu: &Gpu, scene: &Scene) -> Run<ProgressiveMeshes> {
     ProgressiveMeshes::run(gpu.clone(), &load(scene).unwrap(), settings).unwrap()
 }
 
-fn picture(session: &mut Run<ProgressiveMeshes>) -> Picture {
-    let bytes = session.picture_bytes().unwrap();
-    Picture::new(SIZE[0], SIZE[1], bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
-}
-
 /// The expected position and normal of each vertex in f64. With `band_log2`, a vertex may still be on its way from its
 /// split vertex.
 fn seen_vertices(scene: &Scene, wanted: f64, band_log2: Option<f64>) -> Vec<(DVec3, DVec3)> {
@@ -124,7 +119,7 @@ const BOUND: f64 = 0.45 / 85.0;
 /// The number of pixels of the session's picture that differ by more than BOUND from the f64 picture, and the
 /// worst difference. Only pixels that are certainly inside one triangle or outside all triangles count.
 fn beyond_f64(session: &mut Run<ProgressiveMeshes>, pose: &Pose, seen: &[(DVec3, DVec3)]) -> (usize, f64) {
-    let picture = picture(session);
+    let picture = session.linear_picture().unwrap();
     let (view, normals) = truth(session, pose, seen);
     let samples = view.samples();
     let ProgressiveMeshSettings { sun, background, .. } = session.technique.settings;

@@ -77,9 +77,8 @@ fn possible(ellipse: &EllipseFilter, sample: &Sample, texture: &PlainTexture) ->
 /// `ellipse` allows.
 fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &EllipseFilter) -> [usize; 2] {
     let mut renderer = settled(scene, PixelFormat::Linear32);
-    let bytes = renderer.picture_bytes().unwrap();
+    let found = renderer.linear_picture().unwrap().rgba;
     silent(&renderer);
-    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let pose = scene.pose(0).unwrap();
     let grid = scene.surfaces["land"].grid().unwrap();
     let view = ReferenceView::new(&grid, &pose.world_to_clip(SIZE[0], SIZE[1]), pose.eye, SIZE);

@@ -15,6 +15,7 @@ use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_sur
 use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::PixelFormat;
 use ortelius::reference::ReferenceView;
+use ortelius::reference::supersample::Truth;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::{SHIPPED, Scene};
 use scenes::{Parts, SIZE};
@@ -31,6 +32,18 @@ fn settled(scene: &Scene, target: PixelFormat) -> Renderer {
     renderer.settle(&scene.pose(0).unwrap()).unwrap();
     renderer.drain().unwrap();
     renderer
+}
+
+/// The NMSE of the green channel, over the pixels whose kernel lies wholly on the surface. These must be more than a
+/// third of the picture.
+fn nmse(scene: &Scene, truth: &Truth) -> f64 {
+    let mut renderer = settled(scene, PixelFormat::Linear32);
+    let found = renderer.linear_picture().unwrap().rgba;
+    silent(&renderer);
+    let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
+    assert!(whole().count() > found.len() / 3, "{} whole pixels", whole().count());
+    let square: f64 = whole().map(|n| (f64::from(found[n][1]) - truth.values[n]).powi(2)).sum();
+    square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }
 
 fn silent(renderer: &Renderer) {
@@ -197,10 +210,7 @@ fn the_order_of_surfaces_changes_no_pixel() {
 #[test]
 fn the_sun_lights_what_the_scene_says() {
     let parts = Parts::new();
-    let floats = |scene: &Scene| -> Vec<[f32; 4]> {
-        let bytes = settled(scene, PixelFormat::Linear32).picture_bytes().unwrap();
-        bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
-    };
+    let floats = |scene: &Scene| settled(scene, PixelFormat::Linear32).linear_picture().unwrap().rgba;
     for variant in ["", "[variant]\ndedup = \"fused\"\naddress = \"own-level\"\ncompact = \"append\"\n"] {
         let unlit = floats(&parts.scene(&["land"], variant));
         let sun = "[sun]\nazimuth_deg = 10.0\nelevation_deg = 30.0\n";

@@ -1,7 +1,7 @@
 //! A relief below a plane against the f64 mean of rays that hit it, and surfaces that cannot have one.
 
 use crate::scenes::SIZE;
-use crate::{settled, silent};
+use crate::{nmse, settled, silent};
 use ortelius::Renderer;
 use ortelius::paper::texture_mapping::config::side_of;
 use ortelius::paper::texture_mapping::relief::reference::first_hit;
@@ -64,18 +64,6 @@ fn bilinear(values: &[f64], side: usize, x: f64, y: f64) -> f64 {
     let (fx, fy) = (x - x.floor(), y - y.floor());
     (at(0.0, 0.0) * (1.0 - fx) + at(1.0, 0.0) * fx) * (1.0 - fy)
         + (at(0.0, 1.0) * (1.0 - fx) + at(1.0, 1.0) * fx) * fy
-}
-
-/// The NMSE of the green channel, over the pixels that lie wholly on the plane.
-fn nmse(scene: &Scene, truth: &Truth) -> f64 {
-    let mut renderer = settled(scene, PixelFormat::Linear32);
-    let bytes = renderer.picture_bytes().unwrap();
-    silent(&renderer);
-    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-    let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
-    assert!(whole().count() > found.len() / 3, "{} whole pixels", whole().count());
-    let square: f64 = whole().map(|n| (f64::from(found[n][1]) - truth.values[n]).powi(2)).sum();
-    square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }
 
 #[test]
@@ -197,11 +185,10 @@ fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
         Some(bilinear(colours, relief.side, u, v))
     };
     let mut renderer = settled(scene, PixelFormat::Linear32);
-    let bytes = renderer.picture_bytes().unwrap();
+    let found = renderer.linear_picture().unwrap().rgba;
     silent(&renderer);
-    let found = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned::<[f32; 4]>);
     let pairs: Vec<[f64; 2]> =
-        found.enumerate().filter_map(|(at, own)| Some([f64::from(own[1]), right(at)?])).collect();
+        found.iter().enumerate().filter_map(|(at, own)| Some([f64::from(own[1]), right(at)?])).collect();
     assert!(pairs.len() > (SIZE[0] * SIZE[1]) as usize / 3, "{} pixels show the plane", pairs.len());
     let square: f64 = pairs.iter().map(|[own, right]| (own - right).powi(2)).sum();
     let off = pairs.iter().filter(|[own, right]| (own - right).abs() > 0.02).count();
@@ -247,10 +234,9 @@ fn a_near_oblique_view_of_a_deep_relief_has_a_colour_in_every_pixel() {
     };
     for map in ["bricks", "pillars"] {
         let mut renderer = settled(&near(map), PixelFormat::Linear32);
-        let values: Vec<f32> =
-            renderer.picture_bytes().unwrap().chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        let values = renderer.linear_picture().unwrap().rgba;
         silent(&renderer);
-        assert_eq!(values.iter().filter(|value| !value.is_finite()).count(), 0, "{map}");
+        assert!(values.as_flattened().iter().all(|value| value.is_finite()), "{map}");
     }
     let (scene, side) = (near("bricks"), side_of(ReliefKind::Bricks));
     let truth = truth(&scene, ReliefKind::Bricks.relief(side), (side, ReliefKind::Bricks.picture(side)), 0.5);

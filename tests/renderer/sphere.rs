@@ -1,14 +1,13 @@
 //! The chequered ball and the chequered tunnel against the ellipsoid and the cylinder in closed form.
 
+use crate::nmse;
 use crate::scenes::SIZE;
-use crate::{settled, silent};
 use glam::{DVec3, DVec4};
-use ortelius::picture::PixelFormat;
-use ortelius::reference::cylinder::Cylinder;
+use ortelius::reference::cylinder::CylinderWall;
 use ortelius::reference::ellipsoid;
 use ortelius::reference::pattern::Pattern;
 use ortelius::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
-use ortelius::scene::{Cylinder as Pipe, Geometry, Scene};
+use ortelius::scene::{Cylinder, Geometry, Scene};
 
 /// The truth of the default picture without a sun. `coordinate` gives (s, t) of an eye and a ray.
 fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 2]> + Sync) -> Truth {
@@ -27,18 +26,6 @@ fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 
     let texture = Tiled::new(1024, &Pattern::Checker(32).texels(1024));
     let kernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 };
     supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
-}
-
-/// The NMSE over the pixels whose kernel lies wholly on the surface.
-fn nmse(scene: &Scene, truth: &Truth) -> f64 {
-    let mut renderer = settled(scene, PixelFormat::Linear32);
-    let bytes = renderer.picture_bytes().unwrap();
-    silent(&renderer);
-    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-    let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
-    assert!(whole().count() > 2000, "{} whole pixels", whole().count());
-    let square: f64 = whole().map(|n| (f64::from(found[n][0]) - truth.values[n]).powi(2)).sum();
-    square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }
 
 #[test]
@@ -60,10 +47,10 @@ fn the_ball_is_near_its_truth_and_a_turned_one_is_not() {
 #[test]
 fn the_tunnel_is_near_its_truth_and_a_shifted_one_is_not() {
     let scene = Scene::embedded("tunnel").unwrap();
-    let Geometry::Cylinder(Pipe { radius_m, length_m, .. }) = scene.surfaces["pipe"].geometry else {
+    let Geometry::Cylinder(Cylinder { radius_m, length_m, .. }) = scene.surfaces["pipe"].geometry else {
         panic!("no cylinder")
     };
-    let cylinder = Cylinder { radius_m, length_m };
+    let cylinder = CylinderWall { radius_m, length_m };
     let truth = truth(&scene, |eye, ray| cylinder.coordinate(eye, ray));
     let own = nmse(&scene, &truth);
     // The shift of 0.3 m is a tenth of a square.

@@ -38,7 +38,7 @@ fn with_every_level_broken_nothing_is_pending() {
 }
 
 #[test]
-fn a_tile_that_recovers_is_shown_after_failures_are_forgotten() {
+fn a_failed_tile_is_not_requested_again_if_retries_are_off() {
     let mut bench = Bench::new(TestSource::default(), timed(8, 8));
     let broken = tile(0, 0, 0);
     bench.source.set_broken([broken]);
@@ -46,21 +46,21 @@ fn a_tile_that_recovers_is_shown_after_failures_are_forgotten() {
     assert_eq!(bench.memory.display.keys().copied().collect::<Vec<_>>(), [tile(1, 0, 0)]);
     bench.source.set_broken([]);
     bench.frame(&[broken]);
-    assert!(bench.streaming.settled(), "not requested again automatically");
-    bench.streaming.forget_failures();
-    bench.settle_timed(&[broken]);
-    assert!(bench.memory.display.contains_key(&broken));
+    assert!(bench.streaming.settled());
 }
 
 #[test]
-fn a_tile_that_fails_again_is_reported_again_after_failures_are_forgotten() {
-    let mut bench = Bench::new(TestSource::default(), counting(8, 8, 8, 8));
+fn a_tile_that_was_read_and_fails_again_is_reported_again() {
+    let config = StreamingConfig { retry_after_ms: 5.0, ..timed(8, 8) };
+    let mut bench = Bench::new(TestSource::default(), config);
     let broken = tile(0, 0, 0);
-    bench.source.set_broken([broken]);
     for _ in 0..2 {
-        let reports = bench.settle(&[broken], 4);
+        bench.source.set_broken([broken]);
+        let reports = bench.until(&[broken], |_, report| report.failed_tiles == 1);
         assert_eq!(reports.iter().map(|report| report.failures.len()).sum::<usize>(), 1);
-        bench.streaming.forget_failures();
+        bench.source.set_broken([]);
+        bench.until(&[broken], |bench, _| bench.memory.display.contains_key(&broken));
+        bench.streaming.reset();
     }
 }
 

@@ -4,7 +4,7 @@ use crate::invariants::visible_path;
 use crate::source::{Bench, TestSource, counting, pyramid};
 use ortelius::math::pyramid::TileId;
 use ortelius::paper::virtual_texture::streaming::Uploader;
-use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replayed, Rule, replay};
+use ortelius::paper::virtual_texture::streaming::replay::{FrameLists, Replacement, Replayed, replay};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ impl Uploader for Closed {
 
 /// The frames of streaming and those of the replay, on a path whose tiles are all in main memory. The replay gets the
 /// tiles that streaming wants: its bias depends on earlier frames.
-fn both(path: &[Vec<TileId>], slots: u32, rule: Rule) -> (Vec<Replayed>, Vec<Replayed>) {
+fn both(path: &[Vec<TileId>], slots: u32, rule: Replacement) -> (Vec<Replayed>, Vec<Replayed>) {
     let mut bench = Bench::new(TestSource::default(), counting(slots, 2000, 64, 64));
     let levels = 0..pyramid().first_resident_level();
     let with_coarser = path.iter().flatten().flat_map(|tile| {
@@ -52,7 +52,7 @@ proptest! {
 
     #[test]
     fn streaming_agrees_with_the_replay(path in visible_path(), slots in 1u32..12) {
-        let (built, replayed) = both(&path, slots, Rule::LeastRecentlyShown);
+        let (built, replayed) = both(&path, slots, Replacement::LeastRecentlyShown);
         prop_assert_eq!(built, replayed);
     }
 }
@@ -62,8 +62,8 @@ fn another_rule_is_rejected() {
     let tiles: Vec<TileId> = (0..4).map(|column| TileId { level: 0, row: 0, column }).collect();
     // The first tile is used again, so only FIFO evicts it.
     let path: Vec<Vec<TileId>> = [0, 1, 0, 2, 0].iter().map(|&n| vec![tiles[n]]).collect();
-    let (built, replayed) = both(&path, 2, Rule::LeastRecentlyShown);
+    let (built, replayed) = both(&path, 2, Replacement::LeastRecentlyShown);
     assert_eq!(built, replayed);
-    let (built, replayed) = both(&path, 2, Rule::FirstIn);
+    let (built, replayed) = both(&path, 2, Replacement::FirstIn);
     assert_ne!(built, replayed);
 }

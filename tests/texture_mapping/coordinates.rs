@@ -55,9 +55,7 @@ fn run_counted(
     let sampler =
         gpu.sampler("linear", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false }).unwrap();
     let pass = CoordinatesPass::new(gpu, form, output, plane, band, 64).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame.pass("coordinates", |cmd| pass.run(cmd, &image, &sampler)).unwrap();
-    let passes = frame.submit().unwrap().wait().unwrap();
+    let passes = gpu.run_pass("coordinates", |cmd| pass.run(cmd, &image, &sampler)).unwrap();
     (pass, passes)
 }
 

@@ -21,9 +21,7 @@ fn read(
     method: ParallaxFilter,
 ) -> Vec<[f32; 2]> {
     let own = FilteredRelief::new(gpu, relief, colours, view, method).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame.pass("filter", |cmd| own.run(cmd)).unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("filter", |cmd| own.run(cmd)).unwrap();
     own.read(gpu).unwrap()
 }
 

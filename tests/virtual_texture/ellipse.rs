@@ -289,8 +289,7 @@ const BOUND: f64 = 5.0 / 256.0;
 fn beyond(renderer: &mut TextureSession, scene: &str, camera: &str, reference: &EllipseFilter) -> usize {
     let scene = bordered(scene, renderer.technique.source.pyramid().border_texels());
     let size = renderer.technique.settings.size;
-    let bytes = renderer.picture_bytes().unwrap();
-    let found: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let found = renderer.linear_picture().unwrap().rgba;
     let pose = pose(&scene, camera);
     let view = view_of(&scene, &pose, size);
     let limb = pose.pixel_tangent(size[1]) * scene.surfaces["land"].grid().unwrap().curvature;
@@ -377,8 +376,7 @@ fn a_footprint_at_the_limb_is_bounded_by_what_the_pixel_sees() {
         PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 },
         Density { per_texel: 0.0, least: 6, most: 6 },
     );
-    let bytes = renderer.picture_bytes().unwrap();
-    let shown: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+    let shown = renderer.linear_picture().unwrap().rgba;
     let (texels, own) = (SourceTexels::new(&*source), ellipse(16, pyramid.tile_size()));
     let (mut square, mut of_facets, mut of_device, mut pixels) = (0.0, 0.0, 0.0, 0);
     for (n, sample) in view.samples().into_iter().enumerate() {
@@ -457,8 +455,7 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
             settings.config.filter = Filter { kind, samples, ..settings.config.filter };
         });
         renderer.settle(&pose(&scene, "tilted")).unwrap();
-        let bytes = renderer.picture_bytes().unwrap();
-        let pixels: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+        let pixels = renderer.linear_picture().unwrap().rgba;
         let exact = srgb8_to_linear(119);
         // The sky is far from the texture's colour.
         let off = |pixel: &[f32; 4]| (f64::from(pixel[0]) - exact).abs();

@@ -1,6 +1,5 @@
 //! Borders and filters: which texels filters read, and the mean of stochastic filters.
 
-use crate::TextureSession;
 use crate::truth::{RADIUS_PX, tolerance, view_of};
 use crate::{bordered, device, open, pose, scene};
 use ortelius::math::pyramid::Pyramid;
@@ -16,12 +15,6 @@ use ortelius::picture::srgb::from_linear_f64;
 use ortelius::reference::Sample;
 use ortelius::reference::filter::sample_count;
 use ortelius::texture::source::{border::true_texel, ruler::ruler_hash};
-
-fn picture(renderer: &mut TextureSession) -> Picture {
-    let [width, height] = renderer.technique.settings.size;
-    let bytes = renderer.picture_bytes().unwrap();
-    Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect())
-}
 
 #[test]
 fn two_texels_of_border_are_enough_for_two_levels_and_fewer_are_not() {
@@ -77,7 +70,7 @@ fn wrong_taps(camera: &str, border: u32, spoil: impl Fn(&mut [u8; 4])) -> usize 
     });
     let pose = pose(&scene, camera);
     renderer.settle(&pose).unwrap();
-    let (picture, pyramid) = (picture(&mut renderer), renderer.technique.source.pyramid());
+    let (picture, pyramid) = (renderer.linear_picture().unwrap(), renderer.technique.source.pyramid());
     let view = view_of(&scene, &pose, size);
     let wrong = |&(x, y): &(u32, u32)| {
         let [r, g, b, a] = picture.at(x, y);
@@ -120,16 +113,17 @@ fn the_mean_of_taps_is_the_trilinear_filter_and_its_noise_falls_with_their_numbe
         renderer.settle(&pose).unwrap();
         renderer
     };
-    let truth = picture(&mut open(Filtering::Trilinear, 1));
-    let noise = [1, 4, 16]
-        .map(|samples| compare(&picture(&mut open(Filtering::Stochastic, samples)), &truth).unwrap().nmse());
+    let truth = open(Filtering::Trilinear, 1).linear_picture().unwrap();
+    let noise = [1, 4, 16].map(|samples| {
+        compare(&open(Filtering::Stochastic, samples).linear_picture().unwrap(), &truth).unwrap().nmse()
+    });
     // 64 taps in each of 16 frames.
     let mut renderer = open(Filtering::Stochastic, 64);
     let mut mean = Picture::filled(160, 90, [0.0; 4]);
     let mut last = Picture::filled(160, 90, [0.0; 4]);
     for _ in 0..16 {
         renderer.frame(&pose).unwrap();
-        let frame = picture(&mut renderer);
+        let frame = renderer.linear_picture().unwrap();
         assert_ne!(frame, last, "each frame has noise of its own");
         for (sum, pixel) in mean.rgba.iter_mut().zip(&frame.rgba) {
             *sum = std::array::from_fn(|c| sum[c] + pixel[c] / 16.0);
@@ -189,7 +183,7 @@ fn beyond(
     let pose = pose(&scene, camera);
     renderer.settle(&pose).unwrap();
     assert_eq!(renderer.technique.bias(), 0);
-    let (picture, pyramid) = (picture(&mut renderer), renderer.technique.source.pyramid());
+    let (picture, pyramid) = (renderer.linear_picture().unwrap(), renderer.technique.source.pyramid());
     let (view, texels) = (view_of(&scene, &pose, size), SourceTexels::new(&*renderer.technique.source));
     let error = |found: [f32; 4], colour: &[f64; 4]| {
         (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max)

@@ -34,12 +34,7 @@ pub(crate) fn run(
     let mut frame = gpu.frame().unwrap();
     frame.pass("dedup", |cmd| dedup.run(cmd, &stage1.requests, FrameSlot::FIRST)).unwrap();
     frame.pass("compact", |cmd| list.compact(cmd, dedup.mask(FrameSlot::FIRST))).unwrap();
-    frame
-        .pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })
-        .unwrap();
+    frame.pass("read-back", |cmd| list.read_back(cmd)).unwrap();
     frame.submit().unwrap().wait().unwrap();
     compact.collect(gpu, dedup.mask(FrameSlot::FIRST), &mut list).unwrap().0
 }

@@ -70,12 +70,7 @@ fn upload(gpu: &Gpu, requests: &Image, triples: &[[u32; 3]]) {
     let texels = gpu.buffer_with("texels", &words, BufferUse::Storage).unwrap();
     let mut frame = gpu.frame().unwrap();
     let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size: SIZE };
-    frame
-        .pass("upload", |cmd| {
-            cmd.copy_to_image(&texels, requests, &[whole]);
-            Ok(())
-        })
-        .unwrap();
+    frame.pass("upload", |cmd| cmd.copy_to_image(&texels, requests, &[whole])).unwrap();
     frame.submit().unwrap().wait().unwrap();
 }
 
@@ -93,19 +88,16 @@ fn marked(
     let texels = SamplerInfo { filter: SamplerFilter::Nearest, wraps_in_s: false };
     let texels: Sampler = gpu.sampler("request image texels", texels).unwrap();
     let groups = [0, 1].map(|axis| SIZE[axis].div_ceil(shader.group[axis] << side_log2));
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("dedup", |cmd| {
-            cmd.clear_uint(&mask, 0);
-            cmd.sync();
-            let resources = [
-                (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &texels)),
-                (glsl::dedup_test_or_comp::TILE_MASK, Mask::of_image(&mask).resource),
-            ];
-            cmd.dispatch(&pipeline, &resources, &[], [groups[0], groups[1], 1])
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("dedup", |cmd| {
+        cmd.clear_uint(&mask, 0);
+        cmd.sync();
+        let resources = [
+            (glsl::dedup_test_or_comp::REQUESTS, Resource::Sampled(requests, &texels)),
+            (glsl::dedup_test_or_comp::TILE_MASK, Mask::of_image(&mask).resource),
+        ];
+        cmd.dispatch(&pipeline, &resources, &[], [groups[0], groups[1], 1])
+    })
+    .unwrap();
     mask
 }
 
@@ -129,16 +121,13 @@ fn drawn(gpu: &Gpu, pyramid: &Pyramid, requests: &Image, own_level: bool) -> Ima
     let [columns, rows] = SIZE.map(|side| side.div_ceil(8));
     let push = Blocks { size: SIZE, columns };
     let target = ColorTarget { image: &mask, clear: Clear::Uint([0; 4]) };
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("dedup", |cmd| {
-            cmd.render(mask.info().size, &[target], None, |render| {
-                let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, ReadAs::Whole))];
-                render.draw(&pipeline, &resources, bytemuck::bytes_of(&push), columns * rows)
-            })
+    gpu.run_pass("dedup", |cmd| {
+        cmd.render(mask.info().size, &[target], None, |render| {
+            let resources = [(glsl::dedup_geom::REQUESTS, Resource::Texture(requests, ReadAs::Whole))];
+            render.draw(&pipeline, &resources, bytemuck::bytes_of(&push), columns * rows)
         })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    })
+    .unwrap();
     mask
 }
 
@@ -193,12 +182,7 @@ fn bit_31_of_the_mask_works_like_the_others() {
             let mut list = pass.list(&gpu, 4096).unwrap();
             let mut frame = gpu.frame().unwrap();
             frame.pass("compact", |cmd| list.compact(cmd, Mask::of_image(&mask))).unwrap();
-            frame
-                .pass("read-back", |cmd| {
-                    list.read_back(cmd);
-                    Ok(())
-                })
-                .unwrap();
+            frame.pass("read-back", |cmd| list.read_back(cmd)).unwrap();
             frame.submit().unwrap().wait().unwrap();
             let (listed, _) = pass.collect(&gpu, Mask::of_image(&mask), &mut list).unwrap();
             let entries: BTreeSet<[u32; 3]> = listed.iter().copied().collect();

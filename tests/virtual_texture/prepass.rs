@@ -7,6 +7,7 @@ use glam::DVec3;
 use ortelius::frame::{DrawList, FrameSlot, Shape, View, world_view};
 use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::Pyramid;
+use ortelius::math::splitmix::SplitMix64;
 use ortelius::model::mesh::{Cluster, Mesh, SourceMesh, earth, gpu_mesh, plane};
 use ortelius::paper::virtual_texture::config::source_mesh;
 use ortelius::paper::virtual_texture::footprint::FootprintPass;
@@ -22,21 +23,11 @@ use std::time::Instant;
 
 const SIZE: [u32; 2] = [250, 141];
 
-/// Pseudo-random numbers, the same in every run (splitmix64).
-struct Random(u64);
+struct Random(SplitMix64);
 
 impl Random {
-    /// A number in [0, 1).
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (bits ^ bits >> 31) as f64 / 2f64.powi(64)
-    }
-
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
+        low + (high - low) * self.0.unit()
     }
 
     fn direction(&mut self) -> DVec3 {
@@ -151,7 +142,7 @@ impl Drawn<'_> {
 fn bumpy_ball(random: &mut Random, [columns, rows]: [u32; 2], height: f64) -> SourceMesh {
     let mut mesh = earth(columns, rows);
     let waves: Vec<(DVec3, f64)> =
-        (0..4).map(|_| (random.direction() * random.between(2.0, 40.0), random.next())).collect();
+        (0..4).map(|_| (random.direction() * random.between(2.0, 40.0), random.0.unit())).collect();
     let lift = |place: DVec3| {
         let wave = |(k, phase): &(DVec3, f64)| (k.dot(place) + phase).sin();
         // A few needles, equal on both sides of the seam.
@@ -221,7 +212,7 @@ fn a_cluster_with_nan_or_without_area_has_infinite_or_empty_bounds() {
 #[test]
 fn culling_in_the_depth_pass_changes_neither_depth_nor_list() {
     let gpu = device();
-    let mut random = Random(3);
+    let mut random = Random(SplitMix64(3));
     for (name, height) in [("ball", 0.0), ("hills", 0.02), ("ridges", 0.3)] {
         for grid in [[97, 48], [24, 12]] {
             let mut drawn = Drawn::new(&gpu, &bumpy_ball(&mut random, grid, height));
@@ -236,7 +227,7 @@ fn culling_in_the_depth_pass_changes_neither_depth_nor_list() {
 #[test]
 fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
     let gpu = device();
-    let mut random = Random(4);
+    let mut random = Random(SplitMix64(4));
     let mut sheets = plane(2.0, 2.0, 40, 40);
     let first = sheets.positions.len() as u32;
     sheets.positions.extend_from_within(..);
@@ -258,7 +249,7 @@ fn open_surfaces_above_each_other_and_seen_from_below_keep_their_depth() {
 #[test]
 fn most_of_the_shipped_earth_is_culled() {
     let gpu = device();
-    let mut random = Random(5);
+    let mut random = Random(SplitMix64(5));
     let earth = scene("earth");
     let mut drawn = Drawn::new(&gpu, &source_mesh(&earth).unwrap());
     let globe = scene("globe");

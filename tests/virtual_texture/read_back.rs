@@ -14,14 +14,7 @@ use std::collections::BTreeSet;
 fn copied(gpu: &Gpu, renderer: &TextureSession) -> HostCopy {
     let stage1 = renderer.technique.stage1().unwrap();
     let copy = HostCopy::new(gpu, stage1.requests.info().size, stage1.format).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("copy request image", |cmd| {
-            copy.run(cmd, &stage1.requests);
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("copy request image", |cmd| copy.run(cmd, &stage1.requests)).unwrap();
     copy
 }
 
@@ -33,12 +26,7 @@ fn gathered(gpu: &Gpu, renderer: &TextureSession, n: u32, frames: std::ops::Rang
     let take = |number| {
         let mut frame = gpu.frame().unwrap();
         frame.pass("gather", |cmd| gather.run(cmd, &stage1.requests, &samples, number)).unwrap();
-        frame
-            .pass("feedback read-back", |cmd| {
-                samples.read_back(cmd);
-                Ok(())
-            })
-            .unwrap();
+        frame.pass("feedback read-back", |cmd| samples.read_back(cmd)).unwrap();
         frame.submit().unwrap().wait().unwrap();
         samples.words().to_vec()
     };

@@ -129,10 +129,6 @@ fn ellipses() -> Vec<(Filter, Method)> {
     all.map(|(filter, ellipse)| (filter, Method::Ellipse(ellipse))).collect()
 }
 
-pub fn pixels(renderer: &mut TextureSession) -> Vec<[f32; 4]> {
-    renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
-}
-
 /// Bound of the device's position error on tiles, in texels. In the dump, s and t have 24 bits; over 512 texels this is
 /// a step of 2^-15. The device's coordinate is the sum of two rounded numbers.
 const PLACE_ERROR: f64 = 1.0 / (1 << 13) as f64;
@@ -283,7 +279,7 @@ fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'
 
 /// Compares the settled picture with `method`, given the device's coordinates and derivatives.
 pub fn compared(renderer: &mut TextureSession, method: Method, missing: Option<TileId>) -> Compared {
-    let found = pixels(renderer);
+    let found = renderer.linear_picture().unwrap().rgba;
     compared_with(renderer, &found, method, missing, false)
 }
 
@@ -453,7 +449,7 @@ fn plain(renderer: &TextureSession, camera: &str, filter: &Filter) -> Vec<[f32; 
     let shape = Shape::new(gpu, &gpu_mesh(&source_mesh(&scene).unwrap())).unwrap();
     let view = View::new(&pose(&scene, camera), SIZE);
     gpu.run_pass("plain", |cmd| plain.draw(cmd, &DrawList::new([&shape], view, 0), &target)).unwrap();
-    gpu.read_image(&target).unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()
+    bytemuck::pod_collect_to_vec(&gpu.read_image(&target).unwrap())
 }
 
 /// The rounding error of a pixel's value; `None` if the filter reads rows beyond the texture. There, a plain texture
@@ -482,7 +478,7 @@ fn off_from_plain(own: Filter, method: Method, of_plain: Filter) -> (f64, usize)
     let mut renderer = settled(noise(7, 2, None), "above", |settings| settings.config.filter = own);
     let (dump, pyramid) = (renderer.footprint().unwrap(), renderer.technique.source.pyramid());
     let size = pyramid.level_size(0).map(f64::from);
-    let (found, expected) = (pixels(&mut renderer), plain(&renderer, "above", &of_plain));
+    let (found, expected) = (renderer.linear_picture().unwrap().rgba, plain(&renderer, "above", &of_plain));
     let of = |n: usize| (0..3).map(|c| f64::from((found[n][c] - expected[n][c]).abs())).fold(0.0, f64::max);
     let covered = (0..found.len()).filter(|&n| dump.triples[n][0] != u32::MAX);
     let beyond = |n: usize| Some(of(n) - 2.0 * rounding(method, &pixel_of(&dump, n, size), &pyramid)?);

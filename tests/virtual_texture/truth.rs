@@ -7,7 +7,6 @@ use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
 use ortelius::paper::virtual_texture::reference::{Tolerance, visible_tiles};
 use ortelius::paper::virtual_texture::{Interpolation, VirtualTextureSettings};
-use ortelius::picture::Picture;
 use ortelius::picture::PixelFormat;
 use ortelius::picture::error::{Difference, compare};
 use ortelius::reference::{ReferenceView, Sample};
@@ -124,12 +123,10 @@ fn settled_beside_truth(
     });
     renderer.settle(&pose).unwrap();
     assert_eq!(renderer.technique.bias(), 0);
-    let floats: Vec<[f32; 4]> =
-        renderer.picture_bytes().unwrap().chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
     let view = view_of(scene, &pose, size);
     let truth =
         SourceTexels::new(&*renderer.technique.source).picture(&view, ReferenceFilter::Samples(1)).unwrap();
-    let difference = compare(&Picture::new(size[0], size[1], floats), &truth).unwrap();
+    let difference = compare(&renderer.linear_picture().unwrap(), &truth).unwrap();
     let one_triangle = |x, y| {
         let candidates = view.candidates(x, y, RADIUS_PX);
         // In triangles less than a pixel high, snapped vertices move the level by more than BOUND allows.

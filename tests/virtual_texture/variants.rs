@@ -214,15 +214,11 @@ fn variants_with_subgroups_list_the_reference_set() {
     let pack = |&[q, i, j]: &[u32; 3]| if q == u32::MAX { q } else { (q * rows + i) * columns + j };
     let words: Vec<u32> = requests.iter().map(pack).collect();
     let texels = gpu.buffer_with("texels", &words, BufferUse::Storage).unwrap();
-    let mut frame = gpu.frame().unwrap();
-    frame
-        .pass("upload", |cmd| {
-            let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
-            cmd.copy_to_image(&texels, &stage1.requests, &[whole]);
-            Ok(())
-        })
-        .unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("upload", |cmd| {
+        let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
+        cmd.copy_to_image(&texels, &stage1.requests, &[whole]);
+    })
+    .unwrap();
     for config in variants_of(&base, &pyramid) {
         // Each subgroup shader runs once with each tile address. The other stage is the simplest for each mask layout.
         let lanes = |needs: Vec<Need>| needs.iter().any(|need| need.feature == Feature::Subgroups);

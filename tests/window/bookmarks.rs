@@ -32,16 +32,14 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
     let altitude_m = camera_value(&mut window, "altitude_m");
     window.press_with_control(key::DIGIT_1 + 6);
     window.said("bookmark 7");
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 
     let mut window = Program::start(&display, &arguments, &home);
     window.settled_picture();
     window.press(key::DIGIT_1 + 6);
     window
         .until("the camera reaches the bookmark", |window| camera_value(window, "altitude_m") == altitude_m);
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 
     // A file in place of the configuration folder, so that saving fails.
     let file = config.path().join("file");
@@ -51,8 +49,7 @@ fn a_saved_bookmark_is_found_by_the_next_run() {
     window.settled_picture();
     window.press_with_control(key::DIGIT_1);
     window.said("file/ortelius/bookmarks.toml: the bookmark is kept until the window closes");
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }
 
 #[test]
@@ -72,8 +69,7 @@ fn l_plays_the_path_and_f9_pauses_it_and_lets_it_go_on() {
     assert_eq!(camera_value(&mut window, "altitude_m"), paused);
     window.press(key::F9);
     window.until("the path goes on", |window| camera_value(window, "altitude_m") < paused);
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }
 
 #[test]
@@ -91,6 +87,5 @@ fn no_flight_goes_below_the_valleys_ground() {
     let near_m = camera_value(&mut window, "near_m");
     assert!(altitude_m < 4480.0 && near_m < 1.0, "{altitude_m} {near_m}");
     window.settled_picture();
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }

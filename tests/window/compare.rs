@@ -65,6 +65,5 @@ fn two_variants_share_the_window_and_their_difference_is_shown() {
         let rows = 4 * 90 * picture.width as usize;
         picture.rgba[..rows] == alone.0.rgba[..rows]
     });
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }

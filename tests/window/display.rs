@@ -1,7 +1,6 @@
-//! An Xvfb server, and a connection that reads pixels and sends input.
+//! A virtual display, and a connection that reads pixels and sends input.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
+use crate::server::Server;
 use std::time::{Duration, Instant};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat, InputFocus};
@@ -42,32 +41,23 @@ pub mod key {
     pub const F12: u8 = 96;
 }
 
-/// A virtual display. Dropping it ends the server.
+/// A virtual display.
 pub struct Display {
-    server: Child,
-    pub name: String,
+    pub server: Server,
     pub connection: RustConnection,
     root: u32,
 }
 
 impl Display {
     pub fn start() -> Display {
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap_or_else(|error| panic!("Xvfb: {error}; `./x test` installs it"));
-        let mut number = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
-        let name = format!(":{}", number.trim());
-        let (connection, screen) = RustConnection::connect(Some(&name)).unwrap();
+        let server = Server::start();
+        let (connection, screen) = RustConnection::connect(Some(&server.name)).unwrap();
         let root = connection.setup().roots[screen].root;
-        Display { server, name, connection, root }
+        Display { server, connection, root }
     }
 
     pub fn process(&self) -> u32 {
-        self.server.id()
+        self.server.process.id()
     }
 
     /// The mapped top-level window whose name starts with `Ortelius`, if there is one.
@@ -107,13 +97,6 @@ impl Display {
     pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
         self.connection.flush().unwrap();
-    }
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        // Both calls fail only if the server has already ended.
-        let _ended = self.server.kill().and_then(|()| self.server.wait().map(drop));
     }
 }
 

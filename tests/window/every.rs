@@ -80,8 +80,7 @@ fn the_earth_shows_every_variant_and_overlay_and_closes_in_silence() {
     let overlays = ["levels", "shown minus requested level", "error against the reference", "none"];
     switch_every_overlay(&mut window, &bare, &overlays);
     resize_20_times(&mut window);
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]

@@ -88,6 +88,5 @@ fn the_footprint_under_the_pointer_is_that_of_the_f64_reference() {
         let near = (width - x).abs() < 2.0 && (height - y).abs() < 2.0;
         assert!(near, "{line}: {width} x {height} pixels are drawn, not {x:.1} x {y:.1}");
     }
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }

@@ -15,6 +15,7 @@ mod present;
 mod program;
 mod reload;
 mod renderdoc;
+mod server;
 mod views;
 mod walk;
 mod wireframe;
@@ -91,8 +92,7 @@ fn the_earth_is_flown_over_and_closed_and_leaves_nothing_behind() {
     window.until("the outline of the frozen camera's view", |window| yellow(&window.picture()) > 50);
     window.press(key::F);
     window.until("the outline disappears", |window| yellow(&window.picture()) == 0);
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]
@@ -104,8 +104,7 @@ fn time_budgets_do_not_delay_a_resting_view() {
     let mut window = open(&display, &[&arguments[..], &budgets].concat());
     // At rest, no tile is missing.
     assert!(window.settled_picture().is_varied());
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]
@@ -124,8 +123,7 @@ fn a_screenshot_is_what_the_window_shows_and_what_its_report_renders() {
         let shown = window.settled_picture();
         window.press(key::F12);
         let png = window.printed(".png");
-        window.press(key::ESCAPE);
-        let folder = window.closed_in_silence();
+        let folder = window.quit_in_silence();
         let saved = read_png(&folder.path().join(&png)).unwrap();
         // The window's noise depends on the frames before.
         let equal = differing(&shown.0, &saved) == 0;
@@ -192,8 +190,7 @@ fn a_minimised_window_finishes_its_screenshot() {
     let png = png.trim_start_matches("./").to_owned();
     window.restore();
     let shown = window.settled_picture();
-    window.press(key::ESCAPE);
-    let folder = window.closed_in_silence();
+    let folder = window.quit_in_silence();
     assert!(read_png(&folder.path().join(&png)).unwrap().width == shown.0.width);
     rendered_again(folder.path(), &png.replace(".png", ".json"), "again.png");
     assert!(
@@ -220,8 +217,7 @@ fn a_recorded_path_is_rendered_again_by_its_report() {
     window.settled_picture();
     window.press(key::R);
     let film = window.printed("ortelius-");
-    window.press(key::ESCAPE);
-    let folder = window.closed_in_silence();
+    let folder = window.quit_in_silence();
     let asked = std::fs::read_to_string(folder.path().join(format!("{film}/film.mp4"))).unwrap();
     assert!(asked.contains("-framerate 30 -i %05d.png") && asked.ends_with(" film.mp4\n"), "{asked}");
     let animation = std::fs::File::open(folder.path().join(format!("{film}/animation.png"))).unwrap();

@@ -38,8 +38,7 @@ fn levels_and_their_shortfall_colour_the_picture() {
     assert!(count(&plain, purple) < 50);
     window.until("the error of each pixel", |window| count(&window.picture(), purple) > 3000);
     window.settled_picture();
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]
@@ -66,8 +65,7 @@ fn the_magnifier_prints_the_numbers_of_the_pixel_that_the_window_shows() {
         assert!(line.contains(&format!("sRGB {r} {g} {b};")), "{line}: the window shows {r} {g} {b}");
         assert!(line.contains("footprint ") && line.contains("linear "), "{line}");
     }
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }
 
 #[test]
@@ -93,8 +91,7 @@ fn faces_are_coloured_by_collapse_level_and_by_cache_misses() {
     let line = window.press_until_printed(key::N, |line| line.starts_with(&start));
     window.settled_picture();
     assert!(line.contains("level") && line.contains("; 0 vertices missed the cache"), "{line}");
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }
 
 #[test]
@@ -115,6 +112,5 @@ fn the_work_of_a_relief_colours_its_pixels() {
     window.until("the error of each pixel", |window| count(&window.picture(), purple) > wanted);
     window.press(key::G);
     window.until("the picture alone", |window| window.picture().0 == plain.0);
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }

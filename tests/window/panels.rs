@@ -91,8 +91,7 @@ fn the_trade_slider_moves_along_the_measured_front() {
     window.settled_picture();
     window.press(key::F12);
     let png = window.printed(".png");
-    window.press(key::ESCAPE);
-    let folder = window.closed_in_silence();
+    let folder = window.quit_in_silence();
     // The picture must be the one that `render` makes with the setting's changes.
     let render = |changes: &[&str], name: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
@@ -121,8 +120,7 @@ fn the_governors_rows_set_its_budgets_and_take_them_back() {
     // At the left end, a row has no budget.
     window.drag_in_steps([NUMBER[0], row], [0, row], 1);
     window.until("no budget", |window| window.stderr().contains("governor.frame_faces: the scene's own"));
-    window.press(key::ESCAPE);
-    let folder = window.closed_with_warnings();
+    let folder = window.quit();
     let report = std::fs::read_to_string(folder.path().join(png.replace(".png", ".json"))).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let last = report["frames"].as_array().unwrap().last().unwrap();

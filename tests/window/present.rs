@@ -1,6 +1,6 @@
 //! How the picture reaches the display.
 
-use crate::display::{Display, key};
+use crate::display::Display;
 use crate::program::Program;
 use crate::{differing, open};
 
@@ -12,8 +12,7 @@ fn every_present_mode_shows_the_same_picture() {
         let mut window =
             open(&display, &["zone-plate", "--size", "192x108", "--no-panels", "--present", mode]);
         shown.push(window.settled_picture().0);
-        window.press(key::ESCAPE);
-        window.closed_in_silence();
+        window.quit_in_silence();
     }
     assert!(shown[1..].iter().all(|other| differing(&shown[0], other) == 0));
 }
@@ -26,8 +25,7 @@ fn a_window_of_twice_as_many_pixels_per_point_shows_the_same_picture() {
         let scene = ["zone-plate", "--size", "192x108", "--no-panels"];
         let mut window = Program::start(&display, &scene, &[("WINIT_X11_SCALE_FACTOR", factor)]);
         shown.push(window.settled_picture().0);
-        window.press(key::ESCAPE);
-        window.closed_in_silence();
+        window.quit_in_silence();
     }
     assert_eq!(shown.iter().map(|picture| picture.width).collect::<Vec<_>>(), [192, 192]);
     assert_eq!(differing(&shown[0], &shown[1]), 0);

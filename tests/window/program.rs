@@ -64,7 +64,8 @@ impl<'a> Program<'a> {
         if matches!(arguments[0], "earth" | "globe") {
             command.args(["-D", COARSE]);
         }
-        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
+        command.env("DISPLAY", &display.server.name).env_remove("WAYLAND_DISPLAY");
+        command.env("ORTELIUS_VALIDATE", "1");
         // Each run has its own bookmarks, and keeps nothing for other runs.
         command.env("XDG_CONFIG_HOME", folder.path()).env("ORTELIUS_CACHE", "");
         command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -322,15 +323,18 @@ impl<'a> Program<'a> {
         (status.code(), self.stderr())
     }
 
-    /// Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages of
-    /// the validation layer and leaked device memory give another exit code.
-    pub fn closed(self) {
-        self.closed_with_warnings();
+    /// Presses Escape. Expects exit code 0; warnings are allowed, for example that the clipboard has no owner. Messages
+    /// of the validation layer and leaked device memory give another exit code. Returns the folder with the program's
+    /// files.
+    pub fn quit(mut self) -> TempDir {
+        self.press(key::ESCAPE);
+        self.written_and_said().0
     }
 
-    /// As [`Program::closed`]. Returns the folder with the program's files.
-    pub fn closed_with_warnings(self) -> TempDir {
-        self.written_and_said().0
+    /// Presses Escape; then as [`Program::closed_in_silence`].
+    pub fn quit_in_silence(mut self) -> TempDir {
+        self.press(key::ESCAPE);
+        self.closed_in_silence()
     }
 
     fn written_and_said(mut self) -> (TempDir, String) {

@@ -63,6 +63,5 @@ fn without_sources_the_window_says_so() {
     window.settled_picture();
     window.press(key::F5);
     window.said("F5 compiles /nowhere/glsl, which does not exist");
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }

@@ -34,7 +34,6 @@ fn f8_asks_renderdoc_for_one_capture() {
     window.settled_picture();
     window.press(key::F8);
     window.said("RenderDoc captures the next frame");
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
     assert_eq!(std::fs::read_to_string(&captured).unwrap(), "captured\n");
 }

@@ -55,8 +55,7 @@ fn a_figure_of_paper_1_shows_its_views_with_its_variants() {
     window.settled_picture();
     window.press(key::SPACE);
     window.said("INFO variant: level-0");
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]
@@ -81,8 +80,7 @@ fn a_figure_of_paper_3_shows_each_surface_with_its_methods() {
         panic!("three variants");
     };
     assert!(changed(&trilinear.1, &tilted) > 100 && changed(&ellipse.1, &tilted) == 0);
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 }
 
 #[test]

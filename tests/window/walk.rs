@@ -92,6 +92,5 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
         resident_after <= resident + another + 80_000_000,
         "resident: {resident} bytes, then {resident_after}"
     );
-    window.press(key::ESCAPE);
-    window.closed();
+    window.quit();
 }

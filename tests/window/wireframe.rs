@@ -47,8 +47,7 @@ fn edges_and_levels_of_the_wireframe_are_those_computed_on_the_cpu() {
     let plain = window.settled_picture();
     window.press(key::G);
     let shown = window.until_other("collapse levels", &plain);
-    window.press(key::ESCAPE);
-    window.closed_in_silence();
+    window.quit_in_silence();
 
     let scene = Scene::embedded("herd").unwrap().with(&BALL.map(str::to_owned)).unwrap();
     let model = &load(&scene).unwrap()[0];

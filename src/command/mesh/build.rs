@@ -1,19 +1,17 @@
 //! `ortelius mesh build`: converts a model to a `.pmesh` file.
 
 use super::report::{BuildReport, Laps, Steps};
-use crate::command::Usage;
 use crate::command::outputs::{check_apart, check_place, ending};
-use crate::command::progress::Bar;
+use crate::command::progress::ProgressLine;
+use crate::command::{Usage, named};
 use anyhow::{Result, bail};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
-use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
-use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, classical, order};
-use ortelius::paper::progressive_mesh::simplify::{Collapses, SimplifyOptions, SimplifyReport, simplify};
-use ortelius::scene::Choice;
+use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, order_or_classical};
+use ortelius::paper::progressive_mesh::simplify::{SimplifyOptions, SimplifyReport, simplify};
 use std::path::{Path, PathBuf};
 
 /// Simplifies a model to a progressive mesh and writes it, coarsest level first.
@@ -71,14 +69,6 @@ fn orders() -> impl TypedValueParser<Value = FaceOrder> {
     named(|order: FaceOrder| !order.is_baseline())
 }
 
-/// Parses a choice by its name.
-fn named<T: Choice + Send + Sync>(allowed: fn(T) -> bool) -> impl TypedValueParser<Value = T> {
-    let value = |choice: T| PossibleValue::new(choice.name()).help(choice.about());
-    let names = T::ALL.iter().copied().filter(move |choice| allowed(*choice)).map(value);
-    let find = |name: String| T::ALL.iter().copied().find(|choice| choice.name() == name);
-    PossibleValuesParser::new(names).try_map(move |name| find(name).ok_or("no choice has this name"))
-}
-
 /// Runs the subcommand. A failure names the file.
 pub fn run(args: &BuildArgs) -> Result<()> {
     // A build may take minutes, so invalid arguments are reported first.
@@ -97,12 +87,13 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     cleaned.to_string().lines().for_each(|line| tracing::info!("{line}"));
     check_moves(args, model.faces.len())?;
     let load = laps.lap();
-    let bar = Bar::counting("faces");
+    let bar = ProgressLine::counting("faces");
     let BuildArgs { target_faces, seed, effort, metric, .. } = *args;
     let options = SimplifyOptions { target_faces, seed, effort, metric };
     let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
     let simplify = laps.lap();
-    let mesh = ordered(options_of(args), &model, &simplified.collapses, &bar);
+    let options = options_of(args);
+    let mesh = order_or_classical(&model, &simplified.collapses, options.as_ref(), &mut phase(&bar, "order"));
     drop(bar);
     let order = laps.lap();
     let contents = mesh.write(&output)?;
@@ -190,18 +181,6 @@ fn check_moves(args: &BuildArgs, faces: usize) -> Result<()> {
     Ok(())
 }
 
-fn ordered(
-    options: Option<OrderOptions>,
-    model: &Model,
-    collapses: &Collapses,
-    bar: &Bar,
-) -> ProgressiveMesh {
-    match options {
-        None => classical(model, collapses),
-        Some(options) => order(model, collapses, &options, &mut phase(bar, "order")),
-    }
-}
-
 /// Parses `64`, or `10%`.
 fn groups(text: &str) -> Result<Groups, String> {
     match text.strip_suffix('%') {
@@ -220,7 +199,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// Progress callback of a step: faces done, and all faces.
-fn phase<'a>(bar: &'a Bar, name: &str) -> impl FnMut(usize, usize) + use<'a> {
+fn phase<'a>(bar: &'a ProgressLine, name: &str) -> impl FnMut(usize, usize) + use<'a> {
     bar.phase(name, None);
     |done, all| bar.set(done, all)
 }

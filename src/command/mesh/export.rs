@@ -6,7 +6,7 @@ use crate::command::outputs::{check_apart, check_place};
 use anyhow::Result;
 use clap::{ArgGroup, Args};
 use glam::DVec3;
-use ortelius::model::{Attributes, Format, Model};
+use ortelius::model::{Attributes, MeshFormat, Model};
 use ortelius::paper::progressive_mesh::mesh::{Level, ProgressiveMesh};
 use ortelius::paper::progressive_mesh::run::{State, level_for_error};
 use std::path::PathBuf;
@@ -41,7 +41,7 @@ pub struct ExportArgs {
 /// Runs the subcommand. A failure carries [`Usage`], a file's error, or a
 /// [`ortelius::paper::progressive_mesh::file::PmeshError`].
 pub fn run(args: &ExportArgs) -> Result<()> {
-    let format = Format::of(&args.output)
+    let format = MeshFormat::of(&args.output)
         .ok_or_else(|| Usage(format!("-o {}: export writes .ply and .obj", args.output.display())))?;
     let output = check_place(&args.output)?;
     check_apart(&output, &args.file)?;
@@ -82,7 +82,7 @@ fn nearest(levels: &[Level], faces: u32) -> u32 {
 
 /// A level's live faces in index-buffer order, with its live vertices. Positions use as few digits as `format`
 /// allows.
-fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
+fn at_level(mesh: &ProgressiveMesh, level: u32, format: MeshFormat) -> Model {
     let mut state = State::new(mesh);
     state.go_to(mesh, level);
     let live = mesh.levels[level as usize].vertices as usize;
@@ -115,12 +115,14 @@ fn at_level(mesh: &ProgressiveMesh, level: u32, format: Format) -> Model {
 /// A coordinate whose offset from the centre rounds to the stored f32. OBJ: the number with the fewest digits, at least
 /// six. PLY: the nearest f32. If no OBJ or PLY number satisfies this, the result is the f64 sum. Most of its seventeen
 /// digits are noise.
-fn plain(centre: f64, stored: f32, format: Format) -> f64 {
+fn plain(centre: f64, stored: f32, format: MeshFormat) -> f64 {
     let sum = centre + f64::from(stored);
     let is_stored = |place: &f64| (place - centre) as f32 == stored;
     let plainest = match format {
-        Format::Ply => Some(f64::from(sum as f32)).filter(is_stored),
-        Format::Obj => (5..17).filter_map(|digits| rounded(sum, digits - lost(sum, stored))).find(is_stored),
+        MeshFormat::Ply => Some(f64::from(sum as f32)).filter(is_stored),
+        MeshFormat::Obj => {
+            (5..17).filter_map(|digits| rounded(sum, digits - lost(sum, stored))).find(is_stored)
+        }
     };
     plainest.unwrap_or(sum)
 }
@@ -150,13 +152,13 @@ mod tests {
             [(0.1, 0.0), (0.1, 3.7), (-12.345678, 5.0), (1e6 + 0.25, 1e6), (7e-20, 0.0), (0.0, 0.1)]
         {
             let stored = (place - centre) as f32;
-            assert_eq!(plain(centre, stored, Format::Obj), place, "about {centre}");
+            assert_eq!(plain(centre, stored, MeshFormat::Obj), place, "about {centre}");
         }
         // Other coordinates at least round to the same f32 of the mesh, in both formats.
         for n in 0..10_000_u32 {
             let stored = f32::from_bits(n.wrapping_mul(0x9E37_79B9));
             for centre in [0.0, -1.0 / 3.0, 1e9] {
-                for format in [Format::Obj, Format::Ply] {
+                for format in [MeshFormat::Obj, MeshFormat::Ply] {
                     let place = plain(centre, stored, format);
                     let sum = centre + f64::from(stored);
                     assert!(
@@ -167,7 +169,7 @@ mod tests {
             }
         }
         let single = f64::from(1.1_f32);
-        assert_eq!(plain(1.0, (single - 1.0) as f32, Format::Ply), single);
+        assert_eq!(plain(1.0, (single - 1.0) as f32, MeshFormat::Ply), single);
     }
 
     #[test]

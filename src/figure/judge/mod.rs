@@ -13,7 +13,7 @@ mod words;
 use super::claim::{At, Claim, Pick, Places, Term, Test, Who};
 use super::{Finding, Row, Table, TableRecord, Value, Verdict};
 use crate::stats::{Summary, median, median_interval};
-use sample::{FoundSamples, Sample, SceneAt, places};
+use sample::{ClaimSample, FoundSamples, SceneAt, places};
 use words::{numbers, why};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
@@ -242,9 +242,9 @@ impl Test {
     }
 
     /// Ratio or difference of two samples; `None` for 0 / 0.
-    fn compared(&self, place: &SceneAt, a: &Sample, b: &Sample) -> Option<Item> {
+    fn compared(&self, place: &SceneAt, a: &ClaimSample, b: &ClaimSample) -> Option<Item> {
         let halved = a.chosen || b.chosen;
-        let judged = |sample: &Sample| if halved { sample.judged() } else { sample.clone() };
+        let judged = |sample: &ClaimSample| if halved { sample.judged() } else { sample.clone() };
         let (a, b) = (judged(a), judged(b));
         if matches!(self.term, Term::Ratio(..)) && a.value == 0.0 && b.value == 0.0 {
             return None;
@@ -253,8 +253,8 @@ impl Test {
     }
 
     /// Growth of a quantity from the smallest x to the largest, or from each x to the next.
-    fn grown(&self, place: &SceneAt, samples: &[Sample]) -> Vec<Item> {
-        let ratio = |small: &Sample, large: &Sample, power: f64| {
+    fn grown(&self, place: &SceneAt, samples: &[ClaimSample]) -> Vec<Item> {
+        let ratio = |small: &ClaimSample, large: &ClaimSample, power: f64| {
             let factor = (large.x.unwrap_or(1.0) / small.x.unwrap_or(1.0)).powf(power);
             let mut grown = compared(large, small, |a, b| a / b);
             grown.value /= factor;
@@ -272,12 +272,12 @@ impl Test {
         }
     }
 
-    fn item(&self, place: &SceneAt, samples: &[&Sample], measured: Measured) -> Item {
+    fn item(&self, place: &SceneAt, samples: &[&ClaimSample], measured: Measured) -> Item {
         let Measured { value, interval, rounds } = measured;
         let picks = self.term.picks();
         let named = samples.iter().zip(picks).filter(|(_, pick)| pick.who.only().is_none());
         let points = |x: f64| format!(" at {x}");
-        let name = |(sample, pick): (&&Sample, _)| match pick {
+        let name = |(sample, pick): (&&ClaimSample, _)| match pick {
             Pick { x: At::Points(..), .. } => {
                 sample.variant.clone() + &sample.x.map_or(String::new(), points)
             }
@@ -314,14 +314,14 @@ struct Measured {
     rounds: usize,
 }
 
-fn measured(sample: &Sample) -> Measured {
+fn measured(sample: &ClaimSample) -> Measured {
     let interval = median_interval(&sample.rounds).unwrap_or([sample.value; 2]);
     Measured { value: sample.value, interval, rounds: sample.rounds.len() }
 }
 
 /// Applies `of` to two samples: round by round if they are interleaved, otherwise to the ends of both
 /// intervals. `of` increases in its first argument and decreases in its second.
-fn compared(a: &Sample, b: &Sample, of: impl Fn(f64, f64) -> f64) -> Measured {
+fn compared(a: &ClaimSample, b: &ClaimSample, of: impl Fn(f64, f64) -> f64) -> Measured {
     if a.pairs_with(b) {
         let rounds: Vec<f64> = a.rounds.iter().zip(&b.rounds).map(|(&a, &b)| of(a, b)).collect();
         if rounds.iter().all(|round| !round.is_nan()) {
@@ -349,8 +349,10 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> FoundSampl
     let mut found = FoundSamples::default();
     for x in xs {
         let here = FoundSamples::of(table, pick, &SceneAt { x: Some(x), ..place.clone() });
-        let judged = |sample: Sample| if sample.chosen { sample.judged() } else { sample };
-        found.samples.extend(here.samples.into_iter().map(|sample| Sample { x: Some(x), ..judged(sample) }));
+        let judged = |sample: ClaimSample| if sample.chosen { sample.judged() } else { sample };
+        found
+            .samples
+            .extend(here.samples.into_iter().map(|sample| ClaimSample { x: Some(x), ..judged(sample) }));
         found.why_not = found.why_not.or(here.why_not);
     }
     found
@@ -368,7 +370,8 @@ impl Who {
 }
 
 impl Term {
-    fn picks(&self) -> Vec<Pick> {
+    /// The numbers that the term looks up.
+    pub fn picks(&self) -> Vec<Pick> {
         match *self {
             Term::Value(pick) | Term::Growth(pick, _) | Term::Steps(pick) => vec![pick],
             Term::Ratio(a, b) | Term::Difference(a, b) => vec![a, b],

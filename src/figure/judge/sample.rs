@@ -6,7 +6,7 @@ use crate::stats::median;
 
 /// A variant's number at one place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sample {
+pub struct ClaimSample {
     pub variant: String,
     pub unit: String,
     /// Median of `rounds` (of the even rounds if `chosen`), or an exact number.
@@ -18,14 +18,14 @@ pub struct Sample {
     /// Scene and value of the sweep. Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
     /// True if the variant was chosen from several variants by the even `rounds`. Only the odd rounds then count for
-    /// the judgement ([`Sample::judged`]).
+    /// the judgement ([`ClaimSample::judged`]).
     pub chosen: bool,
 }
 
 /// The samples for a pick.
 #[derive(Debug, Default)]
 pub struct FoundSamples {
-    pub samples: Vec<Sample>,
+    pub samples: Vec<ClaimSample>,
     /// Why a variant does not run here.
     pub why_not: Option<String>,
 }
@@ -78,8 +78,8 @@ fn number(row: &Row, part: Statistic) -> Option<f64> {
     }
 }
 
-fn sample(record: &TableRecord, part: Statistic) -> Option<Sample> {
-    Some(Sample {
+fn sample(record: &TableRecord, part: Statistic) -> Option<ClaimSample> {
+    Some(ClaimSample {
         variant: record.row.variant.clone(),
         unit: record.row.unit.clone(),
         value: number(&record.row, part)?,
@@ -129,7 +129,7 @@ impl FoundSamples {
                 (Value::Missing(why), _) => found.why_not = Some(format!("{}: {why}", record.row.variant)),
                 (Value::Series(points), At::Points(low, high)) => {
                     let inside = points.iter().filter(|[x, _]| (low..=high).contains(x));
-                    found.samples.extend(inside.map(|&[x, value]| Sample {
+                    found.samples.extend(inside.map(|&[x, value]| ClaimSample {
                         value,
                         x: Some(x),
                         rounds: Vec::new(),
@@ -149,26 +149,26 @@ impl FoundSamples {
     fn mean(each: Vec<FoundSamples>) -> FoundSamples {
         let why_not = each.iter().find_map(|found| found.why_not.clone());
         let first = each.first().map_or(&[][..], |found| &found.samples);
-        let mean = |first: &Sample| {
+        let mean = |first: &ClaimSample| {
             let of = |found: &FoundSamples| {
                 found.samples.iter().find(|s| s.variant == first.variant).map(|s| s.value)
             };
             let values: Option<Vec<f64>> = each.iter().map(of).collect();
             let values = values?;
             let value = values.iter().sum::<f64>() / values.len() as f64;
-            Some(Sample { value, rounds: Vec::new(), ..first.clone() })
+            Some(ClaimSample { value, rounds: Vec::new(), ..first.clone() })
         };
         FoundSamples { samples: first.iter().filter_map(mean).collect(), why_not }
     }
 }
 
-fn by_value(a: &Sample, b: &Sample) -> std::cmp::Ordering {
+fn by_value(a: &ClaimSample, b: &ClaimSample) -> std::cmp::Ordering {
     a.value.total_cmp(&b.value)
 }
 
 /// The sample with the least value. If the measurements are repeated, the sample is chosen on the even rounds and
-/// judged on the odd rounds ([`Sample::judged`]), so that a lucky round does not bias the judgement.
-fn best(mut samples: Vec<Sample>) -> Option<Sample> {
+/// judged on the odd rounds ([`ClaimSample::judged`]), so that a lucky round does not bias the judgement.
+fn best(mut samples: Vec<ClaimSample>) -> Option<ClaimSample> {
     if samples.len() > 1 && samples.iter().all(|sample| sample.rounds.len() > 1) {
         for sample in &mut samples {
             sample.value = sample.every_second(0).value;
@@ -178,19 +178,19 @@ fn best(mut samples: Vec<Sample>) -> Option<Sample> {
     samples.into_iter().min_by(by_value)
 }
 
-impl Sample {
-    fn every_second(&self, first: usize) -> Sample {
+impl ClaimSample {
+    fn every_second(&self, first: usize) -> ClaimSample {
         let rounds: Vec<f64> = self.rounds.iter().skip(first).step_by(2).copied().collect();
-        Sample { value: median(&rounds).unwrap_or(self.value), rounds, ..self.clone() }
+        ClaimSample { value: median(&rounds).unwrap_or(self.value), rounds, ..self.clone() }
     }
 
     /// The sample with only its odd rounds, to compare it with a sample that was chosen on the even rounds.
-    pub fn judged(&self) -> Sample {
+    pub fn judged(&self) -> ClaimSample {
         self.every_second(1)
     }
 
     /// True if the rounds of both samples were interleaved.
-    pub fn pairs_with(&self, other: &Sample) -> bool {
+    pub fn pairs_with(&self, other: &ClaimSample) -> bool {
         !self.rounds.is_empty() && self.rounds.len() == other.rounds.len() && self.cell == other.cell
     }
 }

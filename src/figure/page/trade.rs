@@ -5,9 +5,8 @@ use super::super::plot::{self, Chart, Point};
 use super::super::words::human;
 use super::super::{Budgeted, Trade, Traded};
 use super::{STYLES, filled};
-use crate::picture::write::write_whole;
+use crate::picture::write::write_bytes;
 use serde::Serialize;
-use std::io::Write as _;
 use std::path::Path;
 
 const TEMPLATE: &str = include_str!("trade.html");
@@ -88,9 +87,7 @@ impl Trade {
     /// I/O errors.
     pub fn write(&self, folder: &Path, answer: &str) -> anyhow::Result<()> {
         let drawn = self.draw();
-        let put = |name: &str, text: String| {
-            write_whole(&folder.join(name), |file| file.write_all(text.as_bytes()))
-        };
+        let put = |name: &str, text: String| write_bytes(&folder.join(name), &text);
         if let Some(drawn) = &drawn {
             put("trade.svg", plot::file(drawn))?;
         }

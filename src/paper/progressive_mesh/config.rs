@@ -7,7 +7,7 @@ use crate::math::light::LightColours;
 use crate::picture::PixelFormat;
 use crate::scene::camera::Ground;
 use crate::scene::{
-    Geometry, Language, Scene, SceneError, SceneFault, SceneTable, Setting, TableDeclaration, settings,
+    Geometry, Language, Scene, SceneError, SceneFault, SceneTable, SettingValue, TableDeclaration, settings,
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub enum ModelSource {
     File(PathBuf),
 }
 
-impl Setting for ModelSource {
+impl SettingValue for ModelSource {
     type Number = f64;
     fn kind() -> crate::scene::ValueKind {
         crate::scene::ValueKind::Text

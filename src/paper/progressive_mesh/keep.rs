@@ -5,7 +5,7 @@
 use super::choices::FaceOrder;
 use super::file::{LoadedFile, PmeshError};
 use super::mesh::ProgressiveMesh;
-use super::order::{OrderOptions, classical, order};
+use super::order::{OrderOptions, order_or_classical};
 use super::simplify::{Collapses, SimplifyOptions, simplify};
 use crate::model::{Attributes, Model};
 use std::io::ErrorKind;
@@ -61,7 +61,9 @@ impl Builds {
         }
         tracing::info!("{source}: building the levels of detail of {} faces", model.faces.len());
         let simplified = simplify(model, options, &mut (self.step)("simplify"));
-        let mesh = ordered_with(model, &simplified.collapses, order, &mut (self.step)("order"));
+        let options = OrderOptions::of(order);
+        let progress = &mut (self.step)("order");
+        let mesh = order_or_classical(model, &simplified.collapses, options.as_ref(), progress);
         path.iter().for_each(|path| write(path, &mesh));
         mesh
     }
@@ -69,19 +71,7 @@ impl Builds {
 
 /// A model's progressive mesh with the given order of faces. Baselines get the classical order.
 pub fn ordered(model: &Model, collapses: &Collapses, face_order: FaceOrder) -> ProgressiveMesh {
-    ordered_with(model, collapses, face_order, &mut |_, _| ())
-}
-
-fn ordered_with(
-    model: &Model,
-    collapses: &Collapses,
-    face_order: FaceOrder,
-    progress: &mut dyn FnMut(usize, usize),
-) -> ProgressiveMesh {
-    match OrderOptions::of(face_order) {
-        Some(options) => order(model, collapses, &options, progress),
-        None => classical(model, collapses),
-    }
+    order_or_classical(model, collapses, OrderOptions::of(face_order).as_ref(), &mut |_, _| ())
 }
 
 /// The file's name: a hash of everything that the mesh depends on.

@@ -87,19 +87,6 @@ impl Uploaded {
     }
 }
 
-/// Reads the words of a buffer after all earlier frames have ended.
-///
-/// # Errors
-/// Device lost, out of memory.
-pub fn read_words(gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
-    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| {
-        cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes());
-        Ok(())
-    })?;
-    Ok(host.mapped().to_vec())
-}
-
 /// Entry (x, y) is the sum of all bytes above and to the left, modulo 2^32.
 fn sums_of(texels: &GreyMipmap) -> Vec<u32> {
     let side = 2 * texels.side as usize + 1;
@@ -369,8 +356,6 @@ impl FilterPass {
         targets: &Targets,
         push: &PlanePush,
     ) -> Result<Vec<PassTime>> {
-        let mut frame = gpu.frame()?;
-        frame.pass("filter", |cmd| self.draw(cmd, texture, targets, push))?;
-        frame.submit()?.wait()
+        gpu.run_pass("filter", |cmd| self.draw(cmd, texture, targets, push))
     }
 }

@@ -123,10 +123,7 @@ impl CompactPass {
             if overflowed {
                 frame.pass("compact again", |cmd| list.compact(cmd, mask))?;
             }
-            frame.pass("read-back again", |cmd| {
-                list.read_back(cmd);
-                Ok(())
-            })?;
+            frame.pass("read-back again", |cmd| list.read_back(cmd))?;
             frame.submit()?.wait()?;
         }
         let triples = list.triples()?;

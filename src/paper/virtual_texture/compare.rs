@@ -103,12 +103,9 @@ impl VirtualTexture {
         let mut passes: Vec<(String, Vec<f64>)> = Vec::new();
         for run in 0..WARM_UP + RUNS {
             let frame_times = self.again(gpu, view, target)?.times;
-            let mut frame = gpu.frame()?;
-            frame.pass("plain", |cmd| plain.draw(cmd, &self.seen(*view), &target.color))?;
-            let plain_times = frame.submit()?.wait()?;
-            let mut frame = gpu.frame()?;
-            frame.pass("empty", |_| Ok(()))?;
-            let empty_times = frame.submit()?.wait()?;
+            let plain_times =
+                gpu.run_pass("plain", |cmd| plain.draw(cmd, &self.seen(*view), &target.color))?;
+            let empty_times = gpu.run_pass("empty", |_| Ok(()))?;
             let (Some(a), Some(b), Some(c)) = (total(&frame_times), total(&plain_times), total(&empty_times))
             else {
                 return Ok(None);

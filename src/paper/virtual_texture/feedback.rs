@@ -14,7 +14,9 @@ use super::RequestFormat;
 use crate::math::pyramid::TileId;
 use crate::vk::shader::Sampling;
 use crate::vk::shader::virtual_texture::feedback_comp;
-use crate::vk::{Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, Mapped, ReadAs, Resource, Result};
+use crate::vk::{
+    Buffer, BufferUse, Cmd, ComputePipeline, Gpu, Image, MappedValues, ReadAs, Resource, Result,
+};
 use std::collections::BTreeMap;
 
 /// Largest n: one pixel of 256, as in Unreal Engine 5.
@@ -110,7 +112,7 @@ impl Samples {
     }
 
     /// The samples in the request image's format, once the frame has ended. Pixels outside the picture are background.
-    pub fn words(&self) -> Mapped<'_, u32> {
+    pub fn words(&self) -> MappedValues<'_, u32> {
         self.host.mapped()
     }
 

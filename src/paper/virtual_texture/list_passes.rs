@@ -71,10 +71,7 @@ impl Stage3 {
         if !self.appended {
             frame.pass("compact", |cmd| list.compact(cmd, mask))?;
         }
-        frame.pass("read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })
+        frame.pass("read-back", |cmd| list.read_back(cmd))
     }
 
     /// Labels of the passes, in order.
@@ -156,18 +153,14 @@ impl ListPasses {
                 frame.pass("dedup", |cmd| dedup.run(cmd, requests, slot))?;
                 stage3.record(frame, slot, dedup.mask(slot))
             }
-            ListPasses::Host(_, copies) => frame.pass("copy request image", |cmd| {
-                copies[slot].run(cmd, requests);
-                Ok(())
-            }),
+            ListPasses::Host(_, copies) => {
+                frame.pass("copy request image", |cmd| copies[slot].run(cmd, requests))
+            }
             ListPasses::Feedback(feedback) => {
                 let samples = &feedback.samples[slot];
                 let number = feedback.frame.replace(feedback.frame.get() + 1);
                 frame.pass("feedback", |cmd| feedback.gather.run(cmd, requests, samples, number))?;
-                frame.pass("read-back", |cmd| {
-                    samples.read_back(cmd);
-                    Ok(())
-                })
+                frame.pass("read-back", |cmd| samples.read_back(cmd))
             }
         }
     }

@@ -62,10 +62,7 @@ impl Prefetch {
         frame.pass("prefetch: footprint", |cmd| stage1.draw(cmd, &seen))?;
         frame.pass("prefetch: dedup", |cmd| stage2.run(cmd, &stage1.requests, slot))?;
         frame.pass("prefetch: compact", |cmd| list.compact(cmd, stage2.mask(slot)))?;
-        frame.pass("prefetch: read-back", |cmd| {
-            list.read_back(cmd);
-            Ok(())
-        })
+        frame.pass("prefetch: read-back", |cmd| list.read_back(cmd))
     }
 
     /// The triples of the frame in `slot`, which has ended; empty if it has no list.

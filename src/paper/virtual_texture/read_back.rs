@@ -6,7 +6,7 @@
 
 use super::{RequestFormat, TileAddress, reach};
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, Mapped, Result, TexelCopy};
+use crate::vk::{Buffer, BufferUse, Cmd, Error, Gpu, Image, MappedValues, Result, TexelCopy};
 use std::collections::{BTreeMap, HashSet};
 
 /// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8.5 GiB for 2^20 x 2^20 texels
@@ -43,7 +43,7 @@ impl HostCopy {
     }
 
     /// The request image as stored, once the copy's frame has ended.
-    pub fn words(&self) -> Mapped<'_, u32> {
+    pub fn words(&self) -> MappedValues<'_, u32> {
         self.texels.mapped()
     }
 

@@ -248,10 +248,7 @@ impl VirtualTexture {
 
     /// The passes of a frame, except the prefetch.
     pub(super) fn record_frame(&self, frame: &mut Frame<'_>, view: &View, target: &Target) -> vk::Result<()> {
-        frame.pass("upload", |cmd| {
-            self.resident.copy(cmd, &self.uploads[view.slot()]);
-            Ok(())
-        })?;
+        frame.pass("upload", |cmd| self.resident.copy(cmd, &self.uploads[view.slot()]))?;
         self.method.record(frame, &self.resident, &self.seen(*view), target)
     }
 

@@ -119,12 +119,7 @@ impl TilePool {
                 uploads.tile(slot, &self.resident_tail.tile(tile, &self.pyramid, &texels, self.format));
             assert!(taken, "no staging for resident slot {slot}");
         }
-        let mut frame = gpu.frame()?;
-        frame.pass("fill resident tail", |cmd| {
-            self.copy(cmd, &uploads);
-            Ok(())
-        })?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("fill resident tail", |cmd| self.copy(cmd, &uploads))?;
         Ok(())
     }
 

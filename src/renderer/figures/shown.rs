@@ -1,7 +1,7 @@
 //! What figures show, as scenes.
 
 use super::FAMILIES;
-use crate::figure::{Figure, View};
+use crate::figure::{Figure, FigureView};
 use crate::renderer::sections;
 use crate::scene::{Scene, SceneError};
 
@@ -20,6 +20,6 @@ pub fn named(changes: &[String], scene: &Scene) -> Vec<String> {
 ///
 /// # Errors
 /// [`SceneError`].
-pub fn scene_of(view: &View) -> Result<Scene, SceneError> {
+pub fn scene_of(view: &FigureView) -> Result<Scene, SceneError> {
     sections::load(&view.scene, &named(&view.changes, &Scene::embedded(&view.scene)?))
 }

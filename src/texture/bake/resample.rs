@@ -4,7 +4,7 @@
 //! repeat at the edges. An axis that already fits has the weights 0, 1, 0, 0 and is unchanged.
 
 use super::error::SourceError;
-use super::input::Rows;
+use super::input::RowReader;
 use crate::picture::srgb::{self, LINEAR_ONE};
 use rayon::prelude::*;
 use std::collections::VecDeque;
@@ -63,7 +63,7 @@ fn fixed_to_alpha(fixed: i32) -> u8 {
 
 /// A source picture as level 0 of a pyramid, row by row from the north.
 pub struct Enlarged {
-    rows: Box<dyn Rows>,
+    rows: Box<dyn RowReader>,
     source: [u32; 2],
     target: [u32; 2],
     columns: Vec<Taps>,
@@ -77,7 +77,7 @@ pub struct Enlarged {
 }
 
 impl Enlarged {
-    pub fn new(rows: Box<dyn Rows>, target: [u32; 2]) -> Self {
+    pub fn new(rows: Box<dyn RowReader>, target: [u32; 2]) -> Self {
         let source = rows.size();
         assert!(source[0] <= target[0] && source[1] <= target[1], "{source:?} to {target:?}");
         let columns = if source == target {
@@ -230,7 +230,7 @@ mod tests {
     /// A source whose rows come from a closure.
     struct Drawn([u32; 2], fn(u32, u32) -> [u8; 4], u32);
 
-    impl Rows for Drawn {
+    impl RowReader for Drawn {
         fn size(&self) -> [u32; 2] {
             self.0
         }

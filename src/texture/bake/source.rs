@@ -1,7 +1,7 @@
 //! The source of a bake: a picture, or the name of a synthetic source.
 
 use super::error::{BakeError, SourceError};
-use super::input::{self, Rows};
+use super::input::{self, RowReader};
 use crate::file;
 use crate::math::pyramid::Pyramid;
 use crate::texture::source::TileSource;
@@ -61,7 +61,7 @@ impl std::fmt::Display for SourceName {
 /// An opened source.
 pub(super) enum Source {
     Synthetic(SourceName),
-    Picture { rows: Box<dyn Rows>, path: PathBuf, identity: Identity },
+    Picture { rows: Box<dyn RowReader>, path: PathBuf, identity: Identity },
 }
 
 /// Identifies a source picture.

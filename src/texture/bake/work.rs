@@ -324,7 +324,7 @@ impl Work<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::texture::bake::input::Rows;
+    use crate::texture::bake::input::RowReader;
     use crate::texture::bake::{SourceName, bake, plan};
     use std::sync::Mutex;
 
@@ -357,9 +357,9 @@ mod tests {
         assert!(!files.journal.exists());
     }
     /// A picture that fails at its 41st row.
-    struct Failing(Box<dyn Rows>, u32, Option<SourceError>);
+    struct Failing(Box<dyn RowReader>, u32, Option<SourceError>);
 
-    impl Rows for Failing {
+    impl RowReader for Failing {
         fn size(&self) -> [u32; 2] {
             self.0.size()
         }

@@ -1,6 +1,8 @@
 //! Sources of a texture's tiles: a file, or a pure function.
 
 pub mod border;
+#[cfg(test)]
+mod checks;
 pub mod earth;
 pub mod encoded;
 pub mod remembered;

@@ -34,3 +34,16 @@ pub enum TileFileError {
     #[error("{path}: the index of checksums is damaged; bake the file again")]
     Index { path: PathBuf },
 }
+
+impl TileFileError {
+    /// True if the file can be opened and read, but its bytes are wrong.
+    pub fn is_damage(&self) -> bool {
+        match self {
+            TileFileError::NotTiles { .. }
+            | TileFileError::Header { .. }
+            | TileFileError::Length { .. }
+            | TileFileError::Index { .. } => true,
+            TileFileError::Open { .. } | TileFileError::Read { .. } | TileFileError::Version { .. } => false,
+        }
+    }
+}

@@ -66,7 +66,7 @@ fn errors_of_ply_name_the_line_or_the_byte() {
         assert!(good.contains(change));
         assert_eq!(refused("a.ply", good.replace(change, to)), words);
     }
-    let binary = written(&cube(), Format::Ply);
+    let binary = written(&cube(), MeshFormat::Ply);
     let cut = refused("a.ply", &binary[..binary.len() - 2]);
     assert_eq!(cut, "a.ply: byte 1171: a list of 3 values, but the file has room for at most 2");
 }

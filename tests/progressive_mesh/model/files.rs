@@ -123,7 +123,7 @@ fn a_written_model_reads_back_bit_for_bit() {
     let mut models = vec![cube(), colored, bare];
     models.extend(NAMES.map(|name| named(name).unwrap()));
     for (index, model) in models.iter().enumerate() {
-        for (format, name) in [(Format::Ply, "a.ply"), (Format::Obj, "a.obj")] {
+        for (format, name) in [(MeshFormat::Ply, "a.ply"), (MeshFormat::Obj, "a.obj")] {
             let again = read(name, written(model, format));
             assert!(again == *model, "model {index} as {name}");
         }
@@ -133,11 +133,11 @@ fn a_written_model_reads_back_bit_for_bit() {
 #[test]
 fn an_exact_f32_coordinate_takes_four_bytes_and_any_other_eight() {
     let mut model = named("grid:5").unwrap();
-    let double = written(&model, Format::Ply).len();
+    let double = written(&model, MeshFormat::Ply).len();
     model.positions.iter_mut().for_each(|position| *position = position.as_vec3().as_dvec3());
     // Each coordinate of 25 positions takes 4 more bytes. The word "double" is one letter longer than "float", in three
     // properties.
-    assert_eq!(double - written(&model, Format::Ply).len(), 25 * 3 * 4 + 3);
+    assert_eq!(double - written(&model, MeshFormat::Ply).len(), 25 * 3 * 4 + 3);
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod glb;
 mod pipeline;
 mod soup;
 
-use ortelius::model::{Format, Model};
+use ortelius::model::{MeshFormat, Model};
 use std::path::Path;
 
 /// A cube with the normals and coordinates of its sides, in quads.
@@ -49,7 +49,7 @@ fn cube() -> Model {
 }
 
 /// A model as the bytes of a file.
-fn written(model: &Model, format: Format) -> Vec<u8> {
+fn written(model: &Model, format: MeshFormat) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("model");
     model.write(&path, format).unwrap();

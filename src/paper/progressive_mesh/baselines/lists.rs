@@ -55,7 +55,11 @@ impl PreparedBaseline {
         let vertices = self.space.len();
         let live = || in_space(live, &self.space);
         match self.baseline {
-            OrderBaseline::Random => shuffled(live(), u64::from(level)),
+            OrderBaseline::Random => {
+                let mut live = live();
+                SplitMix64(u64::from(level)).shuffle(&mut live);
+                live
+            }
             OrderBaseline::Reoptimised => lru_order(&live(), vertices),
             OrderBaseline::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
             OrderBaseline::Compacted => self.ranked(&live()),
@@ -139,15 +143,6 @@ fn lru_order(list: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
 /// The order by meshoptimizer's optimizer for a FIFO (`meshopt_optimizeVertexCacheFifo`).
 fn fifo_order(list: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
     faces(&meshopt::optimize_vertex_cache_fifo(list.as_flattened(), vertices, entries))
-}
-
-/// A random order (Fisher-Yates shuffle).
-fn shuffled(mut list: Vec<[u32; 3]>, seed: u64) -> Vec<[u32; 3]> {
-    let mut random = SplitMix64(seed);
-    for last in (1..list.len()).rev() {
-        list.swap(last, (random.draw() % (last as u64 + 1)) as usize);
-    }
-    list
 }
 
 fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {

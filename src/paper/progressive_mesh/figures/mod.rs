@@ -20,7 +20,7 @@ mod size;
 mod surfaces;
 mod texture;
 
-use crate::figure::{Bench, Figure, Setting, View};
+use crate::figure::{Bench, Figure, FigureView, Setting};
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
 use crate::paper::progressive_mesh::config::{self, ProgressiveSurface};
@@ -57,17 +57,17 @@ fn scene<'a>(name: &'a str, changes: &[String]) -> anyhow::Result<(Scene, &'a st
 }
 
 /// Views of models in the scene `bunny`. Scans are left out unless they have been fetched.
-fn models(models: &[&str]) -> Vec<View> {
+fn models(models: &[&str]) -> Vec<FigureView> {
     seen(&models.iter().map(|model| format!("{model}/near")).collect::<Vec<_>>())
 }
 
 /// As [`models`], by MODEL/CAMERA.
-fn seen<S: AsRef<str>>(views: &[S]) -> Vec<View> {
+fn seen<S: AsRef<str>>(views: &[S]) -> Vec<FigureView> {
     let view = |name: &S| {
         let (model, camera) = name.as_ref().split_once('/')?;
         scans::check_fetched(model).ok()?;
         let source = format!("surface.bunny.geometry.source={model}");
-        Some(View::new(name.as_ref(), &format!("bunny/{camera}"), [source]))
+        Some(FigureView::new(name.as_ref(), &format!("bunny/{camera}"), [source]))
     };
     views.iter().filter_map(view).collect()
 }

@@ -3,7 +3,7 @@
 use super::super::baselines::BASELINES;
 use super::super::check::MeshFlaw;
 use super::super::mesh::ProgressiveMesh;
-use super::super::order::{OrderOptions, classical, order};
+use super::super::order::{OrderOptions, order_or_classical};
 use super::super::run::Program;
 use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
@@ -80,10 +80,7 @@ pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {
 
 /// A model in an order.
 pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptions>) -> ProgressiveMesh {
-    match options {
-        None => classical(model, collapses),
-        Some(options) => order(model, collapses, options, &mut |_, _| {}),
-    }
+    order_or_classical(model, collapses, options, &mut |_, _| {})
 }
 
 /// Faces that change their slots, per split.

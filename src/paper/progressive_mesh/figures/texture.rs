@@ -6,7 +6,7 @@ use super::orders::number;
 use super::surfaces::Size;
 use super::{metrics, scans};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, View};
+use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Sweep};
 use crate::model::{Model, Raw, clean, mesh};
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -74,9 +74,9 @@ const FACES: &str = "faces";
 
 /// What a window shows: the knot with a texture. The globe is not a shipped model, and the
 /// valley's file has only one metric.
-fn views() -> Vec<View> {
+fn views() -> Vec<FigureView> {
     let changes = ["geometry.source=knot", "texture={kind='plain', source='checker'}"];
-    vec![View::new("knot", "bunny/near", changes.map(|change| format!("surface.bunny.{change}")))]
+    vec![FigureView::new("knot", "bunny/near", changes.map(|change| format!("surface.bunny.{change}")))]
 }
 
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

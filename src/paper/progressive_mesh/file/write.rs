@@ -8,8 +8,7 @@ use super::{
 };
 use crate::paper::progressive_mesh::choices::ErrorMetric;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
-use crate::picture::write::{FileError, write_whole};
-use std::io::Write;
+use crate::picture::write::{FileError, write_bytes};
 use std::ops::Range;
 use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
@@ -29,7 +28,7 @@ impl ProgressiveMesh {
     /// As [`Self::to_bytes`].
     pub fn write(&self, path: &Path) -> Result<Contents, FileError> {
         let (bytes, contents) = self.to_bytes();
-        write_whole(path, |writer| writer.write_all(&bytes))?;
+        write_bytes(path, &bytes)?;
         Ok(contents)
     }
 

@@ -193,6 +193,19 @@ pub fn order(
     ProgressiveMesh { births: options.births, ..assemble(model, collapses, &arrangement) }
 }
 
+/// As [`order()`]; the classical order without options.
+pub fn order_or_classical(
+    model: &Model,
+    collapses: &Collapses,
+    options: Option<&OrderOptions>,
+    progress: &mut dyn FnMut(usize, usize),
+) -> ProgressiveMesh {
+    match options {
+        Some(options) => order(model, collapses, options, progress),
+        None => classical(model, collapses),
+    }
+}
+
 /// The standard order (section 4): faces in the reverse order of their removal, no tswaps.
 ///
 /// # Panics

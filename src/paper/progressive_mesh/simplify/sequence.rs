@@ -13,7 +13,7 @@ use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
 use super::start::{ShadingAttributes, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
-use super::surface::{Frame, HubCorner, WorkingMesh};
+use super::surface::{HubCorner, Normalisation, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric};
@@ -31,7 +31,7 @@ pub struct Sequence<'a> {
     pub(super) options: SimplifyOptions,
     pub(super) rules: Rules,
     pub(super) surface: WorkingMesh,
-    frame: Frame,
+    units: Normalisation,
     /// Each face's normal in the model; zero if it has no area.
     pub(super) normals: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
@@ -124,7 +124,7 @@ pub struct Near {
 impl<'a> Sequence<'a> {
     pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<DeviationKeys>) -> Sequence<'a> {
         let curve = Curve::of(model);
-        let (mut surface, frame) = WorkingMesh::new(model, &curve);
+        let (mut surface, units) = WorkingMesh::new(model, &curve);
         let positions = model.positions.len();
         let mut hub = Hub::new(positions);
         let mut sequence = Sequence {
@@ -154,7 +154,7 @@ impl<'a> Sequence<'a> {
             components: lesser_components(&surface, positions),
             normals: normals(&surface),
             surface,
-            frame,
+            units,
             worst: 0.0,
             left: Vec::new(),
             pace,
@@ -397,7 +397,7 @@ impl<'a> Sequence<'a> {
     pub fn finish(mut self) -> Simplified {
         self.report.faces = self.surface.live();
         let stated = stated(&self.collapses.errors, &self.left);
-        self.collapses.errors = stated.into_iter().map(|error| self.frame.outside(error)).collect();
+        self.collapses.errors = stated.into_iter().map(|error| self.units.outside(error)).collect();
         Simplified { collapses: self.collapses, report: self.report }
     }
 }

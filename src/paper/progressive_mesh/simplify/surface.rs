@@ -13,7 +13,7 @@ const GONE: [u32; 3] = [u32::MAX; 3];
 /// Any set of triangles over the model's positions. Positions and faces are numbered along a [`Curve`].
 /// Corner `3 f + k` is corner k of face f.
 pub struct WorkingMesh {
-    /// In the simplifier's own units: see [`Frame`].
+    /// In the simplifier's own units: see [`Normalisation`].
     points: Vec<DVec3>,
     /// Positions of each face's corners.
     faces: Vec<[u32; 3]>,
@@ -34,7 +34,7 @@ pub struct WorkingMesh {
 /// Conversion from object units to the simplifier's units, in which the mesh has a size of about 1 around its
 /// median position. A distant origin, a tiny or huge scale, or a distant outlier then costs no precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct Normalisation {
     origin: DVec3,
     /// Half of the simplifier's unit, in object units.
     half: f64,
@@ -50,22 +50,22 @@ pub struct HubCorner {
     pub b: u32,
 }
 
-impl Frame {
-    fn of(positions: &[DVec3]) -> Frame {
+impl Normalisation {
+    fn of(positions: &[DVec3]) -> Normalisation {
         let median = |axis: usize| {
             let mut values: Vec<f64> = positions.iter().map(|p| p[axis]).collect();
             let middle = values.len() / 2;
             *values.select_nth_unstable_by(middle, f64::total_cmp).1
         };
         if positions.is_empty() {
-            return Frame { origin: DVec3::ZERO, half: 1.0 };
+            return Normalisation { origin: DVec3::ZERO, half: 1.0 };
         }
         let origin = DVec3::new(median(0), median(1), median(2));
         // Halved, because the difference of two finite numbers may overflow.
         let half = positions
             .iter()
             .fold(0.0, |most: f64, p| most.max((*p * 0.5 - origin * 0.5).abs().max_element()));
-        Frame { origin, half: if half > 0.0 { half } else { 1.0 } }
+        Normalisation { origin, half: if half > 0.0 { half } else { 1.0 } }
     }
 
     fn inside(&self, position: DVec3) -> DVec3 {
@@ -79,12 +79,12 @@ impl Frame {
 }
 
 impl WorkingMesh {
-    pub fn new(model: &Model, curve: &Curve) -> (WorkingMesh, Frame) {
-        let frame = Frame::of(&model.positions);
+    pub fn new(model: &Model, curve: &Curve) -> (WorkingMesh, Normalisation) {
+        let units = Normalisation::of(&model.positions);
         let places =
             |&face: &u32| model.face_positions(face as usize).map(|position| curve.places[position as usize]);
         let faces: Vec<[u32; 3]> = curve.faces.iter().map(places).collect();
-        let point = |&position: &u32| frame.inside(model.positions[position as usize]);
+        let point = |&position: &u32| units.inside(model.positions[position as usize]);
         let mut surface = WorkingMesh {
             points: curve.positions.iter().map(point).collect(),
             first: vec![END; model.positions.len()],
@@ -101,7 +101,7 @@ impl WorkingMesh {
             surface.next[corner] = std::mem::replace(&mut surface.first[position], corner as u32);
             surface.valence[position] += 1;
         }
-        (surface, frame)
+        (surface, units)
     }
 
     /// The number of live faces.

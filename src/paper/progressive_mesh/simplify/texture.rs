@@ -16,7 +16,8 @@ use std::ops::Mul;
 /// direction only.
 const REGULAR: f64 = 1e-9;
 
-/// The square of the largest possible distance of two positions: a [`Frame`](super::surface::Frame) has side 2.
+/// The square of the largest possible distance of two positions: the simplifier's unit cube has side 2
+/// ([`super::surface::Normalisation`]).
 const FARTHEST_SQUARED: f64 = 12.0;
 
 /// The model's texture coordinates.

@@ -234,7 +234,7 @@ impl TiltedPlane {
     /// A random plane whose coordinates stay within `-texels..=texels` and whose w varies up to tenfold.
     pub fn random(seed: u64, size: [u32; 2], texels: f64) -> TiltedPlane {
         let mut random = SplitMix64(seed);
-        let mut unit = || 2.0 * (random.draw() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
+        let mut unit = || 2.0 * random.unit() - 1.0;
         let mut row = |constant: Option<f64>, steepest: f64| {
             let [x, y] = [(); 2].map(|()| steepest * unit());
             let centre = constant.unwrap_or_else(&mut unit);

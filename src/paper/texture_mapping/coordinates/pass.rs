@@ -168,14 +168,7 @@ impl CoordinatesPass {
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>> {
         match &self.body {
             Body::Draw(_, target) => Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(target)?)),
-            Body::Dispatch(_, pixels) => {
-                let host = gpu.buffer("pixels on the host", pixels.bytes(), BufferUse::Readback)?;
-                gpu.run_pass("read-back", |cmd| {
-                    cmd.copy_buffer(pixels, 0, &host, 0, pixels.bytes());
-                    Ok(())
-                })?;
-                Ok(host.mapped().to_vec())
-            }
+            Body::Dispatch(_, pixels) => gpu.read_buffer(pixels),
         }
     }
 

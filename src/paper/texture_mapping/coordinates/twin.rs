@@ -1,8 +1,7 @@
 //! The GPU's forms in f32 on the CPU, with the same operations.
 //!
 //! Vulkan allows an `fma` to round once or twice and a division to err by 2.5 ulp, so results differ between devices.
-//! The twins therefore return numerators and denominator, whose arithmetic is fixed except for [`Fma`]. [`ratio_error`]
-//! bounds the division's error.
+//! The twins therefore return numerators and denominator, whose arithmetic is fixed except for [`Fma`].
 
 use super::{RowConstants, RowWalk, TiltedPlane};
 
@@ -76,14 +75,8 @@ pub fn integer_terms([start, step]: [[i64; 3]; 2], column: u32) -> [i64; 3] {
     [0, 1, 2].map(|c| start[c] + step[c] * i64::from(column))
 }
 
-/// Largest error of `numerator / denominator`: Vulkan's f32 division is within 2.5 ulp, and an ulp is at
-/// most 2^-23 of the quotient.
-pub fn ratio_error(numerator: f32, denominator: f32) -> f64 {
-    2.5 * 2f64.powi(-23) * (f64::from(numerator) / f64::from(denominator)).abs()
-}
-
 /// Largest error in u and v of a pixel, in texels, for a form that rounds its constants once and its `fma` up to
-/// twice. Each rounded value adds half an ulp, 2^-24; the division adds [`ratio_error`].
+/// twice. Each rounded value adds half an ulp, 2^-24; the division adds 2.5 ulp, each at most 2^-23 of the quotient.
 pub fn row_constants_error(constants: &RowConstants, column: u32) -> [f64; 2] {
     let n = f64::from(column);
     let rounded = |c: usize| {

@@ -4,7 +4,7 @@ use super::coordinates::noise;
 use super::shown::NONE;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
 use crate::figure::claim::{Pick, Places, Test, one};
-use crate::figure::{Bench, Cell, Claim, Effort, Figure, Plot, Row, Show, Sweep, View};
+use crate::figure::{Bench, Cell, Claim, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
@@ -36,7 +36,7 @@ pub const DRIFT: Figure = Figure {
     }),
     show: Show::views(|| {
         [(NEAR, "plane-tilt/tilted"), (HORIZON, "plane-tilt/grazing")]
-            .map(|(name, scene)| View::new(name, scene, NONE))
+            .map(|(name, scene)| FigureView::new(name, scene, NONE))
             .into()
     }),
     measure,
@@ -164,9 +164,7 @@ fn values(
     let mut own = CoordinatesPass::new(gpu, form, output, &cases[0].0, band, 64)?;
     let of_case = |(plane, first_row): &(TiltedPlane, u32)| {
         own.aim(gpu, plane, *first_row)?;
-        let mut frame = gpu.frame()?;
-        frame.pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
-        frame.submit()?.wait()?;
+        gpu.run_pass("coordinates", |cmd| own.run(cmd, image, sampler))?;
         own.read_values(gpu)
     };
     cases.iter().map(of_case).collect()

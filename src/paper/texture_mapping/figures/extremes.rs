@@ -6,7 +6,7 @@ use super::methods::other_weights;
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128};
 use super::shown::ellipse_and_trilinear;
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value, View};
+use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Value};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
@@ -113,7 +113,7 @@ const OVERDRAWN: Tilt = Tilt {
 };
 
 /// The figure's views for the window: those extremes that a camera over the board of `plane-tilt` can show.
-fn views() -> Vec<View> {
+fn views() -> Vec<FigureView> {
     let grazing = "east_m=0.0, north_m=-31.0, altitude_m=0.5";
     let cameras = [
         ("tilt-89.999", format!("{grazing}, tilt_deg=89.999")),
@@ -122,7 +122,7 @@ fn views() -> Vec<View> {
         ("magnified", "east_m=0.0, north_m=0.0, altitude_m=1.2".to_owned()),
     ];
     let change = |camera| [format!("cameras.grazing={{{camera}}}")];
-    cameras.map(|(name, camera)| View::new(name, "plane-tilt/grazing", change(camera))).into()
+    cameras.map(|(name, camera)| FigureView::new(name, "plane-tilt/grazing", change(camera))).into()
 }
 
 /// Each method with each of its settings that may fail: the paper's filter with both forms of its axes and both
@@ -197,7 +197,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     }
     let plane = plane_of(&cell.scene).rounded();
     let truth = lab.coarse_truth(&plane, GAUSSIAN);
-    let worst = own_errors(&truth)?.worst;
+    let worst = own_errors(&truth)?.max;
     let mut rows =
         vec![Row::number(FLOOR, NMSE, "", truth.own_nmse()), Row::number(FLOOR, WORST, "of white", worst)];
     for (name, method) in variants() {
@@ -209,7 +209,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         });
         let found = errors(&shown.picture, &truth)?;
         rows.push(Row::number(name, NMSE, "", found.nmse));
-        rows.push(Row::number(name, WORST, "of white", found.worst));
+        rows.push(Row::number(name, WORST, "of white", found.max));
     }
     Ok(rows)
 }

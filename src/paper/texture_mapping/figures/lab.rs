@@ -1,7 +1,7 @@
 //! Shared by the filter figures: a pattern in video memory, its truth, and a method's picture and time.
 
 use super::agreement::{Agreement, compare};
-use crate::figure::{Bench, Contender, Row, Timed};
+use crate::figure::{Bench, Contender, Errors, Row, Timed};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
@@ -62,15 +62,6 @@ pub struct LabPicture {
     pub picture: Picture,
     /// Texels fetched per pixel, on average.
     pub fetched: f64,
-}
-
-/// Errors of a picture against a truth. All errors except FLIP cover only pixels whose kernel lies wholly on the
-/// surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Errors {
-    pub nmse: f64,
-    pub flip: f64,
-    pub worst: f64,
 }
 
 /// Why a method is not measured on this device.
@@ -294,6 +285,7 @@ pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
 /// Lavapipe's anisotropic sampler scans an ellipse, unlike a GPU's sampler, so this sampler has a separate name.
 pub const SOFTWARE_SAMPLER: &str = "software driver's EWA";
 
+/// Errors of a picture against a truth. All except FLIP cover only pixels whose kernel lies wholly on the surface.
 pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     let exact = grey(truth.size, &truth.values);
     let width = truth.size[0];
@@ -301,7 +293,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     Ok(Errors {
         nmse: difference.nmse(),
         flip: flip(picture, &exact)?.mean(),
-        worst: difference.worst().map_or(0.0, |pixel| pixel.value),
+        max: difference.worst().map_or(0.0, |pixel| pixel.value),
     })
 }
 

@@ -178,7 +178,7 @@ fn score_of(
         let found = errors(&shown.picture, gaussian)?;
         score.nmse.push(found.nmse);
         score.flip.push(found.flip);
-        score.worst = score.worst.max(found.worst);
+        score.worst = score.worst.max(found.max);
         score.of_box.push(errors(&shown.picture, of_box)?.nmse);
         score.fetched.push(shown.fetched);
     }
@@ -195,7 +195,7 @@ fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
     let halves = truths.iter().map(|[truth, _]| own_errors(truth)).collect::<anyhow::Result<Vec<_>>>()?;
     let flips: Vec<f64> = halves.iter().map(|own| own.flip).collect();
     rows.push(Row::number(FLOOR, FLIP, "", mean(&flips)));
-    let worst = halves.iter().map(|own| own.worst).fold(0.0, f64::max);
+    let worst = halves.iter().map(|own| own.max).fold(0.0, f64::max);
     rows.push(Row::number(FLOOR, WORST_PIXEL, "of white", worst));
     rows.push(Row::number(FLOOR, SAMPLES, "samples", mean(&samples)));
     rows.push(Row::number(FLOOR, MOST_SAMPLES, "samples", most as f64));

@@ -1,7 +1,7 @@
 //! The stages of object-space texturing on the GPU.
 
 use super::{MOST_FRAGMENTS, TexturedPolygons};
-use crate::paper::texture_mapping::pass::{Targets, Uploaded, read_words};
+use crate::paper::texture_mapping::pass::{Targets, Uploaded};
 use crate::vk::shader::ObjectSpace as Push;
 use crate::vk::shader::common::screen_vert;
 use crate::vk::shader::texture_mapping::{
@@ -187,7 +187,7 @@ impl ObjectSpaceBuffers {
     /// # Errors
     /// Device lost, out of memory.
     pub fn counts(&self, gpu: &Gpu) -> Result<Counts> {
-        let [fragments, depth_tests, sums] = self.words(gpu, &self.counts)?[..] else {
+        let [fragments, depth_tests, sums] = gpu.read_buffer::<u32>(&self.counts)?[..] else {
             unreachable!("three counts")
         };
         assert!(fragments <= self.push.capacity, "{fragments} fragments of at most {}", self.push.capacity);
@@ -199,10 +199,6 @@ impl ObjectSpaceBuffers {
     /// # Errors
     /// Device lost, out of memory.
     pub fn sums(&self, gpu: &Gpu) -> Result<Vec<[u32; 4]>> {
-        Ok(self.words(gpu, &self.sums)?.chunks_exact(4).map(|own| [own[0], own[1], own[2], own[3]]).collect())
-    }
-
-    fn words(&self, gpu: &Gpu, buffer: &Buffer) -> Result<Vec<u32>> {
-        read_words(gpu, buffer)
+        gpu.read_buffer(&self.sums)
     }
 }

@@ -4,7 +4,6 @@ use super::Relief;
 use super::maps::{self, DistanceMap, Fan, Holds};
 use super::parallax;
 use super::trace::{Traced, Tracer};
-use crate::paper::texture_mapping::pass::read_words;
 use crate::vk::shader::texture_mapping::{
     relief_cones_comp, relief_distances_comp, relief_parallax_comp, relief_trace_comp,
 };
@@ -96,8 +95,7 @@ impl DistanceBuild {
     /// # Errors
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<DistanceMap> {
-        let distances = read_words(gpu, &self.distances)?.into_iter().map(f32::from_bits).collect();
-        Ok(DistanceMap { layers: self.push.layers as usize, distances })
+        Ok(DistanceMap { layers: self.push.layers as usize, distances: gpu.read_buffer(&self.distances)? })
     }
 }
 
@@ -157,7 +155,7 @@ impl ConeBuild {
     /// # Errors
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<f32>> {
-        Ok(read_words(gpu, &self.cones)?.into_iter().map(f32::from_bits).collect())
+        gpu.read_buffer(&self.cones)
     }
 }
 
@@ -221,9 +219,8 @@ impl Trace {
     /// # Errors
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<Traced>> {
-        let words = read_words(gpu, &self.hits)?;
-        let traced = |ray: &[u32]| Traced { distance: f32::from_bits(ray[0]), steps: ray[1] };
-        Ok(words.chunks_exact(2).map(traced).collect())
+        let traced = |[distance, steps]: [u32; 2]| Traced { distance: f32::from_bits(distance), steps };
+        Ok(gpu.read_buffer(&self.hits)?.into_iter().map(traced).collect())
     }
 }
 
@@ -286,7 +283,7 @@ impl FilteredRelief {
     /// # Errors
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<[f32; 2]>> {
-        let words: Vec<f32> = read_words(gpu, &self.pixels)?.into_iter().map(f32::from_bits).collect();
-        Ok(words.chunks_exact(3).map(|pixel| [pixel[0] / pixel[1], pixel[2]]).collect())
+        let pixel = |[sum, weight, fetched]: [f32; 3]| [sum / weight, fetched];
+        Ok(gpu.read_buffer(&self.pixels)?.into_iter().map(pixel).collect())
     }
 }

@@ -123,9 +123,7 @@ impl ViewSession {
 
 /// The last frame's picture; the session's target is [`PixelFormat::Linear32`].
 pub fn linear_picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
-    let [width, height] = session.technique.settings.size;
-    let bytes = session.picture_bytes()?;
-    Ok(Picture::new(width, height, bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect()))
+    Ok(session.linear_picture()?)
 }
 
 /// Triples of own-level tile addresses as sorted tiles. Repeats are kept.

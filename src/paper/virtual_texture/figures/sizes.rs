@@ -5,7 +5,7 @@ use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
 use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, View};
+use crate::figure::{Bench, Cell, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
@@ -217,11 +217,11 @@ fn texture_size(width_log2: u32) -> Vec<String> {
 }
 
 /// The figure's views for the window: its scenes at each value of the quick sweep.
-fn swept(figure: &Figure, what: &str, changes: fn(u32) -> Vec<String>) -> Vec<View> {
+fn swept(figure: &Figure, what: &str, changes: fn(u32) -> Vec<String>) -> Vec<FigureView> {
     let values = || figure.values(Effort::Quick).into_iter().flatten();
     let view = |scene: &str, value: f64| {
         let papers = PAPERS.iter().map(|change| (*change).to_owned());
-        View::new(format!("{scene}, {what} {value}"), scene, papers.chain(changes(value as u32)))
+        FigureView::new(format!("{scene}, {what} {value}"), scene, papers.chain(changes(value as u32)))
     };
     figure.scenes.iter().flat_map(|scene| values().map(move |value| view(scene, value))).collect()
 }

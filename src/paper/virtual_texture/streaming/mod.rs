@@ -26,8 +26,8 @@
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
 //!   a visible tile takes the slot of a load that is no longer wanted.
-//! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, until
-//!   [`Streaming::forget_failures`] is called, or for the time [`StreamingConfig::retry_after`].
+//! - A tile that cannot be read is reported once. Its nearest coarser tile is wanted instead, for the time
+//!   [`StreamingConfig::retry_after`].
 //! - Tiles that are expected soon can be prefetched ([`Streaming::frame_ahead`]), after all tiles of this frame and
 //!   into slots without a visible tile. Their time of use is older than that of this frame's tiles, so wrongly
 //!   predicted ones are evicted first.
@@ -49,7 +49,7 @@ mod wanted;
 pub use super::choices::{Order, TileAddress};
 pub use config::{StreamingConfig, StreamingError};
 pub use report::{StreamingCounts, TileFailure};
-pub use tables::{ABSENT, Action, QUEUED, action};
+pub use tables::{ABSENT, QUEUED, TileAction, action};
 pub use upload::Uploader;
 pub use wanted::{LOWER_AFTER, LevelBias, distinct_tiles, fitting_bias, wanted_tiles};
 
@@ -204,13 +204,6 @@ impl Streaming {
             // Takes back an unlimited grant.
             self.loader.grant(Duration::ZERO);
         }
-    }
-
-    /// Forgets all failures: unreadable tiles are requested again when they are next seen.
-    pub fn forget_failures(&mut self) {
-        self.failed.clear();
-        self.retries.clear();
-        self.reported.clear();
     }
 
     /// Empties both caches and queues, for a texture whose tiles have changed. Loads under way are dropped. The next

@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Replacement policy: which tile is evicted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
+pub enum Replacement {
     /// Belady's optimum: a tile that is never used again, or else the tile whose next use is latest. Needs the whole
     /// path.
     Optimum,
@@ -23,15 +23,20 @@ pub enum Rule {
     FirstIn,
 }
 
-impl Rule {
-    pub const ALL: [Rule; 4] = [Rule::Optimum, Rule::LeastRecent, Rule::LeastRecentlyShown, Rule::FirstIn];
+impl Replacement {
+    pub const ALL: [Replacement; 4] = [
+        Replacement::Optimum,
+        Replacement::LeastRecent,
+        Replacement::LeastRecentlyShown,
+        Replacement::FirstIn,
+    ];
 
     pub const fn name(self) -> &'static str {
         match self {
-            Rule::Optimum => "optimum (Belady)",
-            Rule::LeastRecent => "LRU",
-            Rule::LeastRecentlyShown => "LRU, stand-ins kept (as built)",
-            Rule::FirstIn => "FIFO",
+            Replacement::Optimum => "optimum (Belady)",
+            Replacement::LeastRecent => "LRU",
+            Replacement::LeastRecentlyShown => "LRU, stand-ins kept (as built)",
+            Replacement::FirstIn => "FIFO",
         }
     }
 }
@@ -77,7 +82,7 @@ struct Held {
 ///
 /// # Panics
 /// A frame wants more than `slots` tiles; [`steps`] prevents that.
-pub fn replay(steps: &[FrameLists], slots: u32, rule: Rule) -> Vec<Replayed> {
+pub fn replay(steps: &[FrameLists], slots: u32, rule: Replacement) -> Vec<Replayed> {
     // The frames that want each tile, in order.
     let mut uses: HashMap<TileId, Vec<usize>> = HashMap::new();
     for (frame, step) in steps.iter().enumerate() {
@@ -93,7 +98,7 @@ pub fn replay(steps: &[FrameLists], slots: u32, rule: Rule) -> Vec<Replayed> {
     let mut replayed = Vec::with_capacity(steps.len());
     for (frame, FrameLists { visible, wanted, .. }) in steps.iter().enumerate() {
         assert!(wanted.len() <= slots as usize, "frame {frame} wants {} tiles, slots {slots}", wanted.len());
-        if rule == Rule::LeastRecentlyShown {
+        if rule == Replacement::LeastRecentlyShown {
             visible.iter().for_each(|&tile| use_shown(&mut held, &mut clock, tile));
         }
         let missing: Vec<TileId> =
@@ -105,9 +110,9 @@ pub fn replay(steps: &[FrameLists], slots: u32, rule: Rule) -> Vec<Replayed> {
                 let others = held.iter().enumerate().filter(|(_, other)| !kept.contains(&other.tile));
                 let (victim, _) = others
                     .min_by_key(|(_, other)| match rule {
-                        Rule::Optimum => (usize::MAX - next_use(other.tile, frame)) as u64,
-                        Rule::LeastRecent | Rule::LeastRecentlyShown => other.used,
-                        Rule::FirstIn => other.loaded,
+                        Replacement::Optimum => (usize::MAX - next_use(other.tile, frame)) as u64,
+                        Replacement::LeastRecent | Replacement::LeastRecentlyShown => other.used,
+                        Replacement::FirstIn => other.loaded,
                     })
                     .expect("the wanted tiles fit");
                 held.remove(victim);
@@ -151,7 +156,7 @@ mod tests {
         steps(&lists, 64, 3)
     }
 
-    fn faults(steps: &[FrameLists], slots: u32, rule: Rule) -> usize {
+    fn faults(steps: &[FrameLists], slots: u32, rule: Replacement) -> usize {
         replay(steps, slots, rule).iter().map(|frame| frame.faults).sum()
     }
 
@@ -160,9 +165,9 @@ mod tests {
         // Worked out by hand for three slots and one tile per frame. FIFO evicts tile 0, although every second frame
         // uses it.
         let steps = path(&[&[0], &[1], &[0], &[2], &[0], &[3], &[0], &[1], &[0], &[2]]);
-        assert_eq!(faults(&steps, 3, Rule::Optimum), 5);
-        assert_eq!(faults(&steps, 3, Rule::LeastRecent), 6);
-        assert_eq!(faults(&steps, 3, Rule::FirstIn), 7);
+        assert_eq!(faults(&steps, 3, Replacement::Optimum), 5);
+        assert_eq!(faults(&steps, 3, Replacement::LeastRecent), 6);
+        assert_eq!(faults(&steps, 3, Replacement::FirstIn), 7);
     }
 
     /// The least number of faults, by exhaustive search.
@@ -195,7 +200,7 @@ mod tests {
         #[test]
         fn exhaustive_search_finds_no_fewer_faults_than_the_optimum(steps in small_path(), slots in 2u32..5) {
             prop_assert_eq!(
-                faults(&steps, slots, Rule::Optimum),
+                faults(&steps, slots, Replacement::Optimum),
                 least(&steps, slots as usize, &HashSet::new())
             );
         }
@@ -208,8 +213,8 @@ mod tests {
                 lists.iter().map(|list| list.iter().map(|&column| tile(column)).collect()).collect();
             let steps = steps(&lists, slots, 3);
             let wanted: usize = steps.iter().map(|step| step.wanted.len()).sum();
-            let best = faults(&steps, slots, Rule::Optimum);
-            for rule in Rule::ALL {
+            let best = faults(&steps, slots, Replacement::Optimum);
+            for rule in Replacement::ALL {
                 let faults = faults(&steps, slots, rule);
                 prop_assert!((best..=wanted).contains(&faults), "{rule:?}: {faults}, the optimum {best} of {wanted}");
             }

@@ -62,7 +62,7 @@ impl StateTable {
 
 /// What the update does with a wanted tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum TileAction {
     /// Append the tile to the load queue; `k2 := -1`.
     Load,
     /// Append the tile to the upload queue; `k1 := -1`.
@@ -74,13 +74,13 @@ pub enum Action {
 }
 
 /// The table of the update, row by row (paper 1, section 3).
-pub fn action(gpu_state: i32, host_state: i32) -> Action {
+pub fn action(gpu_state: i32, host_state: i32) -> TileAction {
     match (gpu_state, host_state) {
-        (ABSENT, ABSENT) => Action::Load,
-        (ABSENT, 0..) => Action::Upload,
-        (ABSENT, QUEUED) => Action::Wait,
-        (QUEUED, _) => Action::Wait,
-        (0.., _) => Action::Refresh,
+        (ABSENT, ABSENT) => TileAction::Load,
+        (ABSENT, 0..) => TileAction::Upload,
+        (ABSENT, QUEUED) => TileAction::Wait,
+        (QUEUED, _) => TileAction::Wait,
+        (0.., _) => TileAction::Refresh,
         _ => panic!("tile pool {gpu_state}, host cache {host_state}: not a valid state"),
     }
 }
@@ -91,14 +91,14 @@ mod tests {
 
     #[test]
     fn the_five_rows_match_the_paper() {
-        assert_eq!(action(-2, -2), Action::Load);
-        assert_eq!(action(-2, 7), Action::Upload);
-        assert_eq!(action(-2, 0), Action::Upload);
-        assert_eq!(action(-2, -1), Action::Wait);
+        assert_eq!(action(-2, -2), TileAction::Load);
+        assert_eq!(action(-2, 7), TileAction::Upload);
+        assert_eq!(action(-2, 0), TileAction::Upload);
+        assert_eq!(action(-2, -1), TileAction::Wait);
         for host_state in [-2, -1, 0, 7] {
-            assert_eq!(action(-1, host_state), Action::Wait);
-            assert_eq!(action(0, host_state), Action::Refresh);
-            assert_eq!(action(7, host_state), Action::Refresh);
+            assert_eq!(action(-1, host_state), TileAction::Wait);
+            assert_eq!(action(0, host_state), TileAction::Refresh);
+            assert_eq!(action(7, host_state), TileAction::Refresh);
         }
     }
 

@@ -1,6 +1,6 @@
 //! The update (paper 1, section 3): for each visible tile, load it, upload it, wait for it or refresh it.
 
-use super::tables::{Action, QUEUED, action};
+use super::tables::{QUEUED, TileAction, action};
 use super::upload::Waiting;
 use super::wanted::{LOWER_AFTER, fitting_bias, wanted_tiles};
 use super::{Order, Streaming, StreamingCounts};
@@ -50,21 +50,21 @@ impl Streaming {
             }
         }
         let wanted = std::mem::take(&mut self.wanted);
-        report.hits = wanted.iter().filter(|&&tile| self.request(tile, now) == Action::Refresh).count();
+        report.hits = wanted.iter().filter(|&&tile| self.request(tile, now) == TileAction::Refresh).count();
         self.wanted = wanted;
         report.misses = self.wanted.len() - report.hits;
     }
 
     /// Applies one row of the update's table; `now` becomes the time of use of a resident tile.
-    pub(super) fn request(&mut self, tile: TileId, now: u64) -> Action {
+    pub(super) fn request(&mut self, tile: TileId, now: u64) -> TileAction {
         let (gpu_state, host_state) = (self.gpu_states.get(tile), self.host_states.get(tile));
         let action = action(gpu_state, host_state);
         match action {
-            Action::Load => {
+            TileAction::Load => {
                 self.load_queue.push_back(tile);
                 self.host_states.set(tile, QUEUED);
             }
-            Action::Upload => {
+            TileAction::Upload => {
                 let slot = host_state as u32;
                 self.host_cache.slots.pin(slot);
                 self.upload_queue.push_back(Waiting {
@@ -74,8 +74,8 @@ impl Streaming {
                 });
                 self.gpu_states.set(tile, QUEUED);
             }
-            Action::Wait => {}
-            Action::Refresh => {
+            TileAction::Wait => {}
+            TileAction::Refresh => {
                 self.tile_pool.touch(gpu_state as u32, now);
                 if host_state >= 0 {
                     self.host_cache.slots.touch(host_state as u32, now);

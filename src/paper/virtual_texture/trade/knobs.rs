@@ -7,24 +7,33 @@ use crate::paper::virtual_texture::config::{
     owner, texture,
 };
 use crate::picture::PixelFormat;
-use crate::scene::{Choice, Scene};
+use crate::scene::{Choice, Scene, choices};
 use crate::texture::source::TileFormat;
 
-/// A key of the scene, or several that belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Knob {
-    LevelBias,
-    Filter,
-    Anisotropy,
-    /// Paper 3's filter: the largest ratio of the ellipse's axes, and the texels along its minor semi-axis.
-    Ellipse,
-    Border,
-    List,
-    Stages,
-    Format,
-    GpuTiles,
-    /// Measured separately (`super::budgets`), because budgets do not change a settled frame.
-    Budgets,
+choices! {
+    /// A key of the scene, or several that belong together.
+    pub enum Knob {
+        /// Coarser levels than the footprint requests.
+        LevelBias = "level-bias",
+        /// The filter, and its number of samples.
+        Filter = "filter",
+        /// The largest number of samples along the footprint.
+        Anisotropy = "anisotropy",
+        /// Paper 3's filter: the largest ratio of the ellipse's axes, and the texels along its minor semi-axis.
+        Ellipse = "ellipse",
+        /// The width of the border around each tile.
+        Border = "border",
+        /// Feedback from some of the pixels instead of the exact list.
+        List = "list",
+        /// The exact fused draw instead of the scene's dedup and compaction.
+        Stages = "stages",
+        /// Tiles of half a byte per texel.
+        Format = "format",
+        /// Smaller tile pools.
+        GpuTiles = "gpu-tiles",
+        /// Budgets of uploading and loading. Measured separately, because budgets do not change a settled frame.
+        Budgets = "budgets",
+    }
 }
 
 /// A point of the sweep.
@@ -37,36 +46,8 @@ pub struct SweepPoint {
 }
 
 impl Knob {
-    pub const ALL: [Knob; 10] = [
-        Knob::LevelBias,
-        Knob::Filter,
-        Knob::Anisotropy,
-        Knob::Ellipse,
-        Knob::Border,
-        Knob::List,
-        Knob::Stages,
-        Knob::Format,
-        Knob::GpuTiles,
-        Knob::Budgets,
-    ];
-
     /// The knobs that change only how a texture is filtered.
     pub const OF_FILTER: [Knob; 3] = [Knob::Filter, Knob::Anisotropy, Knob::Ellipse];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Knob::LevelBias => "level-bias",
-            Knob::Filter => "filter",
-            Knob::Anisotropy => "anisotropy",
-            Knob::Ellipse => "ellipse",
-            Knob::Border => "border",
-            Knob::List => "list",
-            Knob::Stages => "stages",
-            Knob::Format => "format",
-            Knob::GpuTiles => "gpu-tiles",
-            Knob::Budgets => "budgets",
-        }
-    }
 
     /// The values `at`, then a copy of `at` for each value of the knob.
     fn turned(self, at: Values) -> Vec<Values> {
@@ -328,7 +309,7 @@ pub fn settings(scene: &Scene, knobs: &[Knob]) -> Result<Vec<SweepPoint>, Textur
     let own = Values::of(&VirtualTextureSettings::of_scene(scene, PixelFormat::Srgb8)?, &texture);
     let generated = texture.source != TextureSource::File;
     let mut all = vec![own];
-    for knob in Knob::ALL.into_iter().filter(|knob| knobs.contains(knob)) {
+    for knob in Knob::ALL.iter().filter(|knob| knobs.contains(knob)) {
         let generates = match knob {
             Knob::Border => generated,
             // The ruler's texels must be exact, and bc1 is lossy.
@@ -413,7 +394,7 @@ mod tests {
         let scenes =
             ["earth", "plane"].map(|name| [Scene::embedded(name).unwrap(), papers_scene(name).unwrap()]);
         for scene in scenes.iter().flatten() {
-            let all = settings(scene, &Knob::ALL).unwrap();
+            let all = settings(scene, Knob::ALL).unwrap();
             assert_eq!((all[0].name.as_str(), all[0].changes.len()), ("the scene's own", 0));
             assert!((40..200).contains(&all.len()), "{}", all.len());
             let mut names: Vec<&str> = all.iter().map(|setting| setting.name.as_str()).collect();
@@ -465,10 +446,10 @@ mod tests {
     #[test]
     fn unsupported_values_are_reported_with_a_remedy() {
         let scene = one_sample_scene("earth").unwrap();
-        assert_eq!(not_turned(&scene, &Knob::ALL).unwrap().len(), 0);
+        assert_eq!(not_turned(&scene, Knob::ALL).unwrap().len(), 0);
         let scene = scene.with(&["surface.land.filter.max_anisotropy=4".into()]).unwrap();
         let reported = |scene: &Scene| -> Vec<String> {
-            let refused = not_turned(scene, &Knob::ALL).unwrap();
+            let refused = not_turned(scene, Knob::ALL).unwrap();
             refused.into_iter().map(|refused| format!("{}: {}", refused.name, refused.why)).collect()
         };
         assert_eq!(reported(&scene).len(), 2, "{:?}", reported(&scene));
@@ -527,7 +508,7 @@ mod tests {
             all.contains(&"ellipse, minor 1, NA 16".into()) && all.contains(&"ellipse, NA 4".into()),
             "{all:?}"
         );
-        assert_eq!(ellipses(&names(&scene, &Knob::ALL)), 6);
+        assert_eq!(ellipses(&names(&scene, Knob::ALL)), 6);
         let own = scene.with(&["surface.land.filter.kind=ellipse".into()]).unwrap();
         assert!(names(&own, &[Knob::LevelBias]).contains(&"bias 1".into()), "of the scene's own ellipse");
     }

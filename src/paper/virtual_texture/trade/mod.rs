@@ -19,7 +19,7 @@ use crate::paper::virtual_texture::figures::side_by_side::{device, lacks};
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs};
 use crate::picture::PixelFormat;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
-use crate::scene::Scene;
+use crate::scene::{Scene, choices};
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileFormat, TileSource};
 use crate::vk::{Gpu, PassTime};
@@ -31,18 +31,21 @@ use std::sync::Arc;
 /// for 192 tiles.
 const TOGETHER: usize = 4;
 
-/// The error measure of the Pareto front.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorMeasure {
-    Nmse,
-    /// Mean of FLIP.
-    Flip,
-    /// Largest difference of a channel in linear light.
-    Max,
+choices! {
+    /// The error measure of the Pareto front.
+    pub enum ErrorMeasure {
+        /// Normalised mean squared error.
+        Nmse = "nmse",
+        /// Mean FLIP, a visible difference.
+        Flip = "flip",
+        /// Largest error of a channel, in linear light.
+        Max = "max",
+    }
 }
 
 impl ErrorMeasure {
-    pub fn name(self) -> &'static str {
+    /// The name in reports.
+    pub fn label(self) -> &'static str {
         match self {
             ErrorMeasure::Nmse => "NMSE",
             ErrorMeasure::Flip => "FLIP",
@@ -114,7 +117,7 @@ impl TradeSweep<'_> {
         let mut trade = Trade {
             scene: self.scene.name.clone(),
             size: self.size,
-            measure: self.measure.name().to_string(),
+            measure: self.measure.label().to_string(),
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
             runs: bench.runs(),

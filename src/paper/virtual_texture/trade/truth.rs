@@ -5,6 +5,7 @@ use crate::model::mesh::SourceMesh;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
 use crate::picture::{Picture, srgb};
 use crate::reference::ReferenceView;
+use crate::scene::choices;
 use crate::texture::source::TileSource;
 
 /// Maximum number of pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
@@ -13,13 +14,14 @@ const MOST_PIXELS: u32 = 57_600;
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
 
-/// The weights of a pixel's samples in the reference.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TradeKernel {
-    /// [`PixelKernel::GAUSSIAN`](crate::reference::supersample::PixelKernel::GAUSSIAN), which the ellipse approximates.
-    Gaussian,
-    /// The pixel's square, which samples along the footprint approximate.
-    Box,
+choices! {
+    /// The weights of a pixel's samples in the reference.
+    pub enum TradeKernel {
+        /// A Gaussian with a standard deviation of half a pixel, as in the filter "ellipse".
+        Gaussian = "gaussian",
+        /// Equal weights in the pixel's square. Favours filters that take samples along the footprint.
+        Box = "box",
+    }
 }
 
 impl TradeKernel {

@@ -1,7 +1,7 @@
 //! JPEG. It has no random access, so the whole picture is decoded into memory, up to a limit. The decoder
 //! is built without SIMD, so that every machine bakes the same bytes.
 
-use super::{Rows, Samples, check_size, check_upright};
+use super::{RowReader, Samples, check_size, check_upright};
 use crate::file;
 use crate::texture::bake::error::SourceError;
 use std::fs::File;
@@ -88,7 +88,7 @@ fn damaged(path: &Path, reason: String) -> SourceError {
     SourceError::Damaged { path: path.to_path_buf(), reason: reason.trim_end().to_string() }
 }
 
-impl Rows for Jpeg {
+impl RowReader for Jpeg {
     fn size(&self) -> [u32; 2] {
         self.size
     }

@@ -18,7 +18,7 @@ use std::path::Path;
 pub const MOST_SIDE: u32 = 1 << 20;
 
 /// A picture that is read row by row.
-pub trait Rows {
+pub trait RowReader {
     /// Width and height in texels.
     fn size(&self) -> [u32; 2];
 
@@ -42,7 +42,7 @@ pub trait Rows {
 ///
 /// # Errors
 /// [`SourceError`] names the path and what is not supported.
-pub fn open(path: &Path) -> Result<Box<dyn Rows>, SourceError> {
+pub fn open(path: &Path) -> Result<Box<dyn RowReader>, SourceError> {
     let open_error = |source| SourceError::Open { path: path.to_path_buf(), source };
     let mut file = file::open(path).map_err(open_error)?;
     let mut start = Vec::new();

@@ -1,6 +1,6 @@
 //! PNG, one row at a time. An interlaced file cannot be streamed; it is decoded whole, up to a limit.
 
-use super::{MOST_SIDE, Rows, Samples, check_size, check_upright, read_fault};
+use super::{MOST_SIDE, RowReader, Samples, check_size, check_upright, read_fault};
 use crate::texture::bake::error::SourceError;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use std::fs::File;
@@ -78,7 +78,7 @@ pub(super) fn fault(path: &Path, error: DecodingError) -> SourceError {
     }
 }
 
-impl Rows for Png {
+impl RowReader for Png {
     fn size(&self) -> [u32; 2] {
         let info = self.reader.info();
         [info.width, info.height]

@@ -1,6 +1,6 @@
 //! TIFF and BigTIFF in strips or tiles. One row of strips or tiles is in memory at a time.
 
-use super::{Rows, Samples, check_size, geo, read_fault};
+use super::{RowReader, Samples, check_size, geo, read_fault};
 use crate::texture::bake::error::SourceError;
 use std::fs::File;
 use std::io::BufReader;
@@ -267,7 +267,7 @@ pub(super) fn fault(path: &Path, error: TiffError) -> SourceError {
     }
 }
 
-impl Rows for Tiff {
+impl RowReader for Tiff {
     fn size(&self) -> [u32; 2] {
         self.size
     }

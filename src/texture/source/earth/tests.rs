@@ -1,59 +1,10 @@
-use super::super::border::true_texel;
+use super::super::checks::{assert_independent_of_threads, differing_texels, print_time, texel, tile};
 use super::*;
-use rayon::prelude::*;
-use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_64;
 
 fn earth(width_log2: u32, tile_log2: u32, border_texels: u32) -> Earth {
     let pyramid = Pyramid::new(width_log2, width_log2 - 1, tile_log2, border_texels, None).unwrap();
     Earth::new(pyramid).unwrap()
-}
-
-fn tile(earth: &Earth, level: u32, row: u32, column: u32) -> Vec<u8> {
-    let mut bytes = vec![0; earth.pyramid().tile_bytes_rgba8()];
-    earth.read_tile(TileId { level, row, column }, &mut bytes).unwrap();
-    bytes
-}
-
-/// A texel of any level, read from the tile whose payload contains it.
-fn texel(earth: &Earth, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
-    let pyramid = earth.pyramid();
-    let tile = tile(earth, level, y >> pyramid.tile_log2(), x >> pyramid.tile_log2());
-    let inside = [x, y].map(|at| (at % pyramid.tile_size() + pyramid.border_texels()) as usize);
-    let at = (inside[1] * pyramid.stored_sides()[0] as usize + inside[0]) * 4;
-    tile[at..at + 4].try_into().unwrap()
-}
-
-/// Compares a sample of the texels of one tile, in its border, its payload and its second picture, with the payloads of
-/// a pyramid with another tile size. Returns the number of differences.
-fn differing_texels(earth: &Earth, other: &Earth, id: TileId, step: usize) -> usize {
-    let pyramid = earth.pyramid();
-    let bytes = tile(earth, id.level, id.row, id.column);
-    let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
-    let mut differing = 0;
-    for (picture, side, bytes) in
-        [(0, fine, &bytes[..fine * fine * 4]), (1, coarse, &bytes[fine * fine * 4..])]
-    {
-        let border = i64::from(pyramid.border_texels() >> picture);
-        let size = pyramid.level_size(id.level + picture);
-        let origin =
-            [id.column, id.row].map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - border);
-        // Samples the texels whose index is a multiple of 7. Inside the border, the index must also be a multiple of
-        // `step`.
-        let places = (0..side * side).filter(|index| {
-            let (x, y) = (index % side, index / side);
-            let frame = border as usize;
-            let outside = |at: usize| at < frame || at >= side - frame;
-            (outside(x) || outside(y) || index % step == 0) && index % 7 == 0
-        });
-        for index in places {
-            let place =
-                true_texel(size, origin[0] + (index % side) as i64, origin[1] + (index / side) as i64);
-            let stored = &bytes[index * 4..index * 4 + 4];
-            differing += usize::from(stored != texel(other, id.level + picture, place));
-        }
-    }
-    differing
 }
 
 #[test]
@@ -68,7 +19,7 @@ fn a_texel_is_the_same_in_every_tile_border_and_level_that_contains_it() {
         id(1, 7, 0),   // south-west; its second picture is real imagery
         id(2, 0, 7),   // real imagery
     ] {
-        assert_eq!(differing_texels(&large, &small, id, 1009), 0, "{id:?}");
+        assert_eq!(differing_texels(&large, &small, id), 0, "{id:?}");
     }
 }
 
@@ -76,7 +27,7 @@ fn a_texel_is_the_same_in_every_tile_border_and_level_that_contains_it() {
 fn the_comparison_of_borders_rejects_texels_of_another_place() {
     let (large, small) = (earth(14, 9, 4), earth(15, 4, 2));
     let id = TileId { level: 0, row: 7, column: 19 };
-    assert!(differing_texels(&large, &small, id, 1009) > 100);
+    assert!(differing_texels(&large, &small, id) > 100);
 }
 
 #[test]
@@ -84,16 +35,7 @@ fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     let earth = earth(16, 6, 2);
     let ids: Vec<TileId> =
         (0..96).map(|index| TileId { level: index % 5, row: index % 32, column: index * 7 % 64 }).collect();
-    let read = |id: &TileId| tile(&earth, id.level, id.row, id.column);
-    let one_after_the_other: Vec<_> = ids.iter().map(read).collect();
-    let mut backwards: Vec<_> = ids.iter().rev().map(read).collect();
-    backwards.reverse();
-    assert_eq!(one_after_the_other, backwards);
-    for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let at_once: Vec<_> = pool.install(|| ids.par_iter().map(read).collect());
-        assert_eq!(one_after_the_other, at_once, "{threads} threads");
-    }
+    assert_independent_of_threads(&earth, &ids);
 }
 
 /// The largest difference, in codes, between a level's stored texels and the means of the four stored finer ones, over
@@ -261,14 +203,7 @@ fn the_time_of_a_tile_is_printed() {
             let tiles = f64::from(1u32 << (width_log2 - 9));
             let column = ((longitude + 180.0) / 360.0 * tiles) as u32;
             let row = ((90.0 - latitude) / 360.0 * tiles) as u32;
-            let mut bytes = vec![0; earth.pyramid().tile_bytes_rgba8()];
-            let mut nanoseconds = [0; 9].map(|_: u8| {
-                let start = Instant::now();
-                earth.read_tile(TileId { level: 0, row, column }, &mut bytes).unwrap();
-                start.elapsed().as_nanos()
-            });
-            nanoseconds.sort_unstable();
-            println!("{place}, 2^{width_log2}: {} us a tile, median of 9", nanoseconds[4] / 1000);
+            print_time(&format!("{place}, 2^{width_log2}"), &earth, row, column);
         }
     }
 }

@@ -1,54 +1,10 @@
+use super::super::checks::{assert_independent_of_threads, differing_texels, print_time, texel, tile};
 use super::*;
 use crate::picture::srgb;
-use rayon::prelude::*;
-use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_64;
 
 fn terrain(width_log2: u32, tile_log2: u32, border_texels: u32) -> Terrain {
     Terrain::new(Pyramid::new(width_log2, width_log2, tile_log2, border_texels, None).unwrap()).unwrap()
-}
-
-fn tile(terrain: &Terrain, level: u32, row: u32, column: u32) -> Vec<u8> {
-    let mut bytes = vec![0; terrain.pyramid().tile_bytes_rgba8()];
-    terrain.read_tile(TileId { level, row, column }, &mut bytes).unwrap();
-    bytes
-}
-
-/// A texel of any level, read from the tile whose payload contains it.
-fn texel(terrain: &Terrain, level: u32, [x, y]: [u32; 2]) -> [u8; 4] {
-    let pyramid = terrain.pyramid();
-    let tile = tile(terrain, level, y >> pyramid.tile_log2(), x >> pyramid.tile_log2());
-    let inside = [x, y].map(|at| (at % pyramid.tile_size() + pyramid.border_texels()) as usize);
-    let at = (inside[1] * pyramid.stored_sides()[0] as usize + inside[0]) * 4;
-    tile[at..at + 4].try_into().unwrap()
-}
-
-/// Compares a sample of the texels of one tile, in its border, its payload and its second picture, with the payloads of
-/// a pyramid with another tile size. Returns the number of differences.
-fn differing_texels(terrain: &Terrain, other: &Terrain, id: TileId) -> usize {
-    let pyramid = terrain.pyramid();
-    let bytes = tile(terrain, id.level, id.row, id.column);
-    let [fine, coarse] = pyramid.stored_sides().map(|side| side as usize);
-    let mut differing = 0;
-    for (picture, side, bytes) in
-        [(0, fine, &bytes[..fine * fine * 4]), (1, coarse, &bytes[fine * fine * 4..])]
-    {
-        let frame = pyramid.border_texels() as usize >> picture;
-        let size = pyramid.level_size(id.level + picture);
-        let origin = [id.column, id.row]
-            .map(|index| (i64::from(index) << pyramid.tile_log2() >> picture) - frame as i64);
-        let outside = |at: usize| at < frame || at >= side - frame;
-        let seen = |index: &usize| {
-            let (x, y) = (index % side, index / side);
-            index.is_multiple_of(7) && (outside(x) || outside(y) || index.is_multiple_of(1009))
-        };
-        for index in (0..side * side).filter(seen) {
-            let place =
-                true_texel(size, origin[0] + (index % side) as i64, origin[1] + (index / side) as i64);
-            differing += usize::from(bytes[index * 4..][..4] != texel(other, id.level + picture, place));
-        }
-    }
-    differing
 }
 
 #[test]
@@ -75,16 +31,7 @@ fn a_tile_does_not_depend_on_the_thread_or_on_earlier_tiles() {
     let terrain = terrain(14, 6, 2);
     let ids: Vec<TileId> =
         (0..64).map(|index| TileId { level: index % 5, row: index % 16, column: index * 7 % 16 }).collect();
-    let read = |id: &TileId| tile(&terrain, id.level, id.row, id.column);
-    let one_after_the_other: Vec<_> = ids.iter().map(read).collect();
-    let mut backwards: Vec<_> = ids.iter().rev().map(read).collect();
-    backwards.reverse();
-    assert_eq!(one_after_the_other, backwards);
-    for threads in [1, 2, 5] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let at_once: Vec<_> = pool.install(|| ids.par_iter().map(read).collect());
-        assert_eq!(one_after_the_other, at_once, "{threads} threads");
-    }
+    assert_independent_of_threads(&terrain, &ids);
 }
 
 /// RMS and mean, in codes of green, of a tile's second picture minus the means of four texels of its first picture.
@@ -180,14 +127,7 @@ fn the_time_of_a_tile_is_printed() {
             let terrain = terrain(width_log2, 9, 4);
             let tiles = f64::from(1u32 << (width_log2 - 9));
             let [row, column] = [row, column].map(|at| (at * tiles) as u32);
-            let mut bytes = vec![0; terrain.pyramid().tile_bytes_rgba8()];
-            let mut nanoseconds = [0; 9].map(|_: u8| {
-                let start = Instant::now();
-                terrain.read_tile(TileId { level: 0, row, column }, &mut bytes).unwrap();
-                start.elapsed().as_nanos()
-            });
-            nanoseconds.sort_unstable();
-            println!("{place}, 2^{width_log2}: {} us a tile, median of 9", nanoseconds[4] / 1000);
+            print_time(&format!("{place}, 2^{width_log2}"), &terrain, row, column);
         }
     }
 }

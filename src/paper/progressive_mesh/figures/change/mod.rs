@@ -14,7 +14,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::ordered;
 use crate::vk::PassTime;
 use std::cell::RefCell;
-use ways::{COMPACTED, COPY, MAPPED, ON_DEVICE, SKIP_LISTS, WAYS, Way};
+use ways::{COMPACTED, COPY, DeviceWalk, MAPPED, ON_DEVICE, SKIP_LISTS, WAYS};
 use written::Written;
 
 /// The figure.
@@ -211,13 +211,13 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let gpu = bench.gpu(&[])?;
     let mut ways = Vec::new();
     for way in &WAYS {
-        let mut way = Way::open(&gpu, way, &meshes, &levels)?;
+        let mut way = DeviceWalk::open(&gpu, way, &meshes, &levels)?;
         let sent = way.sent()? as f64 / (2 * (levels.len() - 1)) as f64;
         rows.push(Row::number(way.name, SENT, "bytes", sent));
         rows.extend(way.wrong()?.map(|wrong| Row::number(way.name, WRONG, "indices", wrong as f64)));
         ways.push(RefCell::new(way));
     }
-    let timed = bench.interleave(&gpu, ways.iter().map(Way::contender).collect())?;
+    let timed = bench.interleave(&gpu, ways.iter().map(DeviceWalk::contender).collect())?;
     rows.extend(timed.iter().flat_map(time_rows));
     Ok(rows)
 }

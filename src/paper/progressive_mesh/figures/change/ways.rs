@@ -66,7 +66,7 @@ pub fn settings() -> Vec<Setting> {
 }
 
 /// A method on the device, and the levels of its walk.
-pub struct Way<'a> {
+pub struct DeviceWalk<'a> {
     pub name: &'static str,
     gpu: &'a Gpu,
     runs: Runs<'a>,
@@ -88,14 +88,14 @@ struct Copying<'a> {
     indices: Buffer,
 }
 
-impl<'a> Way<'a> {
+impl<'a> DeviceWalk<'a> {
     /// A method at the first of `levels`.
     pub fn open(
         gpu: &'a Gpu,
         named: &WriteMethod,
         meshes: &'a Meshes,
         levels: &'a [u32],
-    ) -> anyhow::Result<Way<'a>> {
+    ) -> anyhow::Result<DeviceWalk<'a>> {
         let runs = match named.by {
             By::Scene(apply) => {
                 let order = named.order.expect("a scene has an order");
@@ -114,12 +114,12 @@ impl<'a> Way<'a> {
                 Runs::Copy(Box::new(Copying { program, packed, staging, indices }))
             }
         };
-        let mut way = Way { name: named.name, gpu, runs, levels, up: true };
+        let mut way = DeviceWalk { name: named.name, gpu, runs, levels, up: true };
         way.go_to(levels[0])?;
         Ok(way)
     }
 
-    pub fn contender(way: &'a RefCell<Way<'a>>) -> Contender<'a> {
+    pub fn contender(way: &'a RefCell<DeviceWalk<'a>>) -> Contender<'a> {
         let name = way.borrow().name;
         Contender::new(name, move || Ok(way.borrow_mut().walk()?.0))
     }
@@ -148,11 +148,10 @@ impl<'a> Way<'a> {
         let face_bytes = program.index_type().triangle_bytes();
         let expected = &packed[..face_bytes as usize * program.drawn(level) as usize];
         let indices = &surface.indices;
-        let host = match surface.settings.apply {
-            Apply::Mapped => None,
-            Apply::Cpu | Apply::Gpu => Some(read_back(self.gpu, indices)?),
+        let found: Vec<u8> = match surface.settings.apply {
+            Apply::Mapped => indices.mapped().to_vec(),
+            Apply::Cpu | Apply::Gpu => self.gpu.read_buffer(indices)?,
         };
-        let found = host.as_ref().unwrap_or(indices).mapped::<u8>();
         let first = (face_bytes * u64::from(surface.first_face(0))) as usize;
         Ok(Some(different_indices(&found[first..], expected, program.index_type().bytes() as usize)))
     }
@@ -204,12 +203,6 @@ impl<'a> Way<'a> {
 fn different_indices(found: &[u8], expected: &[u8], bytes: usize) -> usize {
     let pairs = found.chunks_exact(bytes).zip(expected.chunks_exact(bytes));
     expected.len() / bytes - pairs.filter(|(a, b)| a == b).count()
-}
-
-fn read_back(gpu: &Gpu, buffer: &Buffer) -> anyhow::Result<Buffer> {
-    let host = gpu.buffer("read-back", buffer.bytes(), BufferUse::Readback)?;
-    gpu.run_pass("read-back", |cmd| cmd.copy_buffer(buffer, 0, &host, 0, buffer.bytes()))?;
-    Ok(host)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, ONE_SAMP
 use crate::vk::{self, Gpu};
 
 /// A variant that is ready, or the reason why it is refused.
-pub struct Contender {
+pub struct ExtremeVariant {
     pub name: String,
     pub config: Config,
     pub way: Result<Way, String>,
@@ -106,7 +106,7 @@ fn name(config: &Config) -> String {
 ///
 /// # Errors
 /// Errors other than refusals, such as device lost.
-pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::Result<Vec<Contender>> {
+pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::Result<Vec<ExtremeVariant>> {
     let ready = |(name, config): (String, Config)| {
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),
@@ -116,7 +116,7 @@ pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::R
                 Err(error) => Err(refused(error)?),
             },
         };
-        Ok(Contender { name, config, way })
+        Ok(ExtremeVariant { name, config, way })
     };
     variants().into_iter().map(ready).collect()
 }

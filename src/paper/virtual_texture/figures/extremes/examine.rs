@@ -2,7 +2,7 @@
 //! the settled picture with the ruler.
 
 use super::super::stage1::{Stage1Check, compare_triples};
-use super::contenders::{Contender, Way, contenders, is_superset, refused};
+use super::contenders::{ExtremeVariant, Way, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -82,7 +82,7 @@ pub struct Examiner {
     gpu: Gpu,
     /// True if settled pictures are made too.
     pictures: bool,
-    contenders: Option<(Pyramid, Vec<Contender>)>,
+    contenders: Option<(Pyramid, Vec<ExtremeVariant>)>,
 }
 
 impl Examiner {
@@ -178,7 +178,7 @@ fn outcome(
     gpu: &Gpu,
     drawn: &Drawn,
     textured: Option<&Textured>,
-    contender: &mut Contender,
+    contender: &mut ExtremeVariant,
 ) -> vk::Result<ListOutcome> {
     let list = match &mut contender.way {
         Ok(Way::OverRequests(list_passes)) => list(gpu, drawn, list_passes),

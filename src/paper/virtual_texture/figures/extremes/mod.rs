@@ -11,7 +11,7 @@ pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
 use super::common::{ONE_SAMPLE, setting};
 use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, Row, Show, Value, View};
+use crate::figure::{Bench, Cell, Figure, FigureView, Row, Show, Value};
 use crate::paper::virtual_texture::all_needs;
 use anyhow::Context;
 
@@ -98,14 +98,14 @@ const NAMES: [&str; EXTREMES.len()] = {
 };
 
 /// The extremes that a scene can show at any size. The others need a synthetic mesh or another size, or are refused.
-fn views() -> Vec<View> {
+fn views() -> Vec<FigureView> {
     let shown = |extreme: &&Extreme| {
         let is_scene = matches!(extreme.landscape, Landscape::Scene);
         is_scene && extreme.size == scenes::SIZE && extreme.expected != Expected::Refused
     };
     let changes = |extreme: &Extreme| ONE_SAMPLE.iter().chain(extreme.changes).copied().collect::<Vec<_>>();
     let views = EXTREMES.iter().filter(shown);
-    views.map(|extreme| View::new(extreme.name, extreme.scene, changes(extreme))).collect()
+    views.map(|extreme| FigureView::new(extreme.name, extreme.scene, changes(extreme))).collect()
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {

@@ -49,7 +49,7 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
     let pose = watch.opened.pose;
     let exact = watch.look(&pose)?;
     let (tiles, pixels): (Vec<TileId>, Vec<u64>) = exact.into_iter().unzip();
-    let mut seen: Vec<Vec<Vec<TileId>>> = vec![Vec::new(); watch.samplers.len()];
+    let mut seen: Vec<Vec<Vec<TileId>>> = vec![Vec::new(); watch.subsamplings.len()];
     for frame in 0..cycle(MOST_LOG2) {
         // Skips subsamplings whose cycle has ended.
         let least = u64::BITS - frame.leading_zeros();

@@ -1,7 +1,7 @@
 //! Times of a list: the passes on the device and on the host.
 
 use super::super::cost::ON_THE_HOST;
-use super::watch::{Sampler, Watch, name};
+use super::watch::{Subsampling, Watch, name};
 use super::{ALL_PIXELS, TIME};
 use crate::figure::{Bench, Contender, Row, Timed};
 
@@ -9,7 +9,7 @@ pub fn measure(bench: &Bench, watch: &Watch) -> anyhow::Result<Vec<Row>> {
     let (gpu, requests) = (&watch.opened.session.gpu, &watch.opened.stage1().requests);
     let Watch { copy, host, .. } = watch;
     let mut contenders: Vec<Contender> = Vec::new();
-    for Sampler { n, feedback, samples } in &watch.samplers {
+    for Subsampling { n, feedback, samples } in &watch.subsamplings {
         let mut number = 0;
         let bring = Contender::frame(gpu, name(*n), move |frame| {
             number += 1;

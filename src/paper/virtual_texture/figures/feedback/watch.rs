@@ -24,10 +24,10 @@ pub struct Watch {
     pub copy: HostCopy,
     pub host: RefCell<HostList>,
     /// One for each of [`SUBSAMPLINGS`].
-    pub samplers: Vec<Sampler>,
+    pub subsamplings: Vec<Subsampling>,
 }
 
-pub struct Sampler {
+pub struct Subsampling {
     pub n: u32,
     pub feedback: Feedback,
     pub samples: Samples,
@@ -41,14 +41,14 @@ impl Watch {
         let (gpu, size) = (&session.gpu, session.technique.settings.size);
         let format = opened.stage1().format;
         let pyramid = &session.technique.source.pyramid();
-        let sampler = |n| {
+        let subsampling = |n| {
             let feedback = Feedback::new(gpu, format, n)?;
-            Ok(Sampler { n, samples: feedback.samples(gpu, size)?, feedback })
+            Ok(Subsampling { n, samples: feedback.samples(gpu, size)?, feedback })
         };
         Ok(Watch {
             copy: HostCopy::new(gpu, size, format)?,
             host: RefCell::new(HostList::new(HostPass::Bitmap, pyramid, format, TileAddress::OwnLevel)?),
-            samplers: SUBSAMPLINGS.into_iter().map(sampler).collect::<crate::vk::Result<_>>()?,
+            subsamplings: SUBSAMPLINGS.into_iter().map(subsampling).collect::<crate::vk::Result<_>>()?,
             opened,
         })
     }
@@ -80,20 +80,20 @@ impl Watch {
     /// Device lost, out of memory.
     pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
         let requests = &self.opened.stage1().requests;
-        let taken = |sampler: &&Sampler| sampler.n >= least;
+        let taken = |subsampling: &&Subsampling| subsampling.n >= least;
         let mut frame = self.opened.session.gpu.frame()?;
         frame.pass("gather", |cmd| {
-            let mut all = self.samplers.iter().filter(taken);
+            let mut all = self.subsamplings.iter().filter(taken);
             all.try_for_each(|s| s.feedback.run(cmd, requests, &s.samples, frame_number))
         })?;
         frame.pass("feedback read-back", |cmd| {
-            self.samplers.iter().filter(taken).for_each(|s| s.samples.read_back(cmd));
+            self.subsamplings.iter().filter(taken).for_each(|s| s.samples.read_back(cmd));
         })?;
         frame.submit()?.wait()?;
         let mut seen = Vec::new();
-        for sampler in &self.samplers {
-            seen.push(match taken(&sampler) {
-                true => own_level_tiles(&self.host.borrow_mut().list(&sampler.samples.words())),
+        for subsampling in &self.subsamplings {
+            seen.push(match taken(&subsampling) {
+                true => own_level_tiles(&self.host.borrow_mut().list(&subsampling.samples.words())),
                 false => Vec::new(),
             });
         }

@@ -5,7 +5,7 @@ pub mod filter;
 pub mod na;
 pub mod seams;
 
-use super::common::{SceneView, ViewSession, linear_picture};
+use super::common::{SceneView, ViewSession};
 use crate::figure::{Bench, Contender, Setting};
 use crate::frame::{DrawList, Run, View};
 use crate::paper::virtual_texture::VirtualTexture;
@@ -127,7 +127,7 @@ impl Shown {
         let mut frame = self.opened.session.gpu.frame()?;
         self.record(&mut frame, &texturing, 0)?;
         frame.submit()?.wait()?;
-        linear_picture(&mut self.opened.session)
+        Ok(self.opened.session.linear_picture()?)
     }
 
     /// A contender that draws the settled picture; its noise differs from run to run.

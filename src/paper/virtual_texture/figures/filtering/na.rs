@@ -10,7 +10,7 @@ use crate::figure::claim::{
 };
 use crate::figure::{self, Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
 use crate::paper::virtual_texture::config::Filter;
-use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
+use crate::paper::virtual_texture::streaming::replay::{Replacement, replay, steps};
 use crate::paper::virtual_texture::{Config, Filtering, PAPER};
 use crate::picture::error::compare;
 use crate::texture::source::TileFormat;
@@ -142,11 +142,11 @@ fn sampled(na: u32, border: u32) -> [String; 2] {
 }
 
 /// The figure's views for the window: both paths with the tilts and the tiles of a quick run.
-fn views() -> Vec<figure::View> {
+fn views() -> Vec<figure::FigureView> {
     let tilts = || NA.sweep.into_iter().flat_map(|sweep| sweep.quick);
     let view = |(scene, camera): (&str, &str), tilt: f64| {
         let one_sample = ONE_SAMPLE.iter().map(|change| (*change).to_owned());
-        figure::View::new(
+        figure::FigureView::new(
             format!("{scene}, tilt {tilt}"),
             scene,
             one_sample.chain(changes(camera, tilt, 128)),
@@ -190,7 +190,7 @@ fn along_the_path(
     let largest = lists.iter().map(Vec::len).max().context("a path has frames")?;
     let slots = (2 * largest).max(1) as u32;
     let replayed =
-        replay(&steps(&lists, slots, pyramid.first_resident_level()), slots, Rule::LeastRecentlyShown);
+        replay(&steps(&lists, slots, pyramid.first_resident_level()), slots, Replacement::LeastRecentlyShown);
     // The first frame fills the cache.
     let copied: usize = replayed.iter().skip(1).map(|frame| frame.faults).sum();
     let tile_mib = TileFormat::Rgba8.tile_bytes(&pyramid) as f64 / 1_048_576.0;

@@ -5,7 +5,7 @@ use super::{Blank, PATHS, RULER, Route, extent};
 use crate::figure::claim::{Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
-use crate::paper::virtual_texture::streaming::replay::{Rule, replay, steps};
+use crate::paper::virtual_texture::streaming::replay::{Replacement, replay, steps};
 use crate::paper::virtual_texture::streaming::{
     Order, Streaming, StreamingConfig, StreamingCounts, Uploader,
 };
@@ -39,7 +39,7 @@ pub const CACHE: Figure = Figure {
             also runs each path with N1 = half of the largest visible set. If the visible set exceeds N1, all tiles \
             are coarser than listed by a level bias, which each frame reports. Pixels have one sample (NA = 1).",
     scenes: &PATHS,
-    variants: || Rule::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
+    variants: || Replacement::ALL.iter().map(|rule| rule.name()).chain([BUILT, HALVED]).map(str::to_owned).collect(),
     ours: &["LRU, stand-ins kept (as built)"],
     show: Show::scenes(RULER),
     measure,
@@ -53,8 +53,8 @@ pub const CACHE: Figure = Figure {
             "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (on the orbit: \
              no other path returns to a tile that it has left).",
             &[Test::ratio(
-                one(FAULTS_AT_DOUBLE, Rule::LeastRecentlyShown.name()),
-                one(FAULTS_AT_DOUBLE, Rule::Optimum.name()),
+                one(FAULTS_AT_DOUBLE, Replacement::LeastRecentlyShown.name()),
+                one(FAULTS_AT_DOUBLE, Replacement::Optimum.name()),
                 AtMost(1.1),
             )],
         )
@@ -89,10 +89,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let largest = lists.iter().map(Vec::len).max().context("a path has frames")?;
     let distinct = lists.iter().flatten().collect::<HashSet<_>>().len();
     let mut rows = vec![
-        Row::number(Rule::Optimum.name(), LARGEST, "tiles", largest as f64),
-        Row::number(Rule::Optimum.name(), FIRST_USES, "tiles", distinct as f64),
+        Row::number(Replacement::Optimum.name(), LARGEST, "tiles", largest as f64),
+        Row::number(Replacement::Optimum.name(), FIRST_USES, "tiles", distinct as f64),
     ];
-    rows.extend(Rule::ALL.iter().flat_map(|&rule| of_rule(rule, &lists, largest, &pyramid)));
+    rows.extend(Replacement::ALL.iter().flat_map(|&rule| of_rule(rule, &lists, largest, &pyramid)));
     let reads = HOST_SHARES.map(|share| {
         let config = unhurried(largest as u32, (share * largest as f64).ceil() as u32);
         let reports = play(&pyramid, config, &lists);
@@ -104,7 +104,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn of_rule(rule: Rule, lists: &[Vec<TileId>], largest: usize, pyramid: &Pyramid) -> Vec<Row> {
+fn of_rule(rule: Replacement, lists: &[Vec<TileId>], largest: usize, pyramid: &Pyramid) -> Vec<Row> {
     let at = |share: f64| {
         let slots = (share * largest as f64).ceil() as u32;
         let frames = replay(&steps(lists, slots, pyramid.first_resident_level()), slots, rule);

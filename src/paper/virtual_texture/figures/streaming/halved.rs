@@ -56,8 +56,8 @@ pub(super) fn halved(
     let mut whole = open(2 * largest as u32)?;
     whole.settle(&end)?;
     let name = format!("vt.cache-{}-half", cell.scene.replace('/', "-"));
-    let [shown, truth] = [&pictures[1], &whole.picture_bytes()?].map(|bytes| linear(bytes, size));
-    show_beside(bench, &name, &shown, &truth)?;
+    let shown = linear(pictures[1].clone(), size);
+    show_beside(bench, &name, &shown, &whole.linear_picture()?)?;
     let records = &half.records[..moving];
     let biased = records.iter().filter(|record| record.streaming.bias > 0).count();
     let most_bias = records.iter().map(|record| record.streaming.bias).max().unwrap_or(0);

@@ -31,7 +31,7 @@ use crate::paper::virtual_texture::{
 use crate::picture::error::compare;
 use crate::picture::map::error_maps;
 use crate::picture::write::Srgb8Picture;
-use crate::picture::{Picture, PixelFormat, srgb};
+use crate::picture::{Picture, PixelFormat};
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
 use crate::texture::source::{TileError, TileSource};
@@ -84,12 +84,8 @@ fn session(
 }
 
 /// Converts sRGB bytes to linear light.
-fn linear(bytes: &[u8], [width, height]: [u32; 2]) -> Picture {
-    let pixel = |p: &[u8]| {
-        let [r, g, b] = [0, 1, 2].map(|c| srgb::to_linear_f64(p[c]) as f32);
-        [r, g, b, f32::from(p[3]) / 255.0]
-    };
-    Picture::new(width, height, bytes.chunks_exact(4).map(pixel).collect())
+fn linear(rgba: Vec<u8>, [width, height]: [u32; 2]) -> Picture {
+    Picture::from(&Srgb8Picture { width, height, rgba })
 }
 
 /// Writes a picture and the map of its errors.

@@ -99,7 +99,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let (found, worst) = watch(&mut session, &route, &frames, &truth, name)?;
         rows.extend(found);
         if let (0, Some([before, after])) = (fade_in_frames, worst) {
-            let [before, after] = [before, after].map(|bytes| linear(&bytes, size));
+            let [before, after] = [before, after].map(|bytes| linear(bytes, size));
             show_beside(bench, &format!("vt.pop-{}-largest", cell.scene.replace('/', "-")), &after, &before)?;
         }
     }

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 const CELLS: usize = 1024;
 
 /// The heights of a scene. A thread computes them once from the meshes.
-pub struct Terrain {
+pub struct GroundHeights {
     /// The scene, until the thread starts. The thread starts at the first motion of the camera, so that the window
     /// opens without delay.
     unread: Option<Scene>,
@@ -30,13 +30,13 @@ struct Heights {
     most_m: Vec<f64>,
 }
 
-impl Terrain {
-    pub fn of(scene: &Scene) -> Terrain {
+impl GroundHeights {
+    pub fn of(scene: &Scene) -> GroundHeights {
         let is_plane = scene.cameras.values().any(|camera| camera.place.ground() == Ground::Plane);
         let has_meshes =
             scene.surfaces.values().any(|surface| matches!(surface.geometry, Geometry::Other(_)));
         let unread = (is_plane && has_meshes).then(|| scene.clone());
-        Terrain { unread, heights: Arc::default() }
+        GroundHeights { unread, heights: Arc::default() }
     }
 
     /// On its first call, starts a thread that reads the meshes. Only meshes with a single instance count as
