@@ -242,7 +242,8 @@ impl RunProgress for ProgressLine {
         let line = describe_crash(result);
         self.above(|| {
             tracing::warn!(
-                "{line}, in an earlier run; not measurable on this device (to retry, omit --resume)"
+                "{line}, in an earlier run; not measurable on this device (to retry, reproduce {} with --force)",
+                result.figure
             );
         });
     }

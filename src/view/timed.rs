@@ -112,8 +112,8 @@ impl PassTimes {
         }
     }
 
-    /// The mean time of the panels' own timers minus their mean time in the pass `closed`. The timers cover layout,
-    /// triangles, and the device's passes that draw into the window. `None` without timestamps.
+    /// The mean time per frame of layout, triangles, and the device's passes that draw into the window, minus the same
+    /// mean of the pass `closed`. `None` without timestamps.
     pub fn parts_over(&self, closed: &PassTimes) -> Option<f64> {
         let parts = |of: &PassTimes| {
             Some(of.layout_mean + of.triangles_mean + of.present_pass_mean? + of.panels_pass_mean?)

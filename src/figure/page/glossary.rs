@@ -14,7 +14,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("compact", "stage 3 of paper 1: the tile mask becomes the visible-tile list"),
     (
         "cut-off volume, V1",
-        "paper 3's weight of a texel that the footprint's edge cuts: the part of the Gaussian body's volume inside the edge",
+        "if the footprint's edge cuts a texel, paper 3 weights the texel by the part of a Gaussian body (sigma 0.2 texels) that lies inside the footprint",
     ),
     ("dedup", "stage 2 of paper 1: the request image becomes the tile mask; equal triples are merged"),
     (
@@ -39,7 +39,10 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "difference of two pictures as seen when they alternate, 0 to 1 (Andersson et al., \"FLIP: A Difference Evaluator for Alternating Images\", 2020)",
     ),
     ("footprint", "the part of the texture that a pixel covers; paper 3: an ellipse in texels"),
-    ("fused", "one draw textures and sets the bits of the tile mask; no request image is written"),
+    (
+        "fused",
+        "a single draw applies the texture and sets the bits of the tile mask; no request image is written",
+    ),
     (
         "geomorph",
         "a vertex moves gradually from its position in the coarser level to its own, instead of popping",
@@ -61,7 +64,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("p", "a geometry shader of paper 1 handles a block of 2^p x 2^p pixels"),
     (
         "page table",
-        "for each tile of the pyramid, the pool slot of this tile, or of the nearest coarser tile there",
+        "for each tile of the pyramid, its slot in the pool, or the slot of the nearest coarser tile in the pool",
     ),
     ("prefetch", "requests for tiles at the camera pose extrapolated by some frames"),
     ("PSNR", "peak signal-to-noise ratio in decibels"),
@@ -73,7 +76,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ),
     (
         "texels across",
-        "paper 3: the level is the finest one on which the ellipse's shorter semi-axis is less than twice this many texels",
+        "setting of paper 3's filter, in texels: it reads the finest level on which the ellipse's shorter semi-axis is less than twice this number",
     ),
     ("tile address", "the grid in which i and j count: level 0, as in the paper, or the tile's own level"),
     ("tile mask", "one bit or byte for each tile, set if a pixel needs the tile"),

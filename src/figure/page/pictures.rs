@@ -28,7 +28,8 @@ pub fn shown(folder: &Path, file: &str) -> anyhow::Result<PagePicture> {
     let picture = read_png(&path)?;
     let factor = picture.width.div_ceil(WIDEST);
     let small = if factor > 1 { reduced(&picture, factor) } else { picture };
-    let bytes = png_bytes(&small).with_context(|| format!("{}: reduced for the page", path.display()))?;
+    let bytes =
+        png_bytes(&small).with_context(|| format!("cannot encode {} as PNG for the page", path.display()))?;
     Ok(PagePicture {
         name: file.trim_end_matches(".png").to_string(),
         file: format!("pictures/{file}"),

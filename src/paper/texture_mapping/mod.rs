@@ -28,7 +28,7 @@
 //! - (2) has no reconstruction term: at 88 degrees of tilt a sixth of the footprints hold no texel, so their sum of
 //!   weights is 0. We add `k` to the diagonal of `J J^T`.
 //! - (9) prints the denominator of d/dx in all four derivatives, and uses increments that the thesis does not define.
-//! - V1's operator is illegible: we read "the volume kept on the texel's side of the cut".
+//! - V1's operator is illegible. We take V1 as the volume on the inner side of the cut.
 
 pub mod baselines;
 pub mod config;

@@ -2,10 +2,12 @@
 //! ellipse's edge is at 1.
 //!
 //! Step B is formula (4), `W = exp(-alpha r^2)`, along the axes of [`Axes`](super::footprint::Axes). The thesis prints
-//! no sigma for formula (4). Step C's Gaussian solid (diameter 1, sigma 0.2) allows two readings (see
-//! [`EllipseKernel`]). If the ellipse's edge cuts a texel, step C weights the texel by `V1(d) = Phi(d / 0.2)`. This is
-//! the part of the solid's volume (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed
-//! distance in texels from the texel's centre to the edge, positive inside. Texels with `d > -1/2` contribute.
+//! no sigma for formula (4). We use that of step C's Gaussian solid (diameter 1, sigma 0.2): 0.4 of the support's
+//! radius. The radius can be read as one pixel or as half a pixel (see [`EllipseKernel`]).
+//!
+//! If the ellipse's edge cuts a texel, step C weights the texel by `V1(d) = Phi(d / 0.2)`. This is the part of the
+//! solid's volume (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed distance in texels
+//! from the texel's centre to the edge, positive inside. Texels with `d > -1/2` contribute.
 
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]

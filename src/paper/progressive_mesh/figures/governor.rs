@@ -44,15 +44,15 @@ pub const GOVERNOR: Figure = Figure {
     id: "pm.governor",
     title: "Frame time and error along a path, without and with a governor",
     about: "The paper changes the wanted deviation according to the platform's performance (section 4), and does not \
-            say how. Here the camera walks through 500 instances with a wanted error of an eighth of a pixel, at which \
-            nearly all of them are full meshes. The budget is a third of the median frame time without a governor. A \
-            frame's time is the host's work on levels plus all passes. `governor` plans each frame from its number of \
-            faces and the time per face in the last 30 frames. `integral` is a simple integral controller that uses \
-            only measured times. The three variants alternate frame by frame, and the walk is repeated. Shares count \
-            each walk's frames after its first 30; the figure shows their median and spread over the walks. Are frames \
-            within the budget? By how much do the others exceed it? Is the error steady, or does it oscillate (a \
-            reversal is a change of the error against the direction of the previous change)? And what is the cost (the \
-            geometric mean of the error)?",
+            say how. Here the camera walks through 500 instances with a wanted error of an eighth of a pixel, at \
+            which nearly all of them are full meshes. The budget is a third of the median frame time without a \
+            governor. A frame's time is the host's work on levels plus all passes. `governor` plans each frame from \
+            its number of faces and the time per face in the last 30 frames. `integral` is a simple integral \
+            controller that uses only measured times. The three variants alternate frame by frame, and the walk is \
+            repeated. The first 30 frames of each walk are not judged. The figure shows each number's median and \
+            spread over the walks. Are frames within the budget? By how much do the others exceed it? Is the error \
+            steady, or does it oscillate (a reversal is a change of the error against the direction of the previous \
+            change)? And what is the cost (the geometric mean of the error)?",
     scenes: &[SCENE],
     variants: || VARIANTS.map(String::from).into(),
     ours: &[PLANNED],

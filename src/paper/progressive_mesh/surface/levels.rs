@@ -1,4 +1,5 @@
-//! The instances' levels and slices of the index buffer, for each way of execution.
+//! The levels of a surface's instances, and their slices of the index buffer. The host or the device executes the
+//! splits, or a baseline draws the levels by another method.
 
 use super::baseline::Baselines;
 use super::resident::Resident;
@@ -11,14 +12,14 @@ use crate::vk::{Buffer, BufferUse, Error, Gpu, IndexType};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The instances' levels and slices: executed by the host, by the device, or drawn by a baseline.
+/// The instances' levels and slices. The host or the device executes the splits; a baseline draws without them.
 pub enum InstanceLevels {
     Host(Box<dyn Host>),
     Device(Box<Resident>),
     Baseline(Box<Baselines>),
 }
 
-/// Instances whose levels the host executes, with indices of either width.
+/// Instances whose splits the host executes, with indices of 16 or 32 bits.
 pub trait Host: Send {
     fn go_to(&mut self, instance: usize, level: u32) -> Result<(), TooMany>;
     fn level(&self, instance: usize) -> u32;
@@ -144,8 +145,8 @@ impl InstanceLevels {
         }
     }
 
-    /// The initial index buffer. If the host executes, its content is undefined until the first frame uploads all of
-    /// it.
+    /// The initial index buffer. If the host executes the splits, the buffer's content is undefined until the first
+    /// frame uploads all of it.
     pub fn buffer(&self, gpu: &Gpu, name: &str, index: IndexType) -> Result<Buffer, Error> {
         match self {
             InstanceLevels::Host(_) => gpu.buffer(name, self.bytes(index), self.buffer_use(index)),

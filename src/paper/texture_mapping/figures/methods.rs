@@ -26,7 +26,7 @@ pub const THESIS: &str = "the thesis";
 /// The names of our settings begin with this.
 pub const OURS: &str = "ellipse";
 
-/// Object-space texturing with two spacings, in pixels.
+/// Object-space texturing with two spacings of the fragments, in pixels.
 pub const OBJECT_SPACE: [(&str, Method); 2] = [
     ("object space, spacing 1", Method::ObjectSpace(1.0)),
     ("object space, spacing 1/2", Method::ObjectSpace(0.5)),

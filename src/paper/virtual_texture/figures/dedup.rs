@@ -16,17 +16,18 @@ use crate::vk::Error;
 pub const DEDUP: Figure = Figure {
     id: "vt.dedup",
     title: "Stage 2: merging equal triples",
-    about: "Section 2.2: rendering a vertex for each pixel costs too much, so a geometry shader handles blocks of 2^p \
-            x 2^p pixels. With the memo it emits a point only if the triple differs from the last one. The paper gives \
-            no numbers and no p. The figure shows the time of stage 2 alone over the same packed request image (1280 x \
-            720 in quick runs, 1920 x 1080 in full ones), whose levels are those of the paper's NA = 16. The variants \
-            are: p = 0 to 4 without and with memo; a vertex for each pixel without geometry shader (the paper's naive \
-            baseline); and the compute variants. The emitted points, the texels that shaders fetch, the tests of the \
-            tile mask (loads that avoid superfluous atomics) and the atomics are counted exactly from the request \
-            image; a count that depends on the order of invocations or on the size of subgroups is left out. The \
-            synthetic view `noise` requests a random tile in each pixel (640 x 360 in quick runs). `bitset` keeps one \
-            bit per tile and runs with own-level tile addresses, all others with level-0 ones. The fused variants are \
-            not passes over the request image; vt.pipeline and vt.limit show what they add to the texturing draw.",
+    about: "Section 2.2: rendering a vertex for each pixel costs too much, so a geometry shader handles blocks of \
+            2^p x 2^p pixels. With the memo it emits a point only if the triple differs from the last one. The paper \
+            gives no numbers and no p. The figure shows the time of stage 2 alone over the same packed request image \
+            (1280 x 720 in quick runs, 1920 x 1080 in full ones). Its levels are those of the paper's filter, with \
+            NA = 16. The variants are: p = 0 to 4 without and with memo; a vertex for each pixel without geometry \
+            shader (the paper's naive baseline); and the compute variants. The emitted points, the texels that \
+            shaders fetch, the tests of the tile mask (loads that avoid superfluous atomics) and the atomics are \
+            counted exactly from the request image; a count that depends on the order of invocations or on the size \
+            of subgroups is left out. The synthetic view `noise` requests a random tile in each pixel (640 x 360 in \
+            quick runs). `bitset` keeps one bit per tile and runs with own-level tile addresses, all others with \
+            level-0 ones. The fused variants are not passes over the request image; vt.pipeline and vt.limit show \
+            what they add to the texturing draw.",
     scenes: SCENES,
     variants: || {
         let fused = Dedup::ALL.iter().filter(|dedup| dedup.fused()).map(|dedup| dedup.name().to_string());

@@ -1,4 +1,4 @@
-//! The methods that are timed: those of scenes, and two others.
+//! The methods that are timed: those of scenes, and a copy of all live faces.
 
 use super::{DEVICE, HOST, Meshes};
 use crate::figure::{Contender, Setting};

@@ -16,15 +16,15 @@ use crate::reference::filter::sample_count;
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
     title: "Filters: time, error and noise",
-    about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, which \
-            cannot cross tiles. The figure compares: one trilinear sample; the nearest level alone; as in the paper up \
-            to NA trilinear samples along the footprint (here 2 to 8), inside the tile's border; and single texels \
-            chosen at random through the page table, which need no border (Pharr et al. 2024), 1 to 64 per pixel, at \
-            one point or along the footprint. Each picture is compared with the f64 picture of the same filter, which \
-            shows rounding and noise, and with the f64 mean over each pixel's footprint, which shows the error of the \
-            filter itself. Pixels beyond the textured surface and at its outline are left out, and their share is \
-            reported. The time is that of the texturing pass. Pictures have 320 x 180 (quick) or 640 x 360 pixels, \
-            because an f64 picture takes seconds.",
+    about: "The paper blends two levels of a tile (section 4) and leaves anisotropic filtering to the hardware, \
+            which cannot cross tiles. The figure compares one trilinear sample; the nearest level alone; up to NA \
+            trilinear samples along the footprint inside the tile's border, as in the paper (here NA is 2 to 8); and \
+            texels chosen at random (Pharr et al. 2024), 1 to 64 per pixel, at one point or along the footprint. \
+            Random texels are fetched through the page table and need no border. Each picture is compared with the \
+            f64 picture of the same filter, which shows rounding and noise, and with the f64 mean over each pixel's \
+            footprint, which shows the error of the filter itself. Pixels beyond the textured surface and at its \
+            outline are left out, and their share is reported. The time is that of the texturing pass. Pictures have \
+            320 x 180 (quick) or 640 x 360 pixels, because an f64 picture takes seconds.",
     scenes: &["earth/oblique", "earth/low"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     show: Show::scenes(&[]).variants(|| VARIANTS.map(|variant| variant.setting(BORDER)).into()),
@@ -155,7 +155,7 @@ struct Truths {
     nearer_level: Picture,
     /// Up to NA samples along the footprint, for each of [`NAS`].
     samples: Vec<Picture>,
-    /// The mean of nA over the pixels of the surface, for each of [`NAS`].
+    /// The mean number of samples per pixel of the surface (the paper's nA), for each of [`NAS`].
     counts: [f64; NAS.len()],
     /// True for pixels that the textured surface covers together with all their neighbours.
     inside: Vec<bool>,
