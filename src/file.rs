@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 pub const MOST_RESULTS_BYTES: u64 = 256 << 20;
 
 /// A folder for files that the program can make again: `ortelius/NAME` below `XDG_CACHE_HOME`, else below
-/// `HOME/.cache`. `ORTELIUS_CACHE` replaces the folder `ortelius`; if it is empty, nothing is kept.
+/// `HOME/.cache`. The variable `ORTELIUS_CACHE` names another folder instead of `ortelius`; if the variable is set but
+/// empty, nothing is kept.
 pub fn cache_folder(name: &str) -> Option<PathBuf> {
     let variable = |name| std::env::var_os(name).map(PathBuf::from);
     let absolute = |name| variable(name).filter(|path| path.is_absolute());

@@ -25,7 +25,7 @@ pub struct TradeArgs {
     /// How errors are measured
     #[arg(long, value_parser = named(|_: ErrorMeasure| true), default_value = "nmse")]
     error: ErrorMeasure,
-    /// How the reference weights its samples. Rays of reliefs have no weights
+    /// How the reference weights the samples of a pixel. In the reference of a relief, all rays have the same weight
     #[arg(long, value_parser = named(|_: TradeKernel| true), default_value = "gaussian")]
     kernel: TradeKernel,
     /// Find the fastest setting with at most this error

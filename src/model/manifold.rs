@@ -15,9 +15,9 @@ pub(super) struct Faces {
 
 impl Faces {
     /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding.
-    /// The list has only one face of each such pair, marked in `doubled`. The other faces must also close the surface
-    /// along most of the patch's rim. Decimated scans have hundreds of folds. If the other faces need the patch, or if
-    /// it is an isolated sheet, one side of it stays. Returns the number of removed faces.
+    /// The list has only one face of each such pair, marked in `doubled`. A fold is removed only if the faces outside
+    /// it close the surface along most of its rim without it. Otherwise, also if it is an isolated sheet, one side of
+    /// it stays. Decimated scans have hundreds of folds. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;

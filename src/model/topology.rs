@@ -49,7 +49,8 @@ impl Model {
     }
 }
 
-/// The sides of all faces, sorted: (smaller end << 32 | larger end, corner 3 face + k where the side starts).
+/// The sides of all faces, sorted: (smaller end << 32 | larger end, number `3 * face + k` of the corner where the side
+/// starts).
 pub(super) fn half_edges(faces: impl Iterator<Item = [u32; 3]>) -> Vec<(u64, u32)> {
     let sides = |(face, corners): (usize, [u32; 3])| {
         (0..3).map(move |k| {

@@ -25,8 +25,9 @@ pub struct Sample {
     pub s: f64,
     pub t: f64,
     /// Differences within the pixel's quad (2 x 2 pixels from even positions), as Vulkan defines dFdxFine and dFdyFine.
-    /// The x derivative is the difference between the two centres in the pixel's row, the y derivative that in its
-    /// column. The differences use this triangle's plane even if the triangle does not cover the other centre.
+    /// The x derivative is the difference between the two centres in the pixel's row, and the y derivative is the
+    /// difference between the two centres in its column. The differences use this triangle's plane even if the triangle
+    /// does not cover the other centre.
     pub fine: Derivatives,
     /// The exact derivatives at the pixel's centre.
     pub analytic: Derivatives,
@@ -214,7 +215,7 @@ impl Setup {
         // Rows of the adjugate matrix.
         let edges = [b.cross(c), c.cross(a), a.cross(b)].map(|edge| edge * facing);
         let scale = a.dot(edges[0]);
-        // `scale` is 0 or negative only if the triangle is nearly edge-on and rounding removes all of it.
+        // `scale` is 0 or negative only if the triangle is nearly edge-on and `scale` consists of rounding errors only.
         if facing == 0.0 || scale <= 0.0 || !scale.is_finite() {
             return None;
         }

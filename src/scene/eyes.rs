@@ -41,8 +41,8 @@ settings! {
         heading_deg: f64 = 0.0, in -360.0..=360.0, unit "degrees";
         /// 0 is straight down, 90 horizontal in the direction of the heading, 180 straight up.
         tilt_deg: f64 = 0.0, in 0.0..=180.0, unit "degrees";
-        /// Angle between the picture's top and bottom edges, before magnification. At any of these angles, the default
-        /// near plane does not cut the ground in pictures at most 5 times as wide as high.
+        /// Angle between the picture's top and bottom edges, before magnification. The default near plane does not cut
+        /// the ground at any angle of the range, as long as the picture is at most 5 times as wide as high.
         vertical_fov_deg: f64 = 60.0, in 1e-3..=170.0, unit "degrees";
         /// Divides the tangent of half the angle: 4 shows a quarter of the width and height.
         magnification: f64 = 1.0, in 1.0..=1e6;

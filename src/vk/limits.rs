@@ -193,7 +193,7 @@ mod tests {
         for groups in [0, 1, 32_768, 32_769, 65_536, 140_625, 1 << 24, 1 << 30] {
             let [x, y, z] = group_line(groups);
             let found = u64::from(x) * u64::from(y);
-            // Fewer groups are idle than there are rows.
+            // There are fewer idle groups than rows.
             assert!(groups <= found && found < groups.max(1) + u64::from(y), "{groups}: {x} x {y}");
             assert_eq!(z, 1);
             require_groups(&least(), "line", [x, y, z]).unwrap();

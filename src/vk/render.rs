@@ -171,8 +171,8 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// As [`Render::draw`], once for each part of the target and clipped to that part. Later draws of the same rendering
-    /// keep the last part.
+    /// As [`Render::draw`], once for each part of the target and clipped to that part. Later draws of the same
+    /// rendering stay clipped to the last part.
     ///
     /// # Errors
     /// Out of memory.
@@ -278,8 +278,8 @@ impl Render<'_, '_> {
         Ok(())
     }
 
-    /// Makes one draw for each slice, each within its rectangle. Later draws of the same rendering keep the
-    /// last rectangle.
+    /// Makes one draw for each slice, clipped to the slice's rectangle. Later draws of the same rendering stay clipped
+    /// to the last rectangle.
     ///
     /// # Errors
     /// Out of memory.

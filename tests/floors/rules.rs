@@ -11,7 +11,7 @@ const FLOORS: [(&str, u32); 16] = [
     ("math", 0),
     ("picture", 0),
     ("stats", 0),
-    // Modules that must not import each other, and the reference.
+    // Independent of each other, except that the reference uses the data types of `model`.
     ("vk", 1),
     ("model", 1),
     ("texture", 1),
@@ -32,7 +32,7 @@ fn floor(module: &str) -> Option<u32> {
     FLOORS.iter().find(|(name, _)| *name == module).map(|&(_, floor)| floor)
 }
 
-/// The library's root may name all its modules; the binary's files may name all but each other's internals.
+/// The roots of the library and of the binary may name every module.
 fn is_root(file: &str) -> bool {
     matches!(file, "src/lib.rs" | "src/main.rs")
 }

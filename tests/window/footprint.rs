@@ -7,7 +7,7 @@ use glam::DMat2;
 use ortelius::reference::raster::{Derivatives, ReferenceView};
 use ortelius::scene::Scene;
 
-/// The inspector fits below the magnifier of a pixel just below the middle.
+/// High enough for the inspector, which begins just above the pointer if the pointer is just below the middle.
 const SIZE: [u32; 2] = [720, 590];
 /// Over the Alps, where footprints are long and turned.
 const CAMERA: &str = "oblique";
