@@ -18,7 +18,7 @@
 //! - [`shown`]: each pixel's shown and requested levels;
 //! - [`prefetch`]: the tiles that the camera will see soon (optional, not in the paper);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
-//! - [`trade`]: time and error of every combination of settings, for `ortelius trade` and `auto`;
+//! - [`trade`]: time and error of combinations of settings, for `ortelius trade` and `auto`;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
 //! The paper's letters, which comments use with its equations:
