@@ -15,7 +15,7 @@ Coordinate coordinate(uvec2 origin, vec2 offset) {
     // in 2^-32 texel; 0 for sides of 2^10 texels or more, because origins are multiples of 2^22
     uvec2 rest = uvec2(origin.x << WIDTH_LOG2, origin.y << HEIGHT_LOG2);
     vec2 texels = offset * vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2) + vec2(rest) * power_of_half(32);
-    // 2^22 texels away is outside every texture. NaN may give any value; `level` then selects a resident level.
+    // A position 2^22 texels away is outside every texture. NaN may give any value; `level` then is a resident level.
     vec2 steps = clamp(floor(texels), -4194304.0, 4194304.0);
     return Coordinate(ivec2(whole) + ivec2(steps), texels - steps);
 }
@@ -89,7 +89,7 @@ bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 // Squared lengths of the longer and the shorter side.
 vec2 squared_sides(Parallelogram f) {
     float a = dot(f.r1, f.r1), b = dot(f.r2, f.r2);
-    // Not min and max: their result for NaN is undefined, and one side that is not finite must make both NaN.
+    // min and max are not used, because their result for NaN is undefined. If one side is not finite, both are NaN.
     return !(finite(a) && finite(b)) ? vec2(uintBitsToFloat(0x7fc00000u)) : a > b ? vec2(a, b) : vec2(b, a);
 }
 

@@ -156,7 +156,7 @@ impl Claim {
 
 /// The verdict over all places. A claim holds in a place if all numbers there meet their bounds, and fails in a place
 /// if a number there misses its bound. If the claim fails in one place and holds in none (the others are undecided), it
-/// is not reproduced: whatever the undecided places are, it does not hold everywhere.
+/// is not reproduced: even if it held in all undecided places, it would not hold everywhere.
 fn verdict(items: &[&Item]) -> Verdict {
     let (mut holds, mut better, mut fails, mut undecided) = (0, 0, 0, 0);
     for place in judged_places(items) {

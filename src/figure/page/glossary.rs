@@ -66,7 +66,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "page table",
         "for each tile of the pyramid, its slot in the pool, or the slot of the nearest coarser tile in the pool",
     ),
-    ("prefetch", "requests for tiles at the camera pose extrapolated by some frames"),
+    ("prefetch", "requests for the tiles that the camera will see some frames later, by extrapolation"),
     ("PSNR", "peak signal-to-noise ratio in decibels"),
     ("read-back", "baseline: the request image is copied to the host, which computes the visible-tile list"),
     ("request image", "a triple (q, i, j) for each pixel: level, row and column of the tile that it needs"),

@@ -73,7 +73,7 @@ pub struct VirtualTexture {
     samples_seen: Option<SamplesSeen>,
     /// The light, if some shapes are lit.
     lit: Option<LightColours>,
-    /// The last frame's pose, and the first frame that had it.
+    /// The last frame's pose, and the number of the first frame with this pose.
     pose: Option<(Pose, u64)>,
     /// The pose that is predicted from the motion of the camera; `None` without prefetch, or if the pose cannot be
     /// predicted.

@@ -1,9 +1,9 @@
 //! Draws egui's triangles into a layer, and the layer over the picture. A new layout is drawn only where it differs from
 //! the last one. Opaque parts of the layer are copied, the others are blended.
 //!
-//! lavapipe on 2 cores takes 4.6 ms to clear a layer of 1920 x 1080 pixels (1.0 ms), to draw the open panels into it
-//! (2.3 ms) and to blend them (1.1 ms). Nearly all of this time is work per pixel: without pixels, the 2,900 triangles
-//! take 0.1 ms.
+//! With a layer of 1920 x 1080 pixels, lavapipe on 2 cores takes 4.6 ms. Of these, clearing the layer takes 1.0 ms,
+//! drawing the open panels into it 2.3 ms, and blending it 1.1 ms. Nearly all of this time is work per pixel: without
+//! pixels, the 2,900 triangles take 0.1 ms.
 //!
 //! egui-ash-renderer 0.13 is not used for three reasons. It waits for an idle queue at each new glyph. It
 //! updates parts of a texture from the layout UNDEFINED, which may discard the rest. It frees textures that a

@@ -46,7 +46,7 @@ pub const BUDGET: Figure = Figure {
     id: "vt.budget",
     title: "The picture after a cut, by upload budget",
     about: "The camera jumps to another view, and the tiles of the new picture arrive within the upload budget. In the \
-            paper (section 3), tiles beyond the budget wait for the next frame; it gives no numbers. The error is the \
+            paper (section 3), tiles beyond the budget wait for the next frame. No numbers are given. The error is the \
             NMSE in linear light against the settled picture. The figure counts the frames and the time until 50 % and \
             95 % of the first frame's error are gone permanently. The tiles are in main memory, so the disk has no \
             influence. The host waits for each frame, so the times are those of this device. Each budget is measured 6 \

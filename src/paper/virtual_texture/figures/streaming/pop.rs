@@ -36,8 +36,8 @@ pub const POP: Figure = Figure {
             compares each pose's last frame with the fully resident one. Levels are those of 8-bit sRGB. The \
             headline's camera is used without magnification, so that the dive crosses levels. Every pixel of every \
             frame counts. Quick runs compare 39 poses (every second of the path's first 80) at 320 x 180 pixels, \
-            full runs 239 at 1280 x 720. The pictures are the frame after the largest jump and the map of that jump. \
-            Pixels have one sample (NA = 1).",
+            full runs compare 239 at 1280 x 720. The pictures are the frame after the largest jump and the map of that \
+            jump. Pixels have one sample (NA = 1).",
     scenes: &["earth/pan", "earth/dive"],
     variants: || FADES.map(|(_, name)| name.to_owned()).into(),
     paper: &["at once (the paper)"],
