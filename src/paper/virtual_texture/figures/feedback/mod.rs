@@ -19,13 +19,13 @@ pub const FEEDBACK: Figure = Figure {
             in 4 to 256, a different one in each frame, and accumulate: one in 64 in Call of Duty, one in 256 in \
             Unreal Engine 5. Recall is the share of the exact list's tiles that the sampled list contains. Delay is \
             the number of frames after a cut until a tile is listed. Precision is the share of the list's tiles that \
-            are visible, under a moving camera. A pixel is served if the list contains its tile. A tile \
-            listed in the first frame after the cut has delay 1; the list of frame n has all samples of frames 1 to \
-            n. With every method, including the exact one, a list reaches the host two frames later. Times include gathering the \
+            are visible, under a moving camera. A pixel is served if the list contains its tile. A tile listed in the \
+            first frame after the cut has delay 1; the list of frame n has all samples of frames 1 to n. With every \
+            method, including the exact one, a list reaches the host two frames later. Times include gathering the \
             samples, copying them to the host and listing them there. \"All pixels\" copies the whole request image \
-            and runs the same pass over it. The pictures show in red the pixels whose tiles are missed in the first frame with \
-            one pixel in 256. Pixels have one sample (NA = 1); more samples would list more tiles and not change how \
-            pixels are chosen.",
+            and runs the same pass over it. The pictures show in red the pixels whose tiles are missed in the first \
+            frame with one pixel in 256. Pixels have one sample (NA = 1); more samples would list more tiles and not \
+            change how pixels are chosen.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa", "earth/pan", "earth/dive", "earth/orbit"],
     variants: || SUBSAMPLINGS.map(name).into_iter().chain([ALL_PIXELS.to_string()]).collect(),
     paper: &["all pixels"],
