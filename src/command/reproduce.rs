@@ -271,7 +271,7 @@ mod tests {
     use super::{DISTURBED, warning};
 
     #[test]
-    fn only_a_load_above_the_limit_is_warned_of() {
+    fn only_a_load_above_the_limit_gives_a_warning() {
         assert_eq!([None, Some(0.0), Some(DISTURBED)].map(warning), [None, None, None]);
         assert!(
             warning(Some(1.25)).is_some_and(|line| line.starts_with("the machine is busy: 1.25 processes"))

@@ -96,7 +96,7 @@ impl Changes {
         let (changed, common) = (self.values.len(), self.common);
         lines.push(format!(
             "{changed} of {common} common values changed beyond their spreads, {} verdicts changed; \
-             {} only stored, {} only new",
+             only in the stored results: {}, only in the new ones: {}",
             self.claims.len(),
             self.gone,
             self.new

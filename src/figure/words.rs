@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn large_powers_of_two_are_written_as_such() {
+    fn large_powers_of_two_are_written_as_powers() {
         assert_eq!(
             [tick(64.0), tick(4096.0), tick(262_144.0), tick(6000.0)],
             ["64", "2¹²", "2¹⁸", "6000"].map(String::from)

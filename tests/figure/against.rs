@@ -107,7 +107,8 @@ fn changed_verdicts_and_new_or_gone_values_are_on_stdout_and_in_the_page() {
         "against made-up device, made-up processor, 2026-11-21, commit 0123456789ab (quick):",
         "verdict  made.swept doubles: reproduced -> not reproduced (size, double over single: earth/oblique at 1: 2x,",
         "value    made.bars plane, slow, time: 4 ms -> 12 ms (3x)",
-        "1 of 32 common values changed beyond their spreads, 1 verdicts changed; 5 only stored, 0 only new",
+        "1 of 32 common values changed beyond their spreads, 1 verdicts changed; \
+         only in the stored results: 5, only in the new ones: 0",
     ] {
         assert!(text.contains(part), "no {part:?} in {text}");
     }

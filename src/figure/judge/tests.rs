@@ -324,7 +324,7 @@ fn noise_in_one_place_does_not_hide_a_failure_in_another() {
 }
 
 #[test]
-fn a_claim_about_some_place_is_judged_in_the_best_place_by_other_rounds_than_chose_it() {
+fn the_best_place_is_chosen_on_every_second_round_and_judged_on_the_others() {
     const FAST: &[Test] = &[Test::ratio(OF_B, OF_A, AtLeast(2.0))];
     let claim = Claim::ours("id", "text", FAST).somewhere();
     let exact = |ratios: [f64; 3]| {

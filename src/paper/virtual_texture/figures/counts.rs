@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn stage_3_reads_marked_words_again_and_adds_once_for_each() {
+    fn stage_3_reads_marked_words_again_and_has_one_atomic_for_each() {
         let rows = |config: Config, triples: &[[u32; 3]]| {
             numbers(of_stage_3((config.compact.name(), &config), triples, &pyramid(), ""))
                 .map(Option::unwrap_or_default)
