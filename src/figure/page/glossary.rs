@@ -32,7 +32,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ),
     (
         "FIFO-16",
-        "a post-transform vertex cache of 16 entries that replaces the oldest; likewise 12, 24 and 32",
+        "a post-transform vertex cache of 16 entries that replaces the oldest entry; FIFO-12, FIFO-24 and FIFO-32 have 12, 24 and 32 entries",
     ),
     (
         "FLIP",

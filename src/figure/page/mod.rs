@@ -29,7 +29,7 @@ struct Page<'a> {
     figures: Vec<FigureView<'a>>,
     changes: Option<ChangesView<'a>>,
     failed: usize,
-    /// True if the verdicts follow the rules of the program that measured them, not today's.
+    /// True if the verdicts follow the rules of the program that measured the figures, not today's rules.
     old_verdicts: bool,
     glossary: &'static [(&'static str, &'static str)],
 }
