@@ -34,14 +34,14 @@ fn settled(scene: &Scene, target: PixelFormat) -> Renderer {
     renderer
 }
 
-/// The NMSE of the green channel, over the pixels whose kernel lies wholly on the surface. These must be more than a
-/// third of the picture.
-fn nmse(scene: &Scene, truth: &Truth) -> f64 {
+/// The NMSE of the green channel, over the pixels whose kernel lies wholly on the surface. There must be more than
+/// `least` of these.
+fn nmse(scene: &Scene, truth: &Truth, least: usize) -> f64 {
     let mut renderer = settled(scene, PixelFormat::Linear32);
     let found = renderer.linear_picture().unwrap().rgba;
     silent(&renderer);
     let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
-    assert!(whole().count() > found.len() / 3, "{} whole pixels", whole().count());
+    assert!(whole().count() > least, "{} whole pixels", whole().count());
     let square: f64 = whole().map(|n| (f64::from(found[n][1]) - truth.values[n]).powi(2)).sum();
     square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }

@@ -1,6 +1,7 @@
-//! A virtual display, and a connection that reads pixels and sends input.
+//! An Xvfb server, and a connection that reads pixels and sends input.
 
-use crate::server::Server;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat, InputFocus};
@@ -41,23 +42,32 @@ pub mod key {
     pub const F12: u8 = 96;
 }
 
-/// A virtual display.
+/// A virtual display. Dropping it ends the server.
 pub struct Display {
-    pub server: Server,
+    server: Child,
+    pub name: String,
     pub connection: RustConnection,
     root: u32,
 }
 
 impl Display {
     pub fn start() -> Display {
-        let server = Server::start();
-        let (connection, screen) = RustConnection::connect(Some(&server.name)).unwrap();
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap_or_else(|error| panic!("Xvfb: {error}; `./x test` installs it"));
+        let mut number = String::new();
+        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let name = format!(":{}", number.trim());
+        let (connection, screen) = RustConnection::connect(Some(&name)).unwrap();
         let root = connection.setup().roots[screen].root;
-        Display { server, connection, root }
+        Display { server, name, connection, root }
     }
 
     pub fn process(&self) -> u32 {
-        self.server.process.id()
+        self.server.id()
     }
 
     /// The mapped top-level window whose name starts with `Ortelius`, if there is one.
@@ -97,6 +107,13 @@ impl Display {
     pub fn fake(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) {
         self.connection.xtest_fake_input(kind, detail, 0, self.root, x, y, 0).unwrap();
         self.connection.flush().unwrap();
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        // Both calls fail only if the server has already ended.
+        let _ended = self.server.kill().and_then(|()| self.server.wait().map(drop));
     }
 }
 

@@ -15,7 +15,6 @@ mod present;
 mod program;
 mod reload;
 mod renderdoc;
-mod server;
 mod views;
 mod walk;
 mod wireframe;

@@ -64,8 +64,7 @@ impl<'a> Program<'a> {
         if matches!(arguments[0], "earth" | "globe") {
             command.args(["-D", COARSE]);
         }
-        command.env("DISPLAY", &display.server.name).env_remove("WAYLAND_DISPLAY");
-        command.env("ORTELIUS_VALIDATE", "1");
+        command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
         // Each run has its own bookmarks, and keeps nothing for other runs.
         command.env("XDG_CONFIG_HOME", folder.path()).env("ORTELIUS_CACHE", "");
         command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());

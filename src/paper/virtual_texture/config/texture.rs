@@ -43,7 +43,7 @@ impl Choice for TileFormat {
     fn about(self) -> &'static str {
         match self {
             TileFormat::Rgba8 => "four bytes per texel",
-            TileFormat::Bc1 => "an eighth of the memory; the border must be a multiple of 4",
+            TileFormat::Bc1 => "an eighth of the memory, no alpha; the border must be a multiple of 4",
         }
     }
 }
