@@ -160,7 +160,7 @@ mod tests {
     use crate::math::ragged::Ragged;
 
     #[test]
-    fn on_a_seam_a_split_brings_several_vertices_and_is_one() {
+    fn on_a_seam_several_new_vertices_count_as_one_split() {
         use super::super::super::mesh::Level;
         let mut mesh = ProgressiveMesh { levels: vec![Level::default(); 3], ..ProgressiveMesh::default() };
         // Two levels, three vertices: 2 x 3 words and 1 slot.

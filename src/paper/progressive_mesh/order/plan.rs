@@ -224,7 +224,7 @@ impl<'a> RefinementState<'a> {
         for begin in (0..begins).map(|n| n * count / begins) {
             let turned = patch.turned(begin);
             for &valence in valences {
-                // No split follows, so no entry need be spared.
+                // No split follows, so the whole cache is tried too, without spare entries.
                 for entries in [options.simulated_entries(), options.cache_entries] {
                     let weights = Weights { valence, ..options.weights };
                     let order = greedy(&turned, entries, &weights, stretches, &mut Lines::new(self.at.len()));
