@@ -256,7 +256,7 @@ mod tests {
 
     /// At the projected corners of the polygons, the homography gives the corners' texels.
     #[test]
-    fn the_plane_is_the_polygons() {
+    fn the_plane_and_the_polygons_have_the_same_texels() {
         let square = Square::new(128.0, 70.0);
         let size = [136; 2];
         let push = square.push(size);
