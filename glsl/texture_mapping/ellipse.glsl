@@ -26,7 +26,7 @@ ToDisc to_disc(vec3 v, float det) {
 mat2 printed(vec2 along, vec2 other, float scale) {
     float length_of = length(along);
     vec2 turn = length_of > 0.0 ? along / length_of : vec2(1.0, 0.0);
-    // The minimum keeps an axis without length finite if K is 0: its texels have no weight, unless they lie on it.
+    // If K is 0, an axis may have length 0. 1e-30 keeps its inverse finite; only texels on the other axis get a weight.
     vec2 axes = inversesqrt(max(vec2(dot(along, along), dot(other, other)) * scale + K, 1e-30));
     return mat2(vec2(turn.x * axes.x, -turn.y * axes.y), vec2(turn.y * axes.x, turn.x * axes.y));
 }

@@ -33,7 +33,7 @@ void main() {
     if (own.x >= int(relief.side)) return;
     float height = heights.texels[place(own)];
     float widest = 1.0;
-    // An obstacle farther away than the relief is deep cannot narrow a cone of width 1.
+    // An obstacle at a distance of more than the relief's depth cannot narrow a cone with a ratio of 1.
     int reach = min(int(relief.side) / 2, int(ceil(relief.depth)));
     for (int b = -reach; b <= reach; b++) {
         for (int a = -reach; a <= reach; a++) {

@@ -35,7 +35,7 @@ float below(float s, float y) {
 }
 
 // What a filter sums for a pixel: the texels with a <= x < b on each line; with the projected width, the texels that
-// rays with an entry from a to b show. `centre`: the hit of the centre's ray, not used by the projected width.
+// are hit by rays that enter between a and b. `centre`: the hit of the centre's ray, not used by the projected width.
 struct Span {
     float a, b, centre;
 };

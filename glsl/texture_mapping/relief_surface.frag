@@ -72,7 +72,7 @@ vec3 lit(vec3 albedo, vec2 at) {
 // (lengths in texels).
 vec2 along, across;
 float step_texels;
-float colour_level;  // mip level: its texels are as far apart as the steps or the lines, whichever is larger
+float colour_level;  // mip level: its texels are as far apart as the steps or the lines, whichever are farther
 float steps_down;  // steps along the plane per texel of descent
 
 #define COLOUR vec3

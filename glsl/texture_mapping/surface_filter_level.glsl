@@ -6,8 +6,8 @@ const uint FELINE = 4, MAVRIDIS = 5, PBRT = 6, ELLIPSE_TAPS = 7;
 
 layout(constant_id = 18) const uint SAMPLES = 1;        // taps per pixel of the stochastic filters
 
-// True for the ellipse and the published filters. The variable keeps the comparison out of the constants, in which the
-// build script evaluates == and != only.
+// True for the ellipse and the published filters. It compares a variable, because the build script
+// evaluates only == and != in constant expressions.
 bool is_of_paper_3() {
     uint kind = FILTER;
     return kind >= ELLIPSE;

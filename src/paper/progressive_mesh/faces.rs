@@ -38,8 +38,8 @@ struct OfSurface {
     level_count: u32,
     /// Cache misses by face; grows with the index buffer.
     misses: Buffer,
-    /// For which `misses` was counted: the levels of all instances, and the faces of the visible instances. `None`
-    /// before the first count and after `misses` has grown.
+    /// The state for which `misses` was counted: the levels of all instances, and the faces of the visible instances.
+    /// `None` before the first count and after `misses` has grown.
     counted: Option<(Vec<u32>, Vec<[u32; 2]>)>,
 }
 

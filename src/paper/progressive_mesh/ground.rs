@@ -82,8 +82,8 @@ impl Heights {
         let above = |triangle: &u32| {
             let corners = self.corners[*triangle as usize];
             let [a, b, c] = corners.map(flat);
-            // Twice the areas. Swapping the ends of an edge negates the edge's area exactly, so no point falls between
-            // two neighbouring triangles.
+            // Twice the signed area of the triangle between an edge and the point. Swapping the edge's ends negates the
+            // area exactly, so no point falls between two neighbouring triangles.
             let area = |from: DVec2, to: DVec2| (from - at).perp_dot(to - at);
             let areas = DVec3::new(area(b, c), area(c, a), area(a, b));
             let inside = areas.min_element() >= 0.0 || areas.max_element() <= 0.0;

@@ -150,7 +150,7 @@ mod tests {
         format!("{mesh:?}")
     }
 
-    /// A model with all attributes, and both zeros.
+    /// A model with all attributes, and with positive and negative zeros.
     fn with_attributes() -> Model {
         let mut model = named("sphere:3").unwrap();
         let wedges = model.wedge_positions.len();

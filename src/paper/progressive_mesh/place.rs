@@ -147,8 +147,8 @@ mod tests {
     fn the_wanted_error_spans_the_given_pixels_at_the_spheres_nearest_point() {
         let place = place(DVec3::ZERO, 0.0);
         let pose = eye(place.centre - DVec3::Y * (place.radius + 10.0));
-        // 90 degrees over 200 rows is a focal length of 100 pixels. 10 m away a pixel is 0.1 m, which is 0.05
-        // units at 2 m each.
+        // 90 degrees over 200 rows is a focal length of 100 pixels. 10 m away, a pixel is 0.1 m. At 2 m per unit, this
+        // is 0.05 units.
         assert!((place.wanted_error(&pose, 200, 3.0) - 0.15).abs() < 1e-12);
         let at = place.to_world(DVec3::new(0.0, 0.0, place.radius / place.scale));
         assert!((at - pose.eye).length() - 10.0 < 1e-12, "the nearest point");
@@ -167,7 +167,7 @@ mod tests {
         assert!(from(DVec3::ZERO));
         assert!(!from(DVec3::new(0.0, 20.0, 0.0)), "behind");
         assert!(!from(DVec3::new(30.0, -20.0, 0.0)) && !from(DVec3::new(0.0, -20.0, 30.0)), "beside");
-        // The side plane is at 45 degrees: a sphere of radius 4.4 m touches it at 4.4 sqrt(2) m beyond.
+        // The side plane is at 45 degrees. A sphere of radius 4.4 m touches it if the centre is 4.4 sqrt(2) m outside.
         let touch = 20.0 + place.radius * 2f64.sqrt();
         assert!(from(DVec3::new(touch - 1e-6, -20.0, 0.0)) && !from(DVec3::new(touch + 1e-6, -20.0, 0.0)));
     }

@@ -48,7 +48,7 @@ pub struct FootprintSettings {
     /// position.
     pub k: f32,
     pub scan: Scan,
-    /// Selects the finest level in whose texels the minor semi-axis is shorter than twice this number. The value 0
+    /// Selects the finest level on which the minor semi-axis is shorter than twice this number of texels. The value 0
     /// always selects level 0.
     pub minor_texels: f32,
     /// An ellipse with a greater axis ratio is widened to this ratio.

@@ -158,7 +158,7 @@ fn full_ranks(mesh: &ProgressiveMesh, space: &[u32]) -> Vec<u32> {
     ranks
 }
 
-/// Levels whose numbers of faces fall by `ratio`, from the last level down to level 0's number.
+/// The last level, and the levels with `ratio`, `ratio`^2 … times its faces, while these are more than level 0 has.
 fn falling(mesh: &ProgressiveMesh, ratio: f64) -> Vec<u32> {
     let mut levels = vec![mesh.last_level()];
     let mut faces = mesh.faces.len() as f64 * ratio;

@@ -14,15 +14,15 @@ use anyhow::Context;
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",
     title: "Faces that follow the wanted error",
-    about: "The level of detail is continuous (title) if a slightly larger wanted error gives slightly fewer faces. \
-            Here the wanted error rises in steps of 1 %, from the level with 90 % of the faces to the level with \
-            1000. How much does the number of faces change at most, and in how many steps does it not change at all? \
-            `best` uses two passes of the simplifier; the second delays collapses by their deviation. `fast` uses \
-            only the first pass. To show the price, mean and Hausdorff distances are compared at equal numbers of \
-            faces (geometric means over 50, 20, 10 and 5 % of the faces, with 50 000 points in quick runs and 400 000 \
-            otherwise). The closed models are `bunny`, `sphere`, `torus`, `knot` and `solid`, the open model is \
-            `grid`; `dragon_res4` and (with --full) `dragon` are measured if they have been fetched. They are not \
-            included in the means over models. `solid` has flat parts, which vanish with an error of 0: its steps \
+    about: "The level of detail is continuous (the paper's title) if a slightly larger wanted error gives slightly \
+            fewer faces. Here the wanted error rises in steps of 1 %, from the level with 90 % of the faces to the \
+            level with 1000. How much does the number of faces change at most, and in how many steps does it not \
+            change at all? `best` uses two passes of the simplifier; the second delays collapses by their deviation. \
+            `fast` uses only the first pass. To show the price, mean and Hausdorff distances are compared at equal \
+            numbers of faces (geometric means over 50, 20, 10 and 5 % of the faces, with 50 000 points in quick runs \
+            and 400 000 otherwise). The closed models are `bunny`, `sphere`, `torus`, `knot` and `solid`, the open \
+            model is `grid`; `dragon_res4` and (with --full) `dragon` are measured if they have been fetched. They are \
+            not included in the means over models. `solid` has flat parts, which vanish with an error of 0: its steps \
             begin at the first error above rounding. Its error then jumps wherever a flat part is used up; errors \
             before a jump are raised by up to 2.5 times.",
     scenes: &WITH_SCANS,
@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_jump_and_a_rest_are_seen() {
+    fn the_largest_change_and_the_steps_without_a_change_are_found() {
         let curve = |faces: &[f64]| faces.iter().map(|&faces| [1.0, faces]).collect::<Vec<_>>();
         assert_eq!(changes(&curve(&[400.0, 300.0, 300.0, 150.0, 75.0])), Some([50.0, 25.0]));
         assert_eq!(changes(&curve(&[400.0])), None);

@@ -11,16 +11,15 @@ use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
     title: "Transforms against moved faces",
-    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number of \
-            faces that may change their slots per split. Costs are for FIFO-16, as the mean over up to 512 levels; \
-            the models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. `paper` is the paper's \
-            greedy order with equal groups: as many as fit the budget, with the same number of splits each. `equal \
-            groups` has the same groups with our greedy. In `one ratio` every group multiplies the number of faces by \
-            the same factor. \
-            `threshold` plans groups of one ratio for one and a half times the budget, and then moves a face only if \
-            that saves more than one transform. `regions in turns` reorders a third of the faces at a time, whenever \
-            the budget allows it. In all of these, new faces stay at the tail until the next tswap. `births in \
-            place` has groups of one ratio. New faces lie beside their neighbours from the group's first level on, \
+    about: "The number of tswaps balances the load between CPU and GPU (section 5). The budget is the number of faces \
+            that may change their slots per split. Costs are for FIFO-16, as the mean over up to 512 levels; the \
+            models are those of pm.order: `bunny`, `sphere`, `torus`, `knot`, `solid`. `paper` is the paper's greedy \
+            order with equal groups: as many as fit the budget, with the same number of splits each. `equal groups` \
+            has the same groups with our greedy. In `one ratio` every group multiplies the number of faces by the same \
+            factor. `threshold` plans groups of one ratio for one and a half times the budget, and then moves a face \
+            only if that saves more than one transform. `regions in turns` reorders a third of the faces at a time, \
+            whenever the budget allows it. In all of these, new faces stay at the tail until the next tswap. `births \
+            in place` has groups of one ratio. New faces lie beside their neighbours from the group's first level on, \
             and are degenerate until their split.",
     scenes: &CLOSED,
     variants,
@@ -101,7 +100,7 @@ fn options(name: &str, budget: f64, collapses: &Collapses, faces: usize) -> Orde
 
 /// The largest number of equal groups that keeps the budget.
 fn equal_groups(budget: f64, collapses: &Collapses, faces: usize) -> Groups {
-    // Group k of n ends with level 0's faces and k/n of the other faces.
+    // Group k of n ends with level 0's faces and about k/n of the other faces.
     let base = faces - collapses.faces.items().len();
     let all = budget * collapses.faces.len() as f64;
     let moved = |count: f64| count * base as f64 + (faces - base) as f64 * (count + 1.0) / 2.0;

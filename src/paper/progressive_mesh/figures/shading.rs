@@ -39,15 +39,14 @@ pub const SHADING: Figure = Figure {
             Cohen, M. Olano and D. Manocha, \"Appearance-Preserving Simplification\", SIGGRAPH 1998, and H. Hoppe, \
             \"New Quadric Metric for Simplifying Meshes with Appearance Attributes\", IEEE Visualization 1999, measure \
             or preserve attributes in other ways). They need more faces at the same wanted error. So both are also \
-            compared at equal numbers of faces: normal-aware collapses with the number that the paper's take at this \
-            wanted error, and the paper's with the number of normal-aware ones. Each pixel is the mean of 16 samples \
-            in linear light. A pixel differs visibly by more than 8 levels of 8-bit sRGB. A pixel is inside the \
-            outline if both pictures cover all of its samples. The widest visible difference is the side of the \
-            largest square of pixels that all differ visibly; the excess is this side less the wanted error. \
-            `solid/near`, `knot/near` and `dragon_res4/near` are the scene `bunny/near` with another model; solid and \
-            knot have stored normals, and solid has creases. The scan is measured if it has been fetched. The pictures \
-            have no texture, so the texture coordinates of knot are left out of its error; pm.texture measures what \
-            they add.",
+            compared at equal numbers of faces: at the number that the paper's collapses need at this wanted error, \
+            and at the number that normal-aware collapses need. Each pixel is the mean of 16 samples in linear light. \
+            A pixel differs visibly by more than 8 levels of 8-bit sRGB. A pixel is inside the outline if both \
+            pictures cover all of its samples. The widest visible difference is the side of the largest square of \
+            pixels that all differ visibly; the excess is this side less the wanted error. `solid/near`, `knot/near` \
+            and `dragon_res4/near` are the scene `bunny/near` with another model; solid and knot have stored normals, \
+            and solid has creases. The scan is measured if it has been fetched. The pictures have no texture, so the \
+            texture coordinates of knot are left out of its error; pm.texture measures what they add.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants: || [PAPER, LEVEL, AWARE, AWARE_AS_MANY, PAPER_AS_MANY, LEVEL_AS_MANY].map(String::from).into(),
     paper: &[PAPER],

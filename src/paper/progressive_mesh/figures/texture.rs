@@ -15,17 +15,17 @@ pub const TEXTURE: Figure = Figure {
     id: "pm.texture",
     title: "Texture at a wanted error",
     about: "A face interpolates the texture coordinates of its corners. Where the coordinates do not follow the \
-            surface evenly, a coarse level shows texels elsewhere than the full mesh does, even if the surface is \
-            nowhere far from it. The shift is the distance from where a texel is shown to where the full mesh shows \
-            it. It is measured at 36 points of each face of the level, by the exact inverse of the full mesh's texture \
-            coordinates, in wanted errors: at a wanted error of one pixel it is in pixels. `distances` are the paper's \
-            collapses. `appearance` (`metric = \"appearance\"`) counts the shift as an error, at the same number of \
-            faces and therefore at another wanted error. The shift is also given in diagonals of the model's box. \
-            `globe` is an ellipsoid with longitudes and latitudes as coordinates, and `knot` has coordinates along and \
-            around its tube. The coordinates of `valley:65` are a vertical projection, so its shift is the vertical \
-            distance of the surfaces, which is larger than their distance where faces are steep. `appearance` also \
-            counts normals, which on the valley decide which faces remain. A texel that the full mesh does not show, \
-            between the triangles of a pole, is left out.",
+            surface evenly, a coarse level shows texels elsewhere than the full mesh does, even if it is nowhere far \
+            from the full mesh's surface. The shift is the distance from where a texel is shown to where the full mesh \
+            shows it. It is measured at 36 points of each face of the level, by the exact inverse of the full mesh's \
+            texture coordinates. Its unit is the wanted error: if that is one pixel, the shift is in pixels. \
+            `distances` are the paper's collapses. `appearance` (`metric = \"appearance\"`) counts the shift as an \
+            error; it is measured at the same number of faces, and therefore at another wanted error. The shift is \
+            also given in diagonals of the model's box. `globe` is an ellipsoid with longitudes and latitudes as \
+            coordinates, and `knot` has coordinates along and around its tube. The coordinates of `valley:65` are a \
+            vertical projection, so its shift is the vertical distance of the surfaces, which is larger than their \
+            distance where faces are steep. `appearance` also counts normals, which on the valley decide which faces \
+            remain. A texel that the full mesh does not show, between the triangles of a pole, is left out.",
     scenes: &[GLOBE, "knot", VALLEY],
     variants: || [BY_DISTANCE, AWARE].map(String::from).into(),
     paper: &[BY_DISTANCE],

@@ -93,7 +93,7 @@ fn searched_ring(live: &Live, vertex: u32) -> Vec<RingFace> {
 }
 
 #[test]
-fn a_ring_of_any_faces_is_that_of_a_search() {
+fn the_ring_of_random_faces_equals_that_of_a_linear_search() {
     let mut random = Random(5);
     for count in 0..300 {
         let (mut live, around) = (Live::default(), 2 + random.below(12));

@@ -43,8 +43,8 @@ pub(super) struct Moving {
     suggested: Vec<u32>,
     /// Number of searches so far.
     searches: u32,
-    /// Ring buffer: the corners in slot n are at index n modulo its length, for the last slots before
-    /// `reached`.
+    /// Ring buffer of the corners in the last slots before `reached`: those in slot n are at index n modulo
+    /// [`WINDOW`].
     window: [[u32; 3]; WINDOW],
     reached: u32,
     /// The former slot of the face that is now in slot `reached - 1`.

@@ -118,9 +118,9 @@ fn detail_returns_when_the_machine_is_faster_and_stops_at_the_scenes_own_error()
         })
     };
     assert!(run(4e-3, 10) > 4.0);
-    assert!(run(1e-4, 10) > 4.0, "half of the remembered frames are not enough");
+    assert!(run(1e-4, 10) > 4.0, "detail returns while half of the remembered frames are slow");
     assert_eq!(run(1e-4, 40), 1.0);
-    assert!(run(4e-3, 4) > 4.0, "three slow frames of thirty are enough");
+    assert!(run(4e-3, 4) > 4.0, "three slow frames of thirty do not reduce the detail");
 }
 
 #[test]

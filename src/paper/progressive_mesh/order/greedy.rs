@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_face_in_place_stays_where_its_weight_says_so() {
+    fn a_large_weight_keeps_every_face_in_place() {
         let patch = Patch::new(torus(12).faces, 144);
         let stay = Weights { in_place: 9.0, ..OURS };
         let mut lines = Lines::new(288);

@@ -224,7 +224,7 @@ impl<'a> RefinementState<'a> {
         for begin in (0..begins).map(|n| n * count / begins) {
             let turned = patch.turned(begin);
             for &valence in valences {
-                // No split follows, so no entry need be spared.
+                // No split follows, so the whole cache is tried too, without spare entries.
                 for entries in [options.simulated_entries(), options.cache_entries] {
                     let weights = Weights { valence, ..options.weights };
                     let order = greedy(&turned, entries, &weights, stretches, &mut Lines::new(self.at.len()));
@@ -255,5 +255,5 @@ impl<'a> RefinementState<'a> {
 const VALENCES: [f64; 4] = [0.3, 0.6, 1.0, 1.6];
 
 /// Maximum number of faces ordered with each of these weights, over all starting faces together. Meshes below a seventh
-/// of this number try seven starting faces; meshes above the number try only the weights of the other levels.
+/// of this number try seven starting faces. Meshes above this number try only the weight of the other levels.
 const LAST_FACES: usize = 100_000;

@@ -34,7 +34,8 @@ pub fn fan(n: u32) -> Vec<[u32; 3]> {
     (0..n).map(|face| [0, 1 + face, 1 + (face + 1) % n]).collect()
 }
 
-/// Repeats the cheapest legal collapse, by swept volume and distance moved, down to `target` faces.
+/// Executes the cheapest legal collapses until at most `target` faces are left. The cost counts the swept volume and
+/// the distance moved.
 pub fn collapses(model: &Model, target: usize) -> Collapses {
     let mut mesh = Mesh::new(model);
     let mut collapses = Collapses::default();

@@ -1,10 +1,10 @@
-//! The distance of a new face from the model. It is at most the distance to an old face plus that face's
-//! distance from the model. It is also at most the distance to any of the model's faces. With one pass only the
-//! vanished positions are tried; with two also the model's faces around the two positions nearest to the point.
-//! Without these faces the sum of distances grows with each collapse. Stated errors are then up to 3 times the
-//! measured errors on smooth models, and a second pass that orders collapses by stated errors delays the wrong ones.
-//! In pm.continuity the Hausdorff distance of two passes is 0.79 times that of one pass; without these faces, with 20
-//! points and a quantile of 0.6, it is 0.91 times that of one pass.
+//! The distance of a new face from the model. It is at most the distance to an old face plus that face's distance from
+//! the model. It is also at most the distance to any of the model's faces. With one pass, only the distances to
+//! vanished positions are measured. With two passes, the distances to the model's faces around the two positions
+//! nearest to the point are measured. Without these faces the sum of distances grows with each collapse. Stated errors
+//! are then up to 3 times the measured errors on smooth models, and a second pass that orders collapses by stated
+//! errors delays the wrong ones. In pm.continuity the Hausdorff distance of two passes is 0.79 times that of one pass;
+//! without these faces, with 20 points and a quantile of 0.6, it is 0.91 times that of one pass.
 //!
 //! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
 //! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
@@ -74,7 +74,7 @@ impl Sequence<'_> {
         most.max(least.min(points.fold(f64::INFINITY, f64::min).sqrt()))
     }
 
-    /// The larger of `most` and a point's distance from the model, which is at most `least`.
+    /// The larger of `most` and a point's distance from the model. `least` is an upper bound of this distance.
     fn raised_off_faces(&self, most: f64, point: DVec3, least: f64, faces: &ModelFaces) -> f64 {
         let mut nearest = [(f64::INFINITY, self.hub.position); 2];
         for &(position, at) in &self.model_points {

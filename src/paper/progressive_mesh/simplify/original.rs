@@ -1,4 +1,4 @@
-//! The model's own faces, to which points of a simplified face are measured, and how many points these are.
+//! The model's own faces, to which points of a simplified face are measured, and the number of these points.
 
 use super::surface::WorkingMesh;
 use super::triangle::DistanceTriangle;
@@ -8,9 +8,9 @@ use crate::math::ragged::Ragged;
 /// errors were below the measured distance, at worst 0.93 of it.
 pub const PARTS: u32 = 6;
 
-/// As [`PARTS`], for a stated error that is measured to the model's faces: 77 points. Such distances vary more over a
-/// face. On six models and a scan, from 95 to 1 % of the faces, 1 of 142 stated errors was below the measured distance,
-/// 0.995 of it.
+/// As [`PARTS`], for a stated error if distances to the model's faces are measured: 77 points. Such distances vary more
+/// over a face. On six models and a scan, from 95 to 1 % of the faces, 1 of 142 stated errors was below the measured
+/// distance, 0.995 of it.
 pub const FINE_PARTS: u32 = 12;
 
 /// Maximum number of faces that are tried around one position. Without a limit, each point would try all faces of a

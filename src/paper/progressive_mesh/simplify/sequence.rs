@@ -322,8 +322,9 @@ impl<'a> Sequence<'a> {
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
             match self.queue.key(neighbour) {
-                // The neighbour's cost is recomputed when it reaches the head of the queue, because costs
-                // rarely fall. But another collapse than a pinch may have become possible.
+                // Costs rarely fall, so the neighbour's cost is recomputed only when it reaches the head of the
+                // queue. A neighbour with a pinch or without a collapse is renewed at once, because another collapse
+                // may have become possible.
                 Some(key) if key < LEAST_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
                 _ => self.renew(neighbour),
             }

@@ -16,8 +16,8 @@ pub struct CollapseShape {
     /// The normals of the old triangles, with length twice the area, and the unit normals of these faces in
     /// the model.
     normals: Vec<[DVec3; 2]>,
-    /// The triangles after the collapse, by face: the fan around the end. If the fan is empty, the faces
-    /// beside it.
+    /// The triangles after the collapse, by face: the fan around the end. If the fan is empty, the
+    /// other faces at the end.
     pub new: Vec<(u32, DistanceTriangle)>,
     /// How many of [`Self::new`] are the fan.
     pub fan: usize,

@@ -26,7 +26,8 @@ pub const ANISOTROPIC: Figure = Figure {
             constants. All three give the same forward differences. `analytic` (ours) uses the derivatives at the \
             pixel's centre. A plane of 1/f noise fills the picture, tilted by 0 to 80 degrees (`tilt 0`, `tilt 30`, \
             `tilt 60`, `tilt 80`) and rolled by 20. All forms fetch nearly the same texels, and the fetches dominate \
-            the time. The time with textbook coordinates over that of each form stands beside the thesis's 1.18.",
+            the time. A plot shows the time with textbook coordinates over each form's time, and as a line the \
+            thesis's 1.18.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || FORMS.map(|(name, _)| name).into_iter().chain([THESIS]).map(String::from).collect(),
     paper: &[INCREMENTAL],

@@ -17,24 +17,24 @@ use std::time::Instant;
 pub const COORDINATES: Figure = Figure {
     id: "tm.17",
     title: "Coordinates: time against screen area and tilt",
-    about: "Figure 17 of the thesis: in a fragment shader, texturing with modified Heckbert coordinates is 26 % \
-            faster than with the original ones \"in all tests\" (elsewhere the thesis states a gain of 0.25). The \
-            modified form computes numerators and denominator of the homography along a row by additions. A tilted \
-            plane fills the picture. Each pixel takes one bilinear sample of a 2048 x 2048 texture; every form \
-            fetches the same texels. The tilts are 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, `tilt 80`), with \
-            20 degrees of roll, so that the homography's denominator varies along rows. Fragments of a row run in no \
-            order, so they cannot add from pixel to pixel. Instead, a fragment shader reads the constants of its row \
-            from a buffer and uses one multiply-add per value, or it receives varyings from the rasteriser. A thread \
-            of a compute shader reads the constants of its row once, for a run of 64 pixels of the row or for every \
-            32nd pixel, and computes each of these pixels from them by one multiply-add per value (`row constants, \
-            runs of 64`, `row constants, 32 lanes`). Textbook coordinates run in the same threads, with the part that \
-            a row shares computed once (`textbook, runs of 64`, `textbook, 32 lanes`). Other compute shaders walk the \
-            rows by formulas (7) and (8) of the thesis, with and without restarts. The set-up of the rows in f64 on \
-            the host is reported separately. Each form writes 4 bytes per pixel. The figure also counts the \
-            invocations that have pixels, and the bytes of the rows' constants that they read. Derivatives are timed \
-            without a texture fetch: as differences to the coordinates of two neighbours, and as quotients whose \
-            numerators come from the row's constants. The time of textbook coordinates in a fragment shader over that \
-            of each form stands beside the thesis's 1.26.",
+    about: "Figure 17 of the thesis: in a fragment shader, texturing with modified Heckbert coordinates is 26 % faster \
+            than with the original ones \"in all tests\" (elsewhere the thesis states a gain of 0.25). The modified \
+            form computes numerators and denominator of the homography along a row by additions. A tilted plane fills \
+            the picture. Each pixel takes one bilinear sample of a 2048 x 2048 texture; every form fetches the same \
+            texels. The tilts are 0 to 80 degrees (`tilt 0`, `tilt 30`, `tilt 60`, `tilt 80`), with 20 degrees of \
+            roll, so that the homography's denominator varies along rows. Fragments of a row run in no order, so they \
+            cannot add from pixel to pixel. Instead, a fragment shader reads the constants of its row from a buffer \
+            and uses one multiply-add per value, or it receives varyings from the rasteriser. A thread of a compute \
+            shader reads the constants of its row once, for a run of 64 pixels of the row or for every 32nd pixel, and \
+            computes each of these pixels from them by one multiply-add per value (`row constants, runs of 64`, `row \
+            constants, 32 lanes`). Textbook coordinates run in the same threads; each thread computes the terms that \
+            are the same for its whole row only once (`textbook, runs of 64`, `textbook, 32 lanes`). Other compute \
+            shaders walk the rows by formulas (7) and (8) of the thesis, with and without restarts. The set-up of the \
+            rows in f64 on the host is reported separately. Each form writes 4 bytes per pixel. The figure also counts \
+            the invocations that have pixels, and the bytes of the rows' constants that they read. Derivatives are \
+            timed without a texture fetch: as differences to the coordinates of two neighbours, and as quotients whose \
+            numerators come from the row's constants. A plot shows the time of textbook coordinates in a fragment \
+            shader over each form's time, and as a line the thesis's 1.26.",
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = DerivativeMethod::ALL.map(derivatives_name);

@@ -21,8 +21,8 @@ pub const DRIFT: Figure = Figure {
             at the picture's centre, and coordinates reach 500,000 texels, where an ulp of f32 is 1/32 texel. The \
             paper's increments (7) and (8) add f32 numbers along the row, so their error grows linearly with the row's \
             length. Restarts bound the error. The row's constants (f64, rounded to f32) with one `fma` do not drift, \
-            whether a thread computes one pixel or many, and neither do 64-bit integers. For derivatives, it shows the \
-            largest error relative to the pixel's largest derivative.",
+            whether a thread computes one pixel or many, and neither do 64-bit integers. For derivatives, the figure \
+            shows the largest error relative to the pixel's largest derivative.",
     scenes: &[NEAR, HORIZON],
     variants: || {
         let methods = DerivativeMethod::ALL.map(|method| format!("{} derivatives", method.name()));

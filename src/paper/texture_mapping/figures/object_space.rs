@@ -21,16 +21,16 @@ use anyhow::Context;
 pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
     id: "tm.23",
     title: "Object-space texturing: time by object area and tilt",
-    about: "Figure 23 of the thesis: object-space texturing is on average up to 30 % faster than anisotropic \
-            filtering in the screen plane. Its time depends on neither the screen area nor the tilt, and grows with \
-            the polygons' area. The object is a square of 1/f noise. At a tilt of 0 each of its texels covers one \
-            pixel. It tilts back about its lower edge, which lies on the projection plane; the field of view is 6 \
-            degrees. The sides are 128 (`area 1`) and 256 pixels (`area 4`) in quick runs, 512 and 1024 in full \
-            ones. `paper's EWA` is the thesis's filter: formula (4) with the axes from the rows of the Jacobian, at \
-            the level that the minor axis selects. It runs only for the screen pixels that the square covers. A \
-            fragment in object space fetches 4 texels and issues at most 4 atomics for depth and 16 for sums. \
-            Atomics are counted in a separate run. The time includes all stages. The time of `paper's EWA` over that \
-            of each method stands beside the thesis's 1.3.",
+    about: "Figure 23 of the thesis: object-space texturing is on average up to 30 % faster than anisotropic filtering \
+            in the screen plane. Its time depends on neither the screen area nor the tilt, and grows with the \
+            polygons' area. The object is a square of 1/f noise. At a tilt of 0 each of its texels covers one pixel. \
+            It tilts back about its lower edge, which lies on the projection plane; the field of view is 6 degrees. \
+            The sides are 128 (`area 1`) and 256 pixels (`area 4`) in quick runs, 512 and 1024 in full ones. `paper's \
+            EWA` is the thesis's filter: formula (4) with the axes from the rows of the Jacobian, at the level that \
+            the minor axis selects. It runs only for the screen pixels that the square covers. A fragment in object \
+            space fetches 4 texels and issues at most 4 atomics for depth and 16 for sums. Atomics are counted in a \
+            separate run. The time includes all stages. A plot shows the time of `paper's EWA` over each method's \
+            time, and as a line the thesis's 1.3.",
     scenes: &[SMALL, LARGE],
     variants: || variants().into_iter().chain([THESIS.into()]).collect(),
     paper: &[SPACING_1],
@@ -256,7 +256,7 @@ mod tests {
 
     /// At the projected corners of the polygons, the homography gives the corners' texels.
     #[test]
-    fn the_plane_is_the_polygons() {
+    fn the_plane_and_the_polygons_have_the_same_texels() {
         let square = Square::new(128.0, 70.0);
         let size = [136; 2];
         let push = square.push(size);

@@ -19,11 +19,11 @@ pub const PARALLAX: Figure = Figure {
     about: "Figure 25 of the thesis: filtering only those texels of the footprint that the relief does not hide is \
             more accurate (by expert ratings) and 5.1 % slower. The view is parallel, along x. `bricks`, `pillars`, \
             `spikes` and `rock` have 64 texels a side and random colours; `relief-brick` and `relief-rock` have the \
-            heights and depths of these scenes, and the luminance of their pictures. A pixel is 4 x 4 texels of the \
-            top plane. `offset` is parallax mapping without tracing: the square is moved by the height below the \
-            pixel's centre (T. Kaneko et al., \"Detailed Shape Representation with Parallax Mapping\", ICAT 2001). The \
-            truth is the mean of 16,562 stratified rays per pixel, with exact intersections; its own error is \
-            estimated from two independent halves. Errors are NMSE over one period of the relief. The texel count \
+            heights and depths of the scenes with these names, and the luminance of their pictures. A pixel is 4 x 4 \
+            texels of the top plane. `offset` is parallax mapping without tracing: the square is moved by the height \
+            below the pixel's centre (T. Kaneko et al., \"Detailed Shape Representation with Parallax Mapping\", ICAT \
+            2001). The truth is the mean of 16,562 stratified rays per pixel, with exact intersections; its own error \
+            is estimated from two independent halves. Errors are NMSE over one period of the relief. The texel count \
             includes the filter and the search for hidden texels, but not the search for the footprint's ends.",
     scenes: &["bricks", "pillars", "spikes", "rock", "relief-brick", "relief-rock"],
     variants: || {

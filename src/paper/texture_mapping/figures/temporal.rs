@@ -13,13 +13,13 @@ use crate::reference::supersample::Truth;
 pub const TEMPORAL: Figure = Figure {
     id: "tm.temporal",
     title: "Filters in motion: variance over 16 sub-pixel shifts",
-    about: "Over 16 frames, the camera moves by 1/16 pixel in x and y per frame. A pixel's error against the f64 \
-            truth of its frame flickers if it varies; a constant error does not. The first plot is the mean variance \
-            of the error, divided by the mean square of the truth; its line is the truth's own NMSE. The second is \
-            the variance of the picture divided by that of the truth: below 1 is blur, above 1 is aliasing. Its line \
-            is the truth, at 1; the truth's own error changes this variance by the share that a table states. \
-            Stochastic filters draw new random numbers in each frame. The pictures show planes of `pink-noise` and \
-            `checker-2` and have 48 x 36 pixels.",
+    about: "Over 16 frames, the camera moves by 1/16 pixel in x and y per frame. A pixel's error against the f64 truth \
+            of its frame flickers if it varies; a constant error does not. The first plot is the mean variance of the \
+            error, divided by the mean square of the truth; its line is the truth's own NMSE. The second is the \
+            variance of the picture divided by that of the truth: below 1 is blur, above 1 is aliasing. Its line is \
+            the truth, at 1; a table gives the truth's own error as a share of the truth's variance. Stochastic \
+            filters draw new random numbers in each frame. The pictures show planes of `pink-noise` and `checker-2` \
+            and have 48 x 36 pixels.",
     scenes: &["pink-noise", "checker-2"],
     variants: || {
         variants().into_iter().map(|(name, _)| name).chain([FLOOR, TRUTH].map(String::from)).collect()

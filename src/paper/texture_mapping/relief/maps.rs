@@ -44,11 +44,12 @@ pub struct Fan {
     /// Index into `squares` of the first square for each sector and each distance 1 ..= REACH. The last entry is the
     /// number of squares.
     pub starts: Vec<u32>,
-    /// Squares of cells, each given by the offset of its first cell. They cover the cells that may contain a point at
-    /// that distance from a point of cell (0, 0), and no others.
+    /// Squares of cells, each given by the offset of its first cell. The squares of a sector and a distance cover the
+    /// cells that may contain a point at this distance from a point of cell (0, 0) in a direction of the
+    /// sector, and no others.
     pub squares: Vec<[i32; 2]>,
-    /// The cells with offsets -radius ..= radius in x and y, the nearest first: the offset, the first sector *behind* a
-    /// ray to that cell, and the number of sectors.
+    /// The cells with offsets -radius ..= radius in x and y, the nearest first: the offset, the first of the sectors
+    /// opposite to the directions to that cell, and the number of these sectors.
     pub near: Vec<[i32; 4]>,
     pub radius: i32,
 }
@@ -108,8 +109,8 @@ fn cell_towards(sector: usize, distance: f64) -> [i32; 2] {
 const SAMPLES: usize = 64;
 
 /// Points at `distance` from the origin, evenly spaced over the sector, and a reach. A cell counts if its centre is
-/// within this reach of a point along both axes. The reach is one cell, for points anywhere in the two cells, plus the
-/// distance between two points of the arc.
+/// within this reach of a point along both axes. The reach is one cell, because both points may lie anywhere in their
+/// cells, plus the distance between two points of the arc.
 fn arc(sector: usize, distance: f64) -> (impl Iterator<Item = [f64; 2]>, f64) {
     let turn = TAU / SECTORS as f64;
     let points = (0..=SAMPLES).map(move |n| {
@@ -144,7 +145,7 @@ fn sectors_behind(a: i32, b: i32, holds: Holds) -> [u32; 2] {
     };
     let corners = reach.map(|[x, y]| {
         let angle = f64::from(b + y).atan2(f64::from(a + x)) - centre;
-        // Maps the angle to within half a turn of the angle of the cell's centre.
+        // Maps the angle relative to the cell's centre to -1/2 ..= 1/2 turn.
         angle - (angle / TAU).round() * TAU
     });
     let (low, high) = corners.iter().fold((0f64, 0f64), |(low, high), &c| (low.min(c), high.max(c)));

@@ -13,7 +13,7 @@ pub fn first_hit(relief: &Relief, ray: &Ray) -> f64 {
     let last = -top / dz;
     let mut entry = 0.0;
     loop {
-        // The cell just behind the entry. On a border between cells the ray's direction decides.
+        // The cell just after the entry. On a border between cells, the ray's direction decides.
         let inside = entry + 1e-9;
         let cell = [ox + inside * dx, oy + inside * dy].map(|c| c.floor());
         let leave = |o: f64, d: f64, c: f64| match d {

@@ -3,7 +3,7 @@
 use super::maps::DistanceMap;
 use super::{Ray, Relief};
 
-/// The least step of the distance-map tracer, in texels.
+/// The least step of the tracers that read a map, in texels.
 pub const LEAST_STEP: f32 = 0.5;
 
 /// Bisection steps after a crossing is found; [`Tracer::RelaxedCones`] takes [`RELAXED_HALVINGS`].

@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_round_is_the_mean_of_its_changes_and_both_are_host_and_device() {
+    fn times_are_means_over_a_round_and_the_sum_adds_host_and_device() {
         let pass = |label: &str, ms: u64| PassTime::new(label, Some(ms * 1_000_000));
         let round = |ms: u64| vec![pass(HOST, ms), pass(DEVICE, 10), pass(HOST, ms + 1), pass(DEVICE, 20)];
         let rows = time_rows(&Timed::of("tail-23", vec![round(1), round(3)]));

@@ -27,7 +27,7 @@ pub const CPU: Figure = Figure {
             `dragon_res4` and, with --full, `dragon` are measured if they have been fetched. The paper (headline) says \
             that the CPU's load rises by 20 %, but not relative to what. The figure judges the rise relative to the \
             splits without tswaps, and relative to the host's work for a frame. Rates and times are medians. The frame \
-            is one of a scene: one instance with a wanted error of one pixel, in a picture of 640 x 360 (with --full \
+            draws a scene with one instance at a wanted error of one pixel, in a picture of 640 x 360 (with --full \
             1280 x 720), without a level change. The frame's load is the host's time (visibility, levels, recording, \
             submission) plus that of a hundredth of the splits. The whole time until the frame is drawn is shown as \
             well. The figure also counts the 64-byte lines of the index buffer that a split touches, including its \

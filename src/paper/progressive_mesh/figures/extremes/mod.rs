@@ -219,8 +219,8 @@ fn number_of(rows: &[Row], quantity: &str) -> Option<f64> {
     rows.iter().find(|row| row.quantity == quantity)?.value.number()
 }
 
-/// How far our faces lie from the intended shape beyond the stated error and the loss, in diagonals. Infinite if a part
-/// of it is missing, or if components vanished at no stated error.
+/// How far our faces lie from the intended shape beyond the stated error and the loss, in diagonals. Infinite if one
+/// of these numbers is missing, or if components vanished with a stated error of 0.
 fn excess(own: &[Row]) -> f64 {
     let of = |quantity| number_of(own, quantity);
     // The error of a vanished component is its extent, regardless of its distance from the others.
