@@ -55,6 +55,7 @@ const RENAMED: &[(&str, &str, &str)] = &[
     ("pm.size", "file: header and heads", "file: headers of file and chunks"),
     ("pm.draw", "faces drawn for each live one", "faces drawn per live face"),
     ("pm.draw", "draw for each million of vertex invocations", "draw, per million vertex invocations"),
+    ("pm.pop", "geomorph, 0.1 pixels per frame", "geomorph, 6 pixels per second"),
     (
         "pm.pop",
         "the same at an error of at most a pixel",

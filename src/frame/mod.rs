@@ -16,4 +16,4 @@ pub use run::Run;
 pub use shape::{DepthOnlyMesh, Draw, DrawList, Onto, Shape, world_view};
 pub use target::Target;
 pub use technique::{Allocations, Progress, STALL, Stalled, Technique};
-pub use view::View;
+pub use view::{FRAME_SECONDS, View};

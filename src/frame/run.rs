@@ -1,6 +1,9 @@
 //! The frame loop.
 
-use super::{Allocations, FrameSlot, PerFrame, Progress, Records, STALL, Stalled, Target, Technique, View};
+use super::{
+    Allocations, FRAME_SECONDS, FrameSlot, PerFrame, Progress, Records, STALL, Stalled, Target, Technique,
+    View,
+};
 use crate::math::camera::Pose;
 use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
@@ -16,6 +19,9 @@ pub struct Run<T: Technique> {
     pub records: Records<T::Record>,
     /// [`Run::settle`] gives up after this wait without a new arrival; by default [`STALL`].
     pub stall: Duration,
+    /// [`View::seconds`] of the next frames; by default [`FRAME_SECONDS`](super::FRAME_SECONDS), so that pictures do not
+    /// depend on the speed of the machine.
+    pub frame_seconds: f64,
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
     next: u64,
@@ -34,8 +40,17 @@ impl<T: Technique> Run<T> {
                 need.pass
             );
         }
-        let (records, in_flight) = (Records::default(), PerFrame::default());
-        Run { gpu, technique, records, stall: STALL, target, in_flight, next: 0, noise: 0 }
+        Run {
+            gpu,
+            technique,
+            records: Records::default(),
+            stall: STALL,
+            frame_seconds: FRAME_SECONDS,
+            target,
+            in_flight: PerFrame::default(),
+            next: 0,
+            noise: 0,
+        }
     }
 
     /// Stores all further records in `records`.
@@ -65,7 +80,7 @@ impl<T: Technique> Run<T> {
         also: impl FnOnce(&mut Frame<'_>, &View, &T, &Target) -> vk::Result<()>,
     ) -> Result<(), T::Error> {
         let (size, frame, noise) = (self.target.size(), self.next, self.noise);
-        let view = View { pose: *pose, size, frame, noise };
+        let view = View { pose: *pose, size, frame, seconds: self.frame_seconds, noise };
         self.retire(view.slot())?;
         self.technique.prepare(&self.gpu, &view)?;
         let mut frame = self.gpu.frame()?;

@@ -4,7 +4,7 @@
 use toml::{Table, Value};
 
 /// Old key and new key. `N` is the same name in both, `NAME` the name of a surface; `*` matches any key.
-const MOVED: [(&str, &str); 10] = [
+const MOVED: [(&str, &str); 11] = [
     ("texture.*", "surface.NAME.texture.*"),
     ("mesh.*", "surface.NAME.geometry.*"),
     ("progressive_mesh.N.*", "surface.N.geometry.*"),
@@ -14,7 +14,8 @@ const MOVED: [(&str, &str); 10] = [
     ("variant.interpolation", "surface.NAME.filter.interpolation"),
     ("variant.keying", "variant.address"),
     ("variant.u1", "variant.request_format"),
-    ("surface.N.geometry.octaves_per_frame", "surface.N.geometry.pixels_per_frame"),
+    ("surface.N.geometry.octaves_per_frame", "surface.N.geometry.pixels_per_second"),
+    ("surface.N.geometry.pixels_per_frame", "surface.N.geometry.pixels_per_second"),
 ];
 
 /// Old value of a setting, the new value, and the words between them in the message.
@@ -77,7 +78,9 @@ pub(super) fn message(key: &[&str], now: &str, scene: &Table) -> String {
         "texture" => "; its kind is \"virtual\"",
         "mesh" => "; the kind \"earth\" is now \"ellipsoid\"",
         "progressive_mesh" => "; its kind is \"progressive-mesh\"",
-        "surface" => "; 1/16 octave is 0.043 pixels at an error of one pixel",
+        "surface" => {
+            "; at 60 frames per second, 2.58 is 0.043 pixels per frame, or 1/16 octave at an error of one pixel"
+        }
         _ => "",
     };
     format!("{} is now {now}{kind}", key.join("."))
@@ -124,7 +127,8 @@ mod tests {
             ("progressive_mesh.herd.order", "surface.herd.geometry.order"),
             ("variant.filter", "surface.NAME.filter.kind"),
             ("variant.keying", "variant.address"),
-            ("surface.herd.geometry.octaves_per_frame", "surface.herd.geometry.pixels_per_frame"),
+            ("surface.herd.geometry.octaves_per_frame", "surface.herd.geometry.pixels_per_second"),
+            ("surface.herd.geometry.pixels_per_frame", "surface.herd.geometry.pixels_per_second"),
         ] {
             assert_eq!(now(old).as_deref(), Some(new));
         }
@@ -147,9 +151,9 @@ mod tests {
         assert_eq!(key.join("."), "surface.herd.geometry.octaves_per_frame");
         assert!(
             message(&key, &now, &scene)
-                .contains("is now surface.herd.geometry.pixels_per_frame; 1/16 octave")
+                .contains("is now surface.herd.geometry.pixels_per_second; at 60 frames per second")
         );
-        let today: Table = "[surface.herd.geometry]\npixels_per_frame = 1".parse().unwrap();
+        let today: Table = "[surface.herd.geometry]\npixels_per_second = 1".parse().unwrap();
         assert!(first_in(&today).is_none());
     }
 }

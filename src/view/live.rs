@@ -309,6 +309,7 @@ impl Live {
             (output, actions) = (Some(laid_out), asked);
         }
         self.move_eye(seconds);
+        self.stage.set_frame_seconds(seconds);
         for action in actions {
             self.echo = ECHO;
             done.push(self.act(action));

@@ -17,7 +17,8 @@ fn scene(name: &str, changes: &[String]) -> Scene {
 
 fn bunny(source: &str, order: FaceOrder, more: &[&str]) -> Scene {
     let of = |change: &str| format!("surface.bunny.geometry.{change}");
-    let mut changes = vec![of(&format!("source={source}")), of(&format!("order={}", order.name()))];
+    let order = format!("order={}", order.name());
+    let mut changes = [&format!("source={source}"), &order, "pixels_per_second=1e6"].map(of).to_vec();
     changes.extend(more.iter().map(|change| of(change)));
     scene("bunny", &changes)
 }
@@ -173,8 +174,9 @@ fn skip_lists_send_the_changed_blocks_or_a_whole_list_when_they_switch() {
 fn a_herd_drawn_by_a_baseline_after_a_walk_equals_a_fresh_one() {
     let gpu = device();
     for order in [FaceOrder::ReOptimised, FaceOrder::SkipLists, FaceOrder::Compacted, FaceOrder::Discrete] {
-        let changes = ["instances=30".into(), "aside_m=8".into(), format!("order={}", order.name())];
-        let scene = scene("herd", &changes.map(|change: String| format!("surface.herd.geometry.{change}")));
+        let order_of = format!("order={}", order.name());
+        let changes = ["instances=30", "aside_m=8", "pixels_per_second=1e6", &order_of];
+        let scene = scene("herd", &changes.map(|change| format!("surface.herd.geometry.{change}")));
         let path = scene.path("walk").unwrap();
         let mut walked = open(&gpu, &scene);
         for frame in [0, 30, 60, 90, 120, 60, 20] {

@@ -59,7 +59,7 @@ fn a_budget_in_faces_is_kept_in_every_frame_and_two_runs_agree() {
 #[test]
 fn a_budget_is_kept_while_the_errors_of_instances_follow_slowly() {
     let budget = format!("governor.frame_faces={FACES}");
-    let slow = walk(&[&budget, "surface.herd.geometry.pixels_per_frame=0.001"], true);
+    let slow = walk(&[&budget, "surface.herd.geometry.pixels_per_second=0.06"], true);
     assert!(slow.iter().all(|(faces, ..)| *faces <= FACES));
     assert!(slow.iter().any(|(faces, factor, _)| *faces > FACES / 2 && *factor > 1.0), "the budget is used");
     assert!(slow != walk(&[&budget], true));

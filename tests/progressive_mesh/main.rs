@@ -8,6 +8,7 @@ mod governed;
 mod made;
 mod misses;
 mod model;
+mod pace;
 mod pictures;
 mod published;
 mod run;

@@ -228,7 +228,7 @@ fn a_morphing_surface_is_within_the_wanted_error_of_the_full_mesh() {
 fn a_herd_after_a_walk_equals_a_fresh_one() {
     let gpu = device();
     // Half a pixel, because with one pixel the small herd changes its levels by fewer than 1000 splits.
-    let own = ["instances=40", "aside_m=8", "error_pixels=0.5"];
+    let own = ["instances=40", "aside_m=8", "error_pixels=0.5", "pixels_per_second=1e6"];
     let changes = own.map(|change| format!("surface.herd.geometry.{change}"));
     let scene = scene("herd", &changes.each_ref().map(String::as_str));
     let path = scene.path("walk").unwrap();
@@ -323,7 +323,9 @@ fn levels_that_the_device_applies_are_the_hosts() {
     let gpu = device();
     let herd = |apply: &str| {
         let apply = format!("surface.herd.geometry.apply={apply}");
-        scene("herd", &["surface.herd.geometry.instances=40", "surface.herd.geometry.aside_m=8", &apply])
+        let own = ["instances=40", "aside_m=8", "pixels_per_second=1e6"];
+        let own = own.map(|change| format!("surface.herd.geometry.{change}"));
+        scene("herd", &[&own[0], &own[1], &own[2], &apply])
     };
     let path = herd("cpu").path("walk").unwrap().clone();
     let [mut host, mut device, mut mapped] = ["cpu", "gpu", "mapped"].map(|apply| open(&gpu, &herd(apply)));

@@ -12,7 +12,7 @@ use super::job::JobProgress;
 use super::open_view::OpenView;
 use super::variants::Variant;
 use change::PendingChange;
-use ortelius::frame::Technique;
+use ortelius::frame::{FRAME_SECONDS, Technique};
 use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Kept, Options, RenderError, Renderer};
 use ortelius::scene::Scene;
@@ -256,6 +256,15 @@ impl Stage {
         std::iter::once(&mut self.renderer)
             .chain(second)
             .for_each(|renderer| renderer.technique.lift_budgets(lifted));
+    }
+
+    /// Sets the time since the previous frame of both renderers. A deterministic window has a fixed time.
+    pub fn set_frame_seconds(&mut self, seconds: f64) {
+        let seconds = if self.deterministic { FRAME_SECONDS } else { seconds };
+        let second = self.second.as_mut().map(|second| &mut second.renderer);
+        std::iter::once(&mut self.renderer)
+            .chain(second)
+            .for_each(|renderer| renderer.frame_seconds = seconds);
     }
 
     /// True if the last pictures of both renderers are complete.

@@ -221,3 +221,24 @@ fn settings_change_in_place_and_show_the_picture_of_a_scene_that_was_just_opened
         }
     }
 }
+
+#[test]
+fn a_resting_window_draws_frames_until_its_meshes_have_arrived_and_counts_seconds_not_frames() {
+    let gpu = Watched::open(&GpuOptions { wishes: &Feature::ALL, ..GpuOptions::default() });
+    for (geomorph, deterministic) in [(false, false), (true, false), (true, true)] {
+        let base =
+            Scene::load_with("bunny", &[format!("surface.bunny.geometry.geomorph={geomorph}")]).unwrap();
+        let [far, near] = ["far", "near"].map(|camera| base.camera(camera).unwrap().pose());
+        let variants = own_variants(&base);
+        let progress = JobProgress::default();
+        let mut stage = Stage::new(&gpu, base, variants, [64, 36], deterministic, &progress).unwrap();
+        let mut frames = |seconds| {
+            stage.set_frame_seconds(seconds);
+            stage.renderer.settle(&far).unwrap();
+            stage.renderer.settle(&near).unwrap()
+        };
+        // After the jump, one pixel is left to 2.58 pixels per second. A deterministic window has frames of 1/60 second.
+        let expected = if deterministic { [24; 3] } else { [4, 12, 47] };
+        assert_eq!([0.1, 1.0 / 30.0, 1.0 / 120.0].map(&mut frames), expected, "{geomorph}");
+    }
+}

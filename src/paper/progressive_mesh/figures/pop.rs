@@ -3,9 +3,10 @@
 use super::{scans, seen, session};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
-use crate::frame::Run;
+use crate::frame::{FRAME_SECONDS, Run};
 use crate::math::camera::Pose;
-use crate::paper::progressive_mesh::surface::pace::{PIXELS_PER_FRAME, step};
+use crate::paper::progressive_mesh::config::{NO_LIMIT, PIXELS_PER_SECOND};
+use crate::paper::progressive_mesh::surface::pace::step;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
 use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
@@ -13,13 +14,13 @@ use crate::scene::Scene;
 use crate::stats::Summary;
 use anyhow::Context;
 
-/// Name, true with geomorphing, and the limit `pixels_per_frame`, if there is one.
-const VARIANTS: [(&str, bool, Option<f64>); 5] = [
-    (AT_ONCE, false, None),
-    (AT_ONCE_SLOWLY, false, Some(PIXELS_PER_FRAME)),
-    (GEOMORPH, true, Some(PIXELS_PER_FRAME)),
-    ("geomorph, 0.1 pixels per frame", true, Some(0.1)),
-    (UNLIMITED, true, None),
+/// Name, true with geomorphing, and the limit `pixels_per_second`.
+const VARIANTS: [(&str, bool, f64); 5] = [
+    (AT_ONCE, false, NO_LIMIT),
+    (AT_ONCE_SLOWLY, false, PIXELS_PER_SECOND),
+    (GEOMORPH, true, PIXELS_PER_SECOND),
+    ("geomorph, 6 pixels per second", true, 6.0),
+    (UNLIMITED, true, NO_LIMIT),
 ];
 const AT_ONCE: &str = "at once (the paper)";
 const AT_ONCE_SLOWLY: &str = "at once, as slowly as geomorph";
@@ -46,10 +47,9 @@ pub const POP: Figure = Figure {
             stands still and only the wanted error falls, from 16 pixels to a quarter. The full mesh's picture does \
             not change, so every change is a pop. In the paper a new vertex appears at its position at once. With \
             `geomorph` it moves there from its split vertex while the wanted error falls by the last octave to its \
-            level's error; this draws about twice the faces. `pixels_per_frame` limits how fast the error drawn \
-            follows the wanted one. The default of geomorphing is 0.043. A limited picture is late: the figure \
-            reports the frames after the approach until \
-            the wanted error is drawn, and counts their changes too. Each pixel is the mean of 16 samples in linear \
+            level's error; this draws about twice the faces. `pixels_per_second` limits how fast the error drawn \
+            follows the wanted one. Its default is 2.58, and a frame lasts 1/60 second. A limited picture is late: the \
+            figure reports the frames after the approach until the wanted error is drawn, and counts their changes too. Each pixel is the mean of 16 samples in linear \
             light: with one sample, an outline that moves by a hundredth of a pixel would switch whole pixels and \
             count as a pop in all variants. The change of a frame is the root mean square over the pixels that any \
             frame covers. A change of more than 8 levels of 8-bit sRGB is visible. The figure reports the worst of \
@@ -123,14 +123,13 @@ pub const POP: Figure = Figure {
     ..Figure::BASE
 };
 
-/// The variants as settings of the scene. Without a limit the picture may change by any amount.
+/// The variants as settings of the scene.
 fn settings() -> Vec<Setting> {
-    let changes = |morphs, limit: Option<f64>| {
-        let limit = limit.unwrap_or(1e6);
-        [format!("geomorph={morphs}"), format!("pixels_per_frame={limit:?}")]
-            .map(|change| format!("surface.bunny.geometry.{change}"))
+    let setting = |(name, morphs, limit): (&'static str, bool, f64)| {
+        let changes = [format!("geomorph={morphs}"), format!("pixels_per_second={limit:?}")];
+        Setting::new(name, changes.map(|change| format!("surface.bunny.geometry.{change}")))
     };
-    VARIANTS.map(|(name, morphs, limit)| Setting::new(name, changes(morphs, limit))).into()
+    VARIANTS.map(setting).into()
 }
 
 /// The error of the first frame in pixels. It is coarser than practical settings, because visible changes are largest
@@ -147,9 +146,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         // Each picture is requested by its error, so the surface needs no limit of its own.
         let (model, eye) = cell.scene.split_once('/').context("a scene is MODEL/CAMERA")?;
         scans::check_fetched(model)?;
-        let changes =
-            [format!("source={model}"), format!("geomorph={morphs}"), "pixels_per_frame=1e6".to_owned()]
-                .map(|change| format!("surface.bunny.geometry.{change}"));
+        let changes = [
+            format!("source={model}"),
+            format!("geomorph={morphs}"),
+            format!("pixels_per_second={NO_LIMIT:?}"),
+        ]
+        .map(|change| format!("surface.bunny.geometry.{change}"));
         let scene = Scene::load_with("bunny", &changes)?;
         let pose = scene.camera(eye)?.pose();
         let fine = |settings: &mut ProgressiveMeshSettings| {
@@ -171,7 +173,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 /// The error drawn in each frame from the start of the approach until the last wanted error is drawn.
-fn errors(limit: Option<f64>) -> Vec<f64> {
+fn errors(pixels_per_second: f64) -> Vec<f64> {
+    let most = pixels_per_second * FRAME_SECONDS;
     let wanted = |n: usize| FIRST * (-(n.min(OCTAVES * APPROACH) as f64) / APPROACH as f64).exp2();
     let mut errors = vec![FIRST];
     for n in 1.. {
@@ -179,7 +182,7 @@ fn errors(limit: Option<f64>) -> Vec<f64> {
         if n > OCTAVES * APPROACH && before == to {
             break;
         }
-        errors.push(limit.map_or(to, |pixels| step(pixels, before, to, 1.0)));
+        errors.push(step(most, before, to, 1.0));
     }
     errors
 }
@@ -265,15 +268,24 @@ mod tests {
 
     #[test]
     fn a_limit_draws_late_what_the_approach_wants() {
-        let free = errors(None);
+        let free = errors(NO_LIMIT);
         assert_eq!((free.len(), free[16], *free.last().unwrap()), (97, 8.0, 0.25));
-        let limited = errors(Some(PIXELS_PER_FRAME));
+        let limited = errors(PIXELS_PER_SECOND);
         assert_eq!((limited.len(), *limited.last().unwrap()), (368, 0.25));
         assert!(
-            limited
-                .windows(2)
-                .all(|pair| { pair[1] < pair[0] && pair[0] - pair[1] <= PIXELS_PER_FRAME * (1.0 + 1e-9) })
+            limited.windows(2).all(|pair| { pair[1] < pair[0] && pair[0] - pair[1] <= 0.043 * (1.0 + 1e-9) })
         );
+    }
+
+    /// The limit was chosen as 0.043 pixels per frame. The levels' errors are f32.
+    #[test]
+    fn the_limit_of_a_frame_is_the_limit_that_was_chosen() {
+        let mut chosen = FIRST;
+        for (n, error) in errors(PIXELS_PER_SECOND).into_iter().enumerate() {
+            let wanted = FIRST * (-(n.min(OCTAVES * APPROACH) as f64) / APPROACH as f64).exp2();
+            chosen = step(0.043, chosen, wanted, 1.0);
+            assert_eq!(error as f32, chosen as f32, "frame {n}");
+        }
     }
 
     #[test]

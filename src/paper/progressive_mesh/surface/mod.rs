@@ -151,7 +151,7 @@ impl MeshOnDevice {
             if member.place.is_seen(pose, size) {
                 let [error, pixel] = [self.settings.error_pixels, 1.0]
                     .map(|pixels| member.place.wanted_error(pose, size[1], pixels));
-                let shown = self.pace.next(before, InstanceError { error, pixel });
+                let shown = self.pace.next(before, InstanceError { error, pixel }, view.seconds);
                 self.arriving |= shown.to_bits() != error.to_bits();
                 member.seen = Some(InstanceError { error: shown, pixel });
             }
