@@ -240,11 +240,9 @@ fn every_filter_of_a_footprint_is_near_the_mean_of_exact_rays() {
     let (best, ignoring) = (errors(&projected), nmse(&projected[0], &truths[1]));
     // A traced ray takes the sampler's trilinear filter instead of the footprint's texels.
     let sampler = nmse(&greens(&of("trace-linear", FLAT_M)), &truths[0]);
-    println!(
-        "projected-width: {best:.2e?}, without relief {ignoring:.2e}, flat by the sampler {sampler:.2e}"
-    );
+    println!("projected-width: {best:?}, without relief {ignoring:.2e}, flat by the sampler {sampler:.2e}");
     let offset = errors(&pictures("offset"));
-    assert!(best[1] < offset[1] && offset[1] < ignoring, "offset: {offset:.2e?}");
+    assert!(best[1] < offset[1] && offset[1] < ignoring, "offset: {offset:?}");
     let whole = pictures("whole-footprint");
     for method in ["visible-texels", "whole-footprint", "unperturbed-derivatives", "offset"] {
         let shown = pictures(method);
