@@ -30,7 +30,7 @@ pub const PATTERNS: Figure = Figure {
             sigma 0.5 pixels, cut at one pixel; a line shows its own error. NMSE is the geometric mean over the \
             poses, and a second plot has the worst pose. An impulse shows the filter's kernel itself, so its NMSE is \
             the relative error of the kernel's shape. Above 85 degrees, some filters' errors are hardly larger than \
-            the truth's own. From 89.9 degrees on, a pixel is hundreds of texels long, and every filter reads a \
+            the truth's own. From 89.9 degrees on, a pixel is hundreds of texels long, and most filters read a \
             level that shows little more than the pattern's mean. Large errors remain where a pattern does not \
             average out along a pixel, for instance on a checker at a yaw of 45 degrees. The methods are those of \
             tm.pareto. Pictures have 48 x 36 (quick) or 64 x 48 pixels.",
