@@ -20,6 +20,8 @@ pub enum Pattern {
     PinkNoise,
     /// One white texel in each square of this side, on black.
     Impulses(u32),
+    /// Lines of black letters on white, with strokes of 2 texels.
+    Text,
 }
 
 impl Pattern {
@@ -33,6 +35,7 @@ impl Pattern {
             Pattern::WhiteNoise => "white-noise".into(),
             Pattern::PinkNoise => "pink-noise".into(),
             Pattern::Impulses(texels) => format!("impulses-{texels}"),
+            Pattern::Text => "text".into(),
         }
     }
 
@@ -67,8 +70,38 @@ impl Pattern {
             Pattern::WhiteNoise => noise(0, u64::from(y) * u64::from(side) + u64::from(x)) as u8,
             Pattern::PinkNoise => unreachable!("pink noise is generated as a whole"),
             Pattern::Impulses(texels) => black_or_white([x, y].iter().all(|n| n.is_multiple_of(texels))),
+            Pattern::Text => black_or_white(!inked(x, y)),
         }
     }
+}
+
+/// The line of [`Pattern::Text`]; its letters are those of [`GLYPHS`]. 16 letters of 16 texels fill 256 texels.
+const LINE: &[u8; 16] = b"TEXTURE MAPPING ";
+
+/// Each letter in 7 rows of 5 dots, the leftmost dot in the highest bit.
+const GLYPHS: [(u8, [u8; 7]); 11] = [
+    (b'A', [0b01110, 0b10001, 0b10001, 0b11111, 0b10001, 0b10001, 0b10001]),
+    (b'E', [0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111]),
+    (b'G', [0b01110, 0b10001, 0b10000, 0b10111, 0b10001, 0b10001, 0b01110]),
+    (b'I', [0b01110, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110]),
+    (b'M', [0b10001, 0b11011, 0b10101, 0b10101, 0b10001, 0b10001, 0b10001]),
+    (b'N', [0b10001, 0b11001, 0b10101, 0b10011, 0b10001, 0b10001, 0b10001]),
+    (b'P', [0b11110, 0b10001, 0b10001, 0b11110, 0b10000, 0b10000, 0b10000]),
+    (b'R', [0b11110, 0b10001, 0b10001, 0b11110, 0b10100, 0b10010, 0b10001]),
+    (b'T', [0b11111, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100, 0b00100]),
+    (b'U', [0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b10001, 0b01110]),
+    (b'X', [0b10001, 0b10001, 0b01010, 0b00100, 0b01010, 0b10001, 0b10001]),
+];
+
+/// True if the texel belongs to a letter. A letter has a field of 8 x 8 dots; a dot is 2 x 2 texels. Each line starts
+/// five letters later than the line above it, so that equal letters do not form columns.
+fn inked(x: u32, y: u32) -> bool {
+    let (column, row) = (x / 2, y / 2);
+    let letter = LINE[((column / 8 + row / 8 * 5) % 16) as usize];
+    let glyph = GLYPHS.iter().find(|(of, _)| *of == letter);
+    let dots = glyph.and_then(|(_, rows)| rows.get((row % 8) as usize)).copied().unwrap_or_default();
+    // Dots 5, 6 and 7 of a field are the gap between letters.
+    column % 8 < 5 && dots >> (4 - column % 8) & 1 == 1
 }
 
 /// A pseudo-random number of 0 ..= 255, the same on every machine.
@@ -120,6 +153,24 @@ mod tests {
         let star = Pattern::SiemensStar.texels(64);
         let whites = star.iter().filter(|&&texel| texel == 255).count();
         assert!((whites as f64 / star.len() as f64 - 0.5).abs() < 0.02, "{whites}");
+    }
+
+    #[test]
+    fn text_is_lines_of_letters() {
+        let text = Pattern::Text.texels(256);
+        let dots = |letter: usize, line: usize| -> Vec<String> {
+            let dot =
+                |row: usize, column: usize| text[(16 * line + 2 * row) * 256 + 16 * letter + 2 * column] == 0;
+            let row = |row| (0..8).map(|column| if dot(row, column) { '#' } else { '.' }).collect();
+            (0..8).map(row).collect()
+        };
+        let r =
+            ["####....", "#...#...", "#...#...", "####....", "#.#.....", "#..#....", "#...#...", "........"];
+        assert_eq!(dots(5, 0), r);
+        // The next line starts five letters later, with the R.
+        assert_eq!(dots(0, 1), r);
+        assert_eq!(dots(7, 0), ["........"; 8], "the space between the words");
+        assert!(LINE.iter().all(|letter| *letter == b' ' || GLYPHS.iter().any(|(of, _)| of == letter)));
     }
 
     #[test]

@@ -157,13 +157,14 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
     }
     // Mavridis: four taps, each of up to 16 samples, cost about as much as the ellipse.
     for (kind, most, words) in [
-        (Filtering::Feline, 16, "feline, 16 samples"),
-        (Filtering::Mavridis, 4, "mavridis, 4 taps"),
-        (Filtering::Pbrt, 16, "pbrt"),
+        (Filtering::Feline, Some(16), "feline, 16 samples"),
+        (Filtering::Mavridis, Some(4), "mavridis, 4 taps"),
+        (Filtering::Pbrt, None, "pbrt"),
     ] {
-        if own != (Filter { kind, max_anisotropy: most, ..Filter::DEFAULT }) {
-            let kind = kind.name();
-            let change = format!("surface.{name}.filter={{kind='{kind}', max_anisotropy={most}}}");
+        let max_anisotropy = most.unwrap_or(Filter::DEFAULT.max_anisotropy);
+        if own != (Filter { kind, max_anisotropy, ..Filter::DEFAULT }) {
+            let most = most.map_or_else(String::new, |most| format!(", max_anisotropy={most}"));
+            let change = format!("surface.{name}.filter={{kind='{}'{most}}}", kind.name());
             others.push([words.to_string(), change]);
         }
     }

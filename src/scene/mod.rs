@@ -30,6 +30,7 @@ pub use edit::write_changes;
 pub use error::SceneError;
 pub use eyes::PictureSettings;
 pub use language::{KeyAt, keys};
+pub use overrides::unread_filter_keys;
 pub use part::SceneTable;
 pub use sun::Sun;
 pub use surface::{Cylinder, Ellipsoid, FilterBound, Geometry, Plain, PlainSource, Plane, Surface};

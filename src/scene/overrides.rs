@@ -7,6 +7,20 @@ use toml::{Table, Value};
 /// Sections whose tables have names chosen by the scene.
 const NAMED: [&str; 3] = ["cameras", "paths", "surface"];
 
+/// The keys of a surface's filter that only some kinds read, with these kinds.
+const KEYS_OF_FILTERS: [(&[&str], &[&str]); 4] = [
+    (&["minor_texels", "k", "scan", "determinant", "axes", "kernel", "edge"], &["ellipse"]),
+    (&["samples"], &["stochastic", "stochastic-ellipse"]),
+    (&["max_anisotropy"], &["trilinear", "bilinear", "stochastic", "ellipse", "feline", "mavridis"]),
+    (&["interpolation"], &["trilinear", "bilinear", "stochastic", "feline", "mavridis", "pbrt"]),
+];
+
+/// The keys of a filter that its kind does not read, each with the kinds that read it.
+pub fn unread_filter_keys(kind: &str) -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let unread = KEYS_OF_FILTERS.into_iter().filter(move |(_, kinds)| !kinds.contains(&kind));
+    unread.flat_map(|(keys, kinds)| keys.iter().map(move |key| (*key, kinds)))
+}
+
 /// One `KEY=VALUE`.
 #[derive(Clone, Debug)]
 pub(super) struct Override {
@@ -96,24 +110,29 @@ impl Override {
         let table = key[..depth].iter().try_fold(scene, |table, name| table.get_mut(*name)?.as_table_mut());
         let table = table.expect("the value has just been inserted there");
         for stated in dropped {
-            table.remove(*stated);
+            table.remove(stated);
         }
         Ok(())
     }
 
     /// The keys that this override invalidates. The number says how many leading parts of the override's key form the
     /// path of the table that holds them. A texture file states its own sizes, so the keys of a generated texture are
-    /// dropped. A filter's table replaces `"auto"` and its bound. A relief has no filter except its method, so stating
-    /// the method also replaces `"auto"` and its bound.
-    pub fn dropped(&self) -> (usize, &'static [&'static str]) {
+    /// dropped. A filter's table replaces `"auto"` and its bound. A filter's kind drops the keys that it does not read;
+    /// a later override that states such a key is refused. A relief has no filter except its method, so stating the
+    /// method also replaces `"auto"` and its bound.
+    pub fn dropped(&self) -> (usize, Vec<&'static str>) {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         match key[..] {
-            ["surface", _, "filter"] if self.value.is_table() => (2, &["max_error", "max_ms"]),
-            ["surface", _, "relief", "method"] => (2, &["filter", "max_error", "max_ms"]),
-            ["surface", _, "texture", "source"] if self.value.as_str() == Some("file") => {
-                (3, &["width_log2", "height_log2", "tile_size", "border", "resident_levels", "format"])
+            ["surface", _, "filter"] if self.value.is_table() => (2, vec!["max_error", "max_ms"]),
+            ["surface", _, "filter", "kind"] => {
+                let kind = self.value.as_str().unwrap_or_default();
+                (3, unread_filter_keys(kind).map(|(key, _)| key).collect())
             }
-            _ => (0, &[]),
+            ["surface", _, "relief", "method"] => (2, vec!["filter", "max_error", "max_ms"]),
+            ["surface", _, "texture", "source"] if self.value.as_str() == Some("file") => {
+                (3, vec!["width_log2", "height_log2", "tile_size", "border", "resident_levels", "format"])
+            }
+            _ => (0, Vec::new()),
         }
     }
 }

@@ -12,7 +12,7 @@ const FILTERS: [(&str, &str); 6] = [
     ("one trilinear sample", "{ max_anisotropy = 1 }"),
     ("Feline: up to 16 trilinear samples", "{ kind = 'feline', max_anisotropy = 16 }"),
     ("Mavridis and Papaioannou: 4 taps", "{ kind = 'mavridis', max_anisotropy = 4 }"),
-    ("pbrt's EWA", "{ kind = 'pbrt', max_anisotropy = 16 }"),
+    ("pbrt's EWA", "{ kind = 'pbrt' }"),
 ];
 
 /// Filters of the scene's virtual texture that differ from its own, with the change that selects each. Unlike the values

@@ -103,6 +103,7 @@ fn a_report_names_the_variant_that_ran() {
     let variant = ["-Dvariant.request_format=packed", "-Dvariant.address=own-level", "-Dvariant.memo=false"];
     let more = [
         "-Dvariant.block_log2=1",
+        "-Dsurface.land.filter.kind=trilinear",
         "-Dsurface.land.filter.max_anisotropy=4",
         "-Dsurface.land.filter.interpolation=literal",
     ];

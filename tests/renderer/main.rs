@@ -34,15 +34,20 @@ fn settled(scene: &Scene, target: PixelFormat) -> Renderer {
     renderer
 }
 
-/// The NMSE of the green channel, over the pixels whose kernel lies wholly on the surface. There must be more than
-/// `least` of these.
-fn nmse(scene: &Scene, truth: &Truth, least: usize) -> f64 {
+/// The green channel of a scene's picture.
+fn greens(scene: &Scene) -> Vec<f64> {
     let mut renderer = settled(scene, PixelFormat::Linear32);
-    let found = renderer.linear_picture().unwrap().rgba;
+    let picture = renderer.linear_picture().unwrap();
     silent(&renderer);
+    picture.rgba.iter().map(|pixel| f64::from(pixel[1])).collect()
+}
+
+/// The NMSE of a green channel, over the pixels whose kernel lies wholly on the surface. There must be more than `least`
+/// of these.
+fn nmse(found: &[f64], truth: &Truth, least: usize) -> f64 {
     let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
     assert!(whole().count() > least, "{} whole pixels", whole().count());
-    let square: f64 = whole().map(|n| (f64::from(found[n][1]) - truth.values[n]).powi(2)).sum();
+    let square: f64 = whole().map(|n| (found[n] - truth.values[n]).powi(2)).sum();
     square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }
 

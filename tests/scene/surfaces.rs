@@ -3,6 +3,7 @@
 use crate::{SMALL, changed, load, message};
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::config::owner;
+use ortelius::renderer::sections;
 use ortelius::scene::camera::Ground;
 use ortelius::scene::{Geometry, Plain, PlainSource, Scene};
 
@@ -58,7 +59,7 @@ fn invalid_combinations_of_surfaces_are_rejected() {
             "surface \"sea\" does not exist or has no texture of its own; surfaces with a texture: land",
         ),
         (format!("{SHELL}texture = 3\n"), "3 is not a table, nor the name of a surface"),
-        (format!("{SHELL}filter = {{ samples = 2 }}\n"), "a surface without a texture has no filter"),
+        (format!("{SHELL}filter = {{ max_anisotropy = 2 }}\n"), "a surface without a texture has no filter"),
         (format!("{SHELL}shiny = true\n"), "no scene has the key surface.shell.shiny"),
         ("\n[surface.bare]\nlit = true\n".into(), "surface.bare.geometry.kind: a surface needs geometry"),
         ("\n[surface]\nflat = 3\n".into(), "surface.flat"),
@@ -215,6 +216,79 @@ fn the_filter_auto_has_one_bound_and_a_surface_that_can_be_measured() {
         let error = load(text.clone()).expect_err(&text).to_string();
         assert!(error.contains(expected) && error.contains("small.toml:"), "{text}: {error}");
     }
+}
+
+/// The keys of paper 3's ellipse, each with a valid value.
+const OF_THE_ELLIPSE: [&str; 7] = [
+    "minor_texels = 1",
+    "k = 0",
+    "scan = \"bounding-box\"",
+    "determinant = \"subtracting\"",
+    "axes = \"rows\"",
+    "kernel = \"ewa\"",
+    "edge = \"none\"",
+];
+
+#[test]
+fn a_key_of_a_filter_that_its_kind_does_not_read_is_rejected_at_its_key() {
+    let land =
+        |kind: &str, key: &str| format!("[surface.land]\nfilter = {{ kind = \"{kind}\", {key} }}\n{SMALL}");
+    let names = |kinds: &[Filtering]| -> Vec<&str> { kinds.iter().map(|kind| kind.name()).collect() };
+    let ellipse = OF_THE_ELLIPSE.map(|key| (key, names(&[Filtering::Ellipse])));
+    let random = names(&[Filtering::Stochastic, Filtering::StochasticEllipse]);
+    let fixed = [Filtering::Pbrt, Filtering::StochasticEllipse];
+    let one_level = [Filtering::Ellipse, Filtering::StochasticEllipse];
+    let without = |others: &[Filtering]| -> Vec<&str> {
+        names(&Filtering::ALL.iter().copied().filter(|kind| !others.contains(kind)).collect::<Vec<_>>())
+    };
+    let others = [
+        ("samples = 4", random),
+        ("max_anisotropy = 4", without(&fixed)),
+        ("interpolation = \"corrected\"", without(&one_level)),
+    ];
+    for (key, readers) in ellipse.into_iter().chain(others) {
+        for kind in names(Filtering::ALL) {
+            match (load(land(kind, key)), readers.contains(&kind)) {
+                (Ok(_), true) => {}
+                (Err(error), false) => {
+                    let (error, name) = (error.to_string(), key.split(' ').next().unwrap());
+                    let expected = format!(
+                        "surface.land.filter.{name}: kind = \"{kind}\" does not read it; remove the key, or use kind = \"{}\"",
+                        readers[0]
+                    );
+                    assert!(error.contains("small.toml:2:") && error.contains(&expected), "{error}");
+                }
+                (found, _) => panic!("{kind}, {key}: {found:?}"),
+            }
+        }
+    }
+    let error = load(format!("[surface.land]\nfilter = {{ k = 1 }}\n{SMALL}")).unwrap_err().to_string();
+    assert!(error.contains("surface.land.filter.k: kind = \"trilinear\" does not read it"), "{error}");
+}
+
+/// So `--variant`, `-D` and the window can change the kind alone. A key that a later change states is not dropped.
+#[test]
+fn another_kind_of_filter_drops_the_keys_that_it_does_not_read() {
+    let keys = OF_THE_ELLIPSE.join(", ");
+    let own =
+        format!("[surface.land]\nfilter = {{ kind = \"ellipse\", max_anisotropy = 4, {keys} }}\n{SMALL}");
+    let own = load(own).unwrap();
+    let change = |changes: &[&str]| {
+        let changes: Vec<String> =
+            changes.iter().map(|change| format!("surface.land.filter.{change}")).collect();
+        let scene = own.with(&changes).unwrap();
+        sections::check(&scene).map(|()| scene).map_err(|error| error.to_string())
+    };
+    let states = |scene: &Scene, key: &str| scene.has(&["surface", "land", "filter", key]);
+    for kind in Filtering::ALL {
+        let scene = change(&[&format!("kind={}", kind.name())]).unwrap();
+        assert_eq!(states(&scene, "k"), *kind == Filtering::Ellipse, "{kind:?}");
+        let fixed = [Filtering::Pbrt, Filtering::StochasticEllipse].contains(kind);
+        assert_eq!(states(&scene, "max_anisotropy"), !fixed, "{kind:?}");
+    }
+    assert!(states(&change(&["kind=feline", "kind=ellipse", "k=1"]).unwrap(), "k"));
+    let error = change(&["kind=feline", "k=1"]).unwrap_err();
+    assert!(error.contains("surface.land.filter.k=1: kind = \"feline\" does not read it"), "{error}");
 }
 
 #[test]

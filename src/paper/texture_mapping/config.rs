@@ -12,7 +12,9 @@ choices! {
     pub enum ReliefMethod {
         /// The footprint's texels, each weighted by its visible width along the view direction.
         ProjectedWidth = "projected-width",
-        /// The footprint's texels that the relief does not hide, all with the same weight (the thesis).
+        /// The footprint's texels that the relief does not hide, all with the same weight (the thesis). It looks back at
+        /// most 4,096 steps for the points that hide a texel; a step is at most a pixel and at most a texel long. A
+        /// texel that only a farther point hides counts as visible.
         VisibleTexels = "visible-texels",
         /// All texels between the hits of the footprint's two ends.
         WholeFootprint = "whole-footprint",
@@ -116,24 +118,32 @@ pub struct ReliefFilter {
     pub precision: MapPrecision,
 }
 
+/// What a method does with a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReliefStep {
+    /// Filters the footprint.
+    Filter(ParallaxFilter),
+    /// Traces one ray.
+    Trace(TracerKind),
+}
+
 impl ReliefMethod {
-    /// The filter of the footprint, or the tracer of one ray.
-    pub fn step(self) -> Result<ParallaxFilter, TracerKind> {
+    pub fn step(self) -> ReliefStep {
         match self {
-            ReliefMethod::ProjectedWidth => Ok(ParallaxFilter::Projected),
-            ReliefMethod::VisibleTexels => Ok(ParallaxFilter::Visible),
-            ReliefMethod::WholeFootprint => Ok(ParallaxFilter::Whole),
-            ReliefMethod::UnperturbedDerivatives => Ok(ParallaxFilter::Unperturbed),
-            ReliefMethod::Offset => Ok(ParallaxFilter::Offset),
-            ReliefMethod::Trace | ReliefMethod::TraceDonnelly => Err(TracerKind::Distances),
-            ReliefMethod::TraceCones => Err(TracerKind::Cones),
-            ReliefMethod::TraceRelaxedCones => Err(TracerKind::RelaxedCones),
-            ReliefMethod::TraceLinear => Err(TracerKind::Linear),
+            ReliefMethod::ProjectedWidth => ReliefStep::Filter(ParallaxFilter::Projected),
+            ReliefMethod::VisibleTexels => ReliefStep::Filter(ParallaxFilter::Visible),
+            ReliefMethod::WholeFootprint => ReliefStep::Filter(ParallaxFilter::Whole),
+            ReliefMethod::UnperturbedDerivatives => ReliefStep::Filter(ParallaxFilter::Unperturbed),
+            ReliefMethod::Offset => ReliefStep::Filter(ParallaxFilter::Offset),
+            ReliefMethod::Trace | ReliefMethod::TraceDonnelly => ReliefStep::Trace(TracerKind::Distances),
+            ReliefMethod::TraceCones => ReliefStep::Trace(TracerKind::Cones),
+            ReliefMethod::TraceRelaxedCones => ReliefStep::Trace(TracerKind::RelaxedCones),
+            ReliefMethod::TraceLinear => ReliefStep::Trace(TracerKind::Linear),
         }
     }
 
     pub fn has_distance_map(self) -> bool {
-        self.step() == Err(TracerKind::Distances)
+        self.step() == ReliefStep::Trace(TracerKind::Distances)
     }
 }
 

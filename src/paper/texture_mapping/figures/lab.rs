@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use std::cell::RefCell;
 
 /// Texels along a pattern's side.
-const SIDE: u32 = 512;
+pub const SIDE: u32 = 512;
 
 /// The EWA filter's kernel (Heckbert 1989): sigma 0.5 pixels, cut at one pixel. The truth of the comparisons uses it.
 pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 };
@@ -72,9 +72,17 @@ impl Lab {
     /// # Errors
     /// Out of memory, device lost.
     pub fn new(gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
-        let texels = GreyMipmap::new(SIDE, pattern.texels(SIDE));
+        Lab::of_texels(gpu, (&pattern.name(), pattern.texels(SIDE)), size)
+    }
+
+    /// As [`Lab::new`], for a name and [`SIDE`] x [`SIDE`] texels, one byte of linear light each.
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn of_texels(gpu: &Gpu, (name, texels): (&str, Vec<u8>), size: [u32; 2]) -> anyhow::Result<Lab> {
+        let texels = GreyMipmap::new(SIDE, texels);
         Ok(Lab {
-            uploaded: Uploaded::new(gpu, &pattern.name(), &texels)?,
+            uploaded: Uploaded::new(gpu, name, &texels)?,
             targets: Targets::new(gpu, size, false)?,
             tiled: Tiled::new(SIDE, &texels.levels[0]),
             gpu: gpu.clone(),
@@ -150,7 +158,7 @@ impl Lab {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
     }
 
-    fn supersampled(&self, plane: &TiltedPlane, kernel: PixelKernel, density: Density) -> Truth {
+    pub fn supersampled(&self, plane: &TiltedPlane, kernel: PixelKernel, density: Density) -> Truth {
         let [middle_x, middle_y] = self.size.map(|side| f64::from(side) / 2.0);
         let surface = |x: f64, y: f64| plane.texels(x - middle_x, y - middle_y);
         supersample(self.size, surface, |at| self.tiled.at(at), kernel, density)

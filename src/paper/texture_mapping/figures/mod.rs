@@ -13,6 +13,7 @@ mod methods;
 mod object_space;
 mod parallax;
 mod pareto;
+mod patterns;
 mod relief;
 mod shape;
 mod shown;
@@ -32,6 +33,7 @@ pub const FIGURES: &[&Figure] = &[
     &relief::RELIEF,
     &relief::MAP_BUILD,
     &pareto::PARETO,
+    &patterns::PATTERNS,
     &extremes::EXTREMES,
     &temporal::TEMPORAL,
 ];

@@ -275,7 +275,7 @@ fn time_rows(
 }
 
 /// A name as part of a file name.
-fn plain(name: &str) -> String {
+pub fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '.' { c } else { '-' }).collect()
 }
 

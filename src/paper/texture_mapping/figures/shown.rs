@@ -2,7 +2,7 @@
 //! figure that a scene can select.
 
 use crate::figure::{FigureView, Setting};
-use crate::paper::texture_mapping::config::ReliefMethod;
+use crate::paper::texture_mapping::config::{ReliefMethod, ReliefStep};
 use crate::paper::texture_mapping::relief::ReliefKind;
 use crate::paper::texture_mapping::relief::parallax::ParallaxFilter;
 
@@ -98,7 +98,10 @@ pub fn traced_reliefs() -> Vec<FigureView> {
 }
 
 pub fn relief_methods() -> Vec<Setting> {
-    let filtered = ReliefMethod::ALL.iter().filter_map(|&own| Some((own.step().ok()?.name(), own)));
+    let filtered = ReliefMethod::ALL.iter().filter_map(|&own| match own.step() {
+        ReliefStep::Filter(filter) => Some((filter.name(), own)),
+        ReliefStep::Trace(_) => None,
+    });
     // One traced ray is the nearest setting to the figure's single texel.
     let point = (ParallaxFilter::Point.name(), ReliefMethod::Trace);
     filtered.chain([point]).map(|(name, own)| Setting::new(name, [method(own)])).collect()

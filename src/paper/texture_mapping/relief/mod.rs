@@ -14,6 +14,15 @@
 //! never passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a
 //! crossing.
 //!
+//! With exact distances, the refined ray is never behind Donnelly's. Let `d(t)` be Donnelly's distance at `t` along the
+//! ray, `r(t) >= d(t)` the refined one, and `s` the least step. Donnelly's distance changes by at most the way that the
+//! ray moves, so `t + max(d(t), s)` grows with t. If the refined ray is at `T >= t`, its next point is
+//! `T + max(r(T), s) >= T + max(d(T), s) >= t + max(d(t), s)`, which is Donnelly's next point. A map with one distance
+//! for each cell breaks the second inequality: at a cell's border the distance drops, above a flat floor by a layer's
+//! thickness. A refined ray that is ahead by less than this drop, but already in the next cell, takes a step that ends
+//! behind. No such map avoids this, because a safe distance of a cell cannot exceed the distance of the cell's nearest
+//! point. So a single ray may take more steps; a test has an example.
+//!
 //! Also built: linear and binary search (F. Policarpo, M. Oliveira, J. Comba, "Real-Time Relief Mapping on Arbitrary
 //! Polygonal Surfaces", I3D 2005); cone maps (J. Dummer, "Cone Step Mapping", 2006) and relaxed cone maps (F.
 //! Policarpo, M. Oliveira, "Relaxed Cone Stepping for Relief Mapping", GPU Gems 3, chapter 18, 2007).

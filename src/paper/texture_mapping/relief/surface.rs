@@ -9,7 +9,7 @@ use super::Relief;
 use super::maps::{Fan, Holds};
 use super::pass::{ConeBuild, DistanceBuild, heights};
 use super::trace::TracerKind;
-use crate::paper::texture_mapping::config::{ReliefFilter, ReliefMethod};
+use crate::paper::texture_mapping::config::{ReliefFilter, ReliefMethod, ReliefStep};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{self, Buffer, BufferUse, Cmd, Gpu, Resource};
 use std::ops::Range;
@@ -37,11 +37,11 @@ fn layers(relief: &Relief) -> usize {
 /// The work of building the map of a method, in visits.
 pub fn work(relief: &Relief, method: ReliefMethod) -> u64 {
     match method.step() {
-        Err(TracerKind::Distances) => distance_work(relief),
-        Err(TracerKind::Cones) => cone_work(relief),
+        ReliefStep::Trace(TracerKind::Distances) => distance_work(relief),
+        ReliefStep::Trace(TracerKind::Cones) => cone_work(relief),
         // Inside the solid, a relaxed cone's ray takes up to 33 steps.
-        Err(TracerKind::RelaxedCones) => cone_work(relief).saturating_mul(33),
-        Ok(_) | Err(TracerKind::Linear) => 0,
+        ReliefStep::Trace(TracerKind::RelaxedCones) => cone_work(relief).saturating_mul(33),
+        ReliefStep::Filter(_) | ReliefStep::Trace(TracerKind::Linear) => 0,
     }
 }
 
@@ -94,8 +94,10 @@ fn map_of<E: From<vk::Error>>(
 ) -> Result<(Buffer, f32), E> {
     let side = relief.side as u32;
     Ok(match filter.method.step() {
-        Ok(_) | Err(TracerKind::Linear) => (gpu.buffer("no map", 4, BufferUse::Storage)?, 1.0),
-        Err(TracerKind::Distances) => {
+        ReliefStep::Filter(_) | ReliefStep::Trace(TracerKind::Linear) => {
+            (gpu.buffer("no map", 4, BufferUse::Storage)?, 1.0)
+        }
+        ReliefStep::Trace(TracerKind::Distances) => {
             let fan = Fan::new(relief.depth, Holds::Everywhere);
             let refined = filter.method == ReliefMethod::Trace;
             let build = DistanceBuild::new(gpu, relief, layers(relief), &fan, refined)?;
@@ -108,7 +110,7 @@ fn map_of<E: From<vk::Error>>(
                 }
             }
         }
-        Err(kind @ (TracerKind::Cones | TracerKind::RelaxedCones)) => {
+        ReliefStep::Trace(kind @ (TracerKind::Cones | TracerKind::RelaxedCones)) => {
             let build = ConeBuild::new(gpu, relief, kind == TracerKind::RelaxedCones)?;
             build_rows(gpu, ("cone map", side), go_on, |cmd, rows| build.run_rows(cmd, rows))?;
             (build.into_cones(), 1.0)
@@ -147,8 +149,8 @@ impl ReliefSurface {
     /// Specialization constants of the pipeline.
     pub fn constants(filter: ReliefFilter) -> Vec<(&'static str, u32)> {
         match filter.method.step() {
-            Ok(parallax) => vec![("TRACES", 0), ("PARALLAX_FILTER", parallax as u32)],
-            Err(tracer) => {
+            ReliefStep::Filter(parallax) => vec![("TRACES", 0), ("PARALLAX_FILTER", parallax as u32)],
+            ReliefStep::Trace(tracer) => {
                 vec![("TRACES", 1), ("TRACER", tracer as u32), ("MAP_BITS", filter.precision.bits())]
             }
         }

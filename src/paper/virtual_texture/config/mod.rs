@@ -11,6 +11,7 @@ use crate::math::pyramid::Pyramid;
 use crate::picture::PixelFormat;
 use crate::scene::{
     Language, Scene, SceneError, SceneFault, SceneTable, Surface, TableDeclaration, settings,
+    unread_filter_keys,
 };
 use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
@@ -58,13 +59,15 @@ settings! {
     /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
     /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
     /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing filters no
-    /// pixels: it draws fragments of rotated polygons.
+    /// pixels: it draws fragments of rotated polygons. A key that the kind does not read is an error. A change of the
+    /// kind alone drops such keys.
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
         /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16),
         /// also for `"feline"`. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of its axes,
-        /// up to 64; a longer footprint is widened. The sampler of a plain texture takes one sample.
+        /// up to 64; a longer footprint is widened. `"pbrt"` and `"stochastic-ellipse"` do not have it. The sampler of a
+        /// plain texture takes one sample.
         max_anisotropy: u32 = 16, in 1..=64;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
         /// as many texels and reduces the error (scene.filters). 0, as in paper 3: level 0 for every footprint, unless
@@ -88,7 +91,7 @@ settings! {
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
-        /// How a tile's two levels are blended.
+        /// How a tile's two levels are blended. `"ellipse"` and `"stochastic-ellipse"` read one level.
         interpolation: Interpolation = Interpolation::Corrected;
     }
     check check_filter;
@@ -98,6 +101,14 @@ settings! {
 pub const MOST_SAMPLES: u32 = 16;
 
 fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
+    if let Some((key, kinds)) = unread_filter_keys(filter.kind.name()).find(|(key, _)| part.states(key)) {
+        let what = format!(
+            "kind = {:?} does not read it; remove the key, or use kind = {}",
+            filter.kind.name(),
+            kinds.iter().map(|kind| format!("{kind:?}")).collect::<Vec<_>>().join(" or ")
+        );
+        return Err(part.fault(key, what));
+    }
     if filter.kind != Filtering::Ellipse && filter.max_anisotropy > MOST_SAMPLES {
         let what = format!(
             "{} is above {MOST_SAMPLES}, the most for kind = \"{}\"; only kind = \"ellipse\" takes a ratio of up to 64",

@@ -7,7 +7,7 @@ use crate::paper::virtual_texture::config::{
     owner, texture,
 };
 use crate::picture::PixelFormat;
-use crate::scene::{Choice, Scene, choices};
+use crate::scene::{Choice, Scene, choices, unread_filter_keys};
 use crate::texture::source::TileFormat;
 
 choices! {
@@ -239,8 +239,10 @@ impl Values {
             &[format!("{surface}.filter.minor_texels={minor}")],
         );
         let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
+        // Another kind starts from the scene's own number, or from the default if the scene's kind does not read it.
+        let reads = unread_filter_keys(filter).all(|(key, _)| key != "max_anisotropy");
         differs(
-            na != own.max_anisotropy,
+            na != own.max_anisotropy && reads,
             format!("NA {na}"),
             &[format!("{surface}.filter.max_anisotropy={na}")],
         );

@@ -49,9 +49,9 @@ impl Variant {
 
     /// As settings of a scene.
     fn setting(&self, border: u32) -> Setting {
-        let (kind, most, samples) = (self.filter.name(), self.max_anisotropy, self.taps);
-        let filter =
-            format!("surface.land.filter={{kind='{kind}', max_anisotropy={most}, samples={samples}}}");
+        let (kind, most) = (self.filter.name(), self.max_anisotropy);
+        let taps = if self.filter.is_random() { format!(", samples={}", self.taps) } else { String::new() };
+        let filter = format!("surface.land.filter={{kind='{kind}', max_anisotropy={most}{taps}}}");
         Setting::new(self.name(), [filter, format!("surface.land.texture.border={border}")])
     }
 }
