@@ -33,8 +33,9 @@ pub const AVERAGE: Figure = Figure {
             caches in quick runs at 128 levels, and the baselines at 64. `batches` have at most 32 vertices and 32 \
             triangles, `meshlets` 64 and 126, filled in the order of the faces. The figure also shows the faces that \
             change their slots per split on the way through all levels (for baselines, the faces that are copied), the \
-            memory of the lists, and the drawn faces per live face. All instances share some memory: commands and the \
-            index buffer of level 0, or lists and the corners that level changes write. On models with seams, the cost \
+            memory of the lists, and the drawn faces per live face. All instances share some memory: commands, tables \
+            for jumps over many levels and the index buffer of level 0, or lists and the corners that level changes \
+            write. On models with seams, the cost \
             with wedges as vertices is shown too. An index takes 16 bits on meshes of fewer than 65,536 vertices, and \
             a word of a command 32 bits. Skip lists are also measured with at most the memory of `in-place-23`, \
             `in-place-10` and `tail-23`. Degenerate faces are drawn and counted. The lower bound holds for every order \

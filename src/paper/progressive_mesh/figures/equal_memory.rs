@@ -1,5 +1,5 @@
-//! Part of pm.average: skip lists with at most the memory of an order's commands. At the usual ratio of 0.707
-//! skip lists take only 44 to 63 % of this memory, so comparing them at that ratio would be unfair to them.
+//! Part of pm.average: skip lists with at most the memory of an order's program. At the usual ratio of 0.707
+//! skip lists take only a part of this memory, so comparing them at that ratio would be unfair to them.
 
 use super::super::baselines::{OrderBaseline, PreparedBaseline, baseline_costs};
 use super::super::cache::Cache;
@@ -10,9 +10,10 @@ use crate::figure::Row;
 use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
 use crate::vk::IndexType;
 
-/// Memory that all instances share: an order's commands and the index buffer of level 0, or skip lists and the corners
-/// that level changes write. Indices have 16 bits below 65,536 vertices, and words of commands 32 bits. The tables for
-/// large jumps are not counted, because no level needs them.
+/// Memory that all instances share: an order's commands, the tables for jumps over many levels, the faces drawn at each
+/// level and the index buffer of level 0; or skip lists and the corners that level changes write. Not counted is what
+/// both need: vertices, and the errors of the levels. Indices have 16 bits below 65,536 vertices, and words of commands
+/// and tables 32 bits.
 const SHARED: &str = "memory that instances share";
 const UNIT: &str = "bytes per face";
 
@@ -26,7 +27,7 @@ pub const AT_MEMORY_OF: [(&str, &str); 3] = [
 /// The rows of an order, and of the corresponding skip lists at `levels` of the mesh in classical order.
 pub fn rows(name: &str, program: &Program, plain: &ProgressiveMesh, levels: &[u32]) -> Vec<Row> {
     let faces = plain.faces.len() as f64;
-    let shared = program.command_bytes() as f64 + program.index_type().triangle_bytes() as f64 * faces;
+    let shared = program.bytes_beside_levels() as f64;
     let mut rows = vec![number(name, SHARED, UNIT, shared / faces)];
     if let Some((_, lists)) = AT_MEMORY_OF.iter().find(|(order, _)| *order == name) {
         rows.extend(skip_lists_within(lists, plain, shared, levels));

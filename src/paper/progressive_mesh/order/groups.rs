@@ -14,6 +14,10 @@ pub enum Groups {
     /// Groups of equal ratio, as many as this budget allows. The budget is a number of moved faces per split, counted
     /// as if all live faces moved at every group's end.
     Budget(f64),
+    /// As [`Groups::Budget`], but the first group may have a smaller ratio than the others, so that the ratio need not
+    /// divide the growth of the whole mesh. The budget is then used up, instead of 96 to 99 % of it, and the ratio of
+    /// the other groups is as small as the budget allows.
+    WholeBudget(f64),
 }
 
 impl Groups {
@@ -30,10 +34,13 @@ impl Groups {
                 // A geometric sum; each group ends with at most one face too many.
                 (faces / (1.0 - (-growth / count).exp()) + count).min(all)
             }
-            Groups::Budget(moves) => (moves * (faces - base)).min(all),
+            Groups::Budget(moves) | Groups::WholeBudget(moves) => (moves * (faces - base)).min(all),
         }
     }
 }
+
+/// Bisection steps for the ratio: its logarithm is found to a millionth of the growth.
+const HALVINGS: usize = 20;
 
 /// The levels at which groups end, ascending. The last of these levels is the full mesh. Empty if there are no splits.
 ///
@@ -74,6 +81,10 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
             }
             geometric(collapses, base, count, growth)
         }
+        Groups::WholeBudget(moves) => {
+            assert!(moves > 0.0, "a budget of {moves} moved faces per split");
+            smallest_ratio(collapses, base, growth, moves)
+        }
     };
     ends.retain(|&end| end > 0);
     ends.dedup();
@@ -94,6 +105,45 @@ fn geometric(collapses: &Collapses, base: usize, count: u32, growth: f64) -> Vec
         }
         ends.push(level as u32);
     }
+    ends
+}
+
+/// Groups of the smallest ratio at which `moves` faces per split suffice, if all live faces move at every group's end.
+/// The last group ends with the full mesh, and the first group has the rest of the growth.
+fn smallest_ratio(collapses: &Collapses, base: usize, growth: f64, moves: f64) -> Vec<u32> {
+    let last = collapses.faces.len();
+    let mut faces_at = vec![base];
+    faces_at.extend((1..=last).map(|level| collapses.faces.row(last - level).len()));
+    (1..=last).for_each(|level| faces_at[level] += faces_at[level - 1]);
+    let most = moves * last as f64;
+    // The last level of each group, finest first, until the budget is spent.
+    let ends = |log_ratio: f64| {
+        let (mut ends, mut moved) = (Vec::new(), 0.0);
+        for n in 0.. {
+            let wanted = faces_at[last] as f64 * (-log_ratio * f64::from(n)).exp();
+            let level = faces_at.partition_point(|&faces| faces as f64 <= wanted).saturating_sub(1);
+            if ends.last() == Some(&(level as u32)) {
+                continue;
+            }
+            moved += faces_at[level] as f64;
+            if level == 0 || moved > most {
+                break;
+            }
+            ends.push(level as u32);
+        }
+        (ends, moved <= most)
+    };
+    let (mut too_small, mut enough) = (0.0, growth);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (too_small + enough);
+        if ends(middle).1 { enough = middle } else { too_small = middle }
+    }
+    let mut ends = ends(enough).0;
+    // At least one group: every order ends with the full mesh.
+    if ends.is_empty() {
+        ends.push(last as u32);
+    }
+    ends.reverse();
     ends
 }
 
@@ -135,6 +185,8 @@ mod tests {
             Groups::Geometric(1.0 + 1e-15),
             Groups::Budget(23.0),
             Groups::Budget(1e300),
+            Groups::WholeBudget(23.0),
+            Groups::WholeBudget(1e300),
         ] {
             let most = groups.moved_faces(64, 10_064);
             let moved: f64 =
@@ -152,5 +204,24 @@ mod tests {
             let each = f64::from(moved) / 5000.0;
             assert!(each < moves * 1.01 && each > 0.8 * moves, "{each} of {moves}");
         }
+    }
+
+    #[test]
+    fn a_whole_budget_is_used_up_by_groups_of_equal_ratio() {
+        for (moves, splits) in [(4.0, 5000), (10.0, 5000), (10.0, 5150), (10.0, 1800), (23.0, 5000)] {
+            let collapses = pairs(splits);
+            let ends = group_ends(Groups::WholeBudget(moves), &collapses, 64 + 2 * splits as usize);
+            let faces: Vec<f64> = ends.iter().map(|end| f64::from(64 + 2 * end)).collect();
+            let each = faces.iter().sum::<f64>() / f64::from(splits);
+            // A smaller ratio would need one more group, and so at least 64 more moved faces.
+            let least = moves - 2.0 * 64.0 / f64::from(splits);
+            assert!((least..=moves).contains(&each), "{each} of {moves} for {splits} splits");
+            assert_eq!(ends.last(), Some(&splits));
+            let ratios: Vec<f64> = faces.windows(2).map(|pair| pair[1] / pair[0]).collect();
+            // A group's faces are even numbers; the smallest group has at least 64.
+            let whole = ratios[ratios.len() - 1];
+            assert!(ratios.iter().all(|ratio| (ratio / whole - 1.0).abs() < 4.0 / 64.0), "{ratios:?}");
+        }
+        assert_eq!(group_ends(Groups::WholeBudget(0.1), &pairs(150), 400), [150]);
     }
 }

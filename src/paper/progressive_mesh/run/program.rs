@@ -178,6 +178,12 @@ impl Program {
         self.command_bytes() + levels + size_of_val(&*self.faces) + self.direct.bytes()
     }
 
+    /// [`Program::bytes`] without the levels, with the index buffer of level 0 in the width of the indices.
+    pub fn bytes_beside_levels(&self) -> usize {
+        let index_buffer = self.index_type().triangle_bytes() as usize * self.faces.len();
+        self.command_bytes() + size_of_val(&*self.drawn) + index_buffer + self.direct.bytes()
+    }
+
     /// Bytes of the lists of the steps: [`Program::bytes`] without levels, faces and the tables of [`Direct`].
     pub fn command_bytes(&self) -> usize {
         let moves = size_of_val(&*self.moves.runs) + size_of_val(&*self.moves.from);
