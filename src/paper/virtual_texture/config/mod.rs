@@ -2,17 +2,19 @@
 //! values.
 
 use super::choices::{
-    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterScan, Filtering,
-    Interpolation, Listing, RequestFormat, TileAddress,
+    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterMap, FilterScan,
+    Filtering, Interpolation, Listing, RequestFormat, TileAddress,
 };
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
+use crate::math::weight_map::{WeightMap, map_reach};
 use crate::picture::PixelFormat;
 use crate::scene::{
     Language, Scene, SceneError, SceneFault, SceneTable, Surface, TableDeclaration, settings,
 };
 use crate::texture::source::TileFormat;
+use crate::vk::shader::Shader;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
 mod texture;
@@ -57,8 +59,9 @@ settings! {
     /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
     /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
     /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
-    /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing filters no
-    /// pixels: it draws fragments of rotated polygons.
+    /// level 0, a device's anisotropic sampler cannot follow the page table, object-space texturing filters no pixels (it
+    /// draws fragments of rotated polygons), and incremental coordinates need whole rows of one polygon in order
+    /// (tm.17, tm.drift).
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
@@ -86,6 +89,14 @@ settings! {
         kernel: FilterKernel = FilterKernel::Ewa;
         /// For `"ellipse"`: the weight of a texel that its edge cuts.
         edge: FilterEdge = FilterEdge::AreaRamp;
+        /// For `"ellipse"`: a table in place of the kernel's formula.
+        weight_map: FilterMap = FilterMap::None;
+        /// For a weight map: entries along each side; a power of two.
+        map_entries: u32 = 64, in 4..=256, unit "entries";
+        /// For a weight map: bits per entry, 8 or 16.
+        map_bits: u32 = 16, in 8..=16, unit "bits";
+        /// For the maps `"radial"` and `"squared-radius"`: interpolates the two nearest entries.
+        map_linear: bool = false;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
         /// How a tile's two levels are blended.
@@ -105,6 +116,29 @@ fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(
             filter.kind.name()
         );
         return Err(part.fault("max_anisotropy", what));
+    }
+    check_map(filter, part)
+}
+
+fn check_map(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
+    const KEYS: [&str; 4] = ["weight_map", "map_entries", "map_bits", "map_linear"];
+    if filter.kind != Filtering::Ellipse {
+        part.absent(&KEYS, &format!("kind = {:?}", filter.kind.name()))?;
+    }
+    let Some(shape) = filter.weight_map.shape() else {
+        return part.absent(&KEYS[1..], "weight_map = \"none\"");
+    };
+    let (entries, bits) = (filter.map_entries, filter.map_bits);
+    if !entries.is_power_of_two() {
+        return Err(part.fault("map_entries", format!("{entries} is not a power of two")));
+    }
+    if !matches!(bits, 8 | 16) {
+        return Err(part.fault("map_bits", format!("{bits} is neither 8 nor 16")));
+    }
+    if filter.map_linear && !shape.is_one_dimensional() {
+        let what =
+            "a two-dimensional map is not interpolated; use weight_map = \"radial\" or \"squared-radius\"";
+        return Err(part.fault("map_linear", what));
     }
     Ok(())
 }
@@ -319,7 +353,30 @@ impl Filter {
             ("AXES", self.axes as u32),
             ("ALPHA", kernel.radius_and_alpha()[1].to_bits()),
         ];
-        [&self.level_constants()[..], &of_texels].concat()
+        let of_map = self.map().map(|map| map.constants(self.map_reach()));
+        [&self.level_constants()[..], &of_texels, of_map.as_slice().as_flattened()].concat()
+    }
+
+    /// The weight map that replaces the kernel's formula.
+    pub fn map(&self) -> Option<WeightMap> {
+        let shape = self.weight_map.shape().filter(|_| self.kind == Filtering::Ellipse)?;
+        Some(WeightMap { shape, entries: self.map_entries, bits: self.map_bits, linear: self.map_linear })
+    }
+
+    /// The words of the weight map.
+    pub fn map_words(&self) -> Option<Vec<u32>> {
+        let [_, alpha] = self.kernel.radius_and_alpha();
+        Some(self.map()?.words(alpha, self.map_reach()))
+    }
+
+    fn map_reach(&self) -> f64 {
+        map_reach(self.edge != FilterEdge::None)
+    }
+
+    /// The forms, unlit and lit, of a shader that filters a surface (`form.glsl`).
+    pub fn forms(&self, shaders: &'static [Shader; 4]) -> [&'static Shader; 2] {
+        let [plain_unlit, plain_lit, map_unlit, map_lit] = shaders;
+        if self.map().is_some() { [map_unlit, map_lit] } else { [plain_unlit, plain_lit] }
     }
 
     fn samples_reach(&self, border: u32) -> bool {
