@@ -8,16 +8,15 @@ use super::choices::{
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
 use crate::math::pyramid::Pyramid;
-use crate::math::weight_map::{WeightMap, map_reach};
 use crate::picture::PixelFormat;
 use crate::scene::{
     Language, Scene, SceneError, SceneFault, SceneTable, Surface, TableDeclaration, settings,
 };
 use crate::texture::source::TileFormat;
-use crate::vk::shader::Shader;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
 mod texture;
+mod weight_map;
 
 pub use texture::{
     KIND, TextureError, TextureSource, VirtualTextureSource, open_texture, owner, source_mesh, texture,
@@ -117,30 +116,7 @@ fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(
         );
         return Err(part.fault("max_anisotropy", what));
     }
-    check_map(filter, part)
-}
-
-fn check_map(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
-    const KEYS: [&str; 4] = ["weight_map", "map_entries", "map_bits", "map_linear"];
-    if filter.kind != Filtering::Ellipse {
-        part.absent(&KEYS, &format!("kind = {:?}", filter.kind.name()))?;
-    }
-    let Some(shape) = filter.weight_map.shape() else {
-        return part.absent(&KEYS[1..], "weight_map = \"none\"");
-    };
-    let (entries, bits) = (filter.map_entries, filter.map_bits);
-    if !entries.is_power_of_two() {
-        return Err(part.fault("map_entries", format!("{entries} is not a power of two")));
-    }
-    if !matches!(bits, 8 | 16) {
-        return Err(part.fault("map_bits", format!("{bits} is neither 8 nor 16")));
-    }
-    if filter.map_linear && !shape.is_one_dimensional() {
-        let what =
-            "a two-dimensional map is not interpolated; use weight_map = \"radial\" or \"squared-radius\"";
-        return Err(part.fault("map_linear", what));
-    }
-    Ok(())
+    weight_map::check(filter, part)
 }
 
 settings! {
@@ -353,30 +329,7 @@ impl Filter {
             ("AXES", self.axes as u32),
             ("ALPHA", kernel.radius_and_alpha()[1].to_bits()),
         ];
-        let of_map = self.map().map(|map| map.constants(self.map_reach()));
-        [&self.level_constants()[..], &of_texels, of_map.as_slice().as_flattened()].concat()
-    }
-
-    /// The weight map that replaces the kernel's formula.
-    pub fn map(&self) -> Option<WeightMap> {
-        let shape = self.weight_map.shape().filter(|_| self.kind == Filtering::Ellipse)?;
-        Some(WeightMap { shape, entries: self.map_entries, bits: self.map_bits, linear: self.map_linear })
-    }
-
-    /// The words of the weight map.
-    pub fn map_words(&self) -> Option<Vec<u32>> {
-        let [_, alpha] = self.kernel.radius_and_alpha();
-        Some(self.map()?.words(alpha, self.map_reach()))
-    }
-
-    fn map_reach(&self) -> f64 {
-        map_reach(self.edge != FilterEdge::None)
-    }
-
-    /// The forms, unlit and lit, of a shader that filters a surface (`form.glsl`).
-    pub fn forms(&self, shaders: &'static [Shader; 4]) -> [&'static Shader; 2] {
-        let [plain_unlit, plain_lit, map_unlit, map_lit] = shaders;
-        if self.map().is_some() { [map_unlit, map_lit] } else { [plain_unlit, plain_lit] }
+        [&self.level_constants()[..], &of_texels, self.map_constants().as_slice().as_flattened()].concat()
     }
 
     fn samples_reach(&self, border: u32) -> bool {
