@@ -160,14 +160,15 @@ fn a_weight_map_gives_the_f64_filter_with_that_map() {
         let found = plain_compared(&mut on_tiles, "above", &own, Method::Ellipse(ellipse));
         assert!(found.wrong == 0 && found.judged > 1000 && found.undecided == 0, "{own:?}: {found:?}");
     }
-    // Near misses that must be rejected: other entries, another shape, the nearest entry, no map.
+    // Near misses that must be rejected: other entries, another shape, interpolation, no map. The bound of a
+    // two-dimensional map allows a neighbouring entry everywhere, so it rejects only coarse maps.
     let few = mapped(FilterMap::Radial, 4, false);
     for (own, other) in [
         (few.0, mapped(FilterMap::Radial, 8, false).1),
         (few.0, mapped(FilterMap::SquaredRadius, 4, false).1),
         (few.0, mapped(FilterMap::Radial, 4, true).1),
         (few.0, usual(16).1),
-        (mapped(FilterMap::Square, 16, false).0, mapped(FilterMap::Quadrant, 16, false).1),
+        (mapped(FilterMap::Square, 4, false).0, mapped(FilterMap::Square, 256, false).1),
     ] {
         let mut renderer = settled(7, 0, "edge", own);
         let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
@@ -175,6 +176,25 @@ fn a_weight_map_gives_the_f64_filter_with_that_map() {
         let found = plain_compared(&mut on_tiles, "above", &own, Method::Ellipse(other));
         assert!(20 * found.wrong > found.judged, "{own:?} as {other:?}: {found:?}");
     }
+}
+
+/// A square map holds each entry of a quadrant map of half the side four times. At an edge between two entries, rounding
+/// may take either.
+#[test]
+fn a_quadrant_map_gives_the_picture_of_the_square_map_with_twice_the_entries() {
+    let picture = |weight_map, map_entries| {
+        let (own, _) = mapped(weight_map, map_entries, false);
+        settled(6, 0, "edge", own).linear_picture().unwrap().rgba
+    };
+    let square = picture(FilterMap::Square, 64);
+    let differing = |entries| {
+        let quadrant = picture(FilterMap::Quadrant, entries);
+        let differs = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-6);
+        quadrant.iter().zip(&square).filter(|pair| differs(*pair)).count()
+    };
+    // One of a thousand pixels; the near miss differs in half of the surface's pixels.
+    let counts = [32, 64].map(differing);
+    assert!(1000 * counts[0] < square.len() && counts[1] > 1500, "{counts:?} of {}", square.len());
 }
 
 /// The list has each tile from which a pixel reads texels, and no other.
