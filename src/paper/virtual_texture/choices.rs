@@ -176,7 +176,7 @@ choices! {
         None = "none",
         /// x and y: `map_entries` x `map_entries` entries.
         Square = "square",
-        /// |x| and |y|: a quarter of the square.
+        /// The absolute values of x and y: a quarter of the square.
         Quadrant = "quadrant",
         /// r.
         Radial = "radial",
