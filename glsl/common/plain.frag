@@ -1,7 +1,8 @@
 #version 460
-// variants LIT: 0 1
+// variants FORM: 0 1 2 3
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
+#include "common/form.glsl"
 #include "common/view.glsl"
 #include "common/exact.glsl"
 #include "texture_mapping/footprint.glsl"
@@ -42,8 +43,6 @@ Spot spot_at(uint level) {
     return Spot(ivec2(floor(at)), at - floor(at));
 }
 
-float weight(vec2 at) { return gaussian(at); }
-#include "texture_mapping/ellipse.glsl"
 #include "texture_mapping/surface_filter.glsl"
 
 vec4 filtered() {

@@ -8,6 +8,7 @@
 #include "texture_mapping/footprint.glsl"
 #include "texture_mapping/weights.glsl"
 #include "texture_mapping/ellipse_level.glsl"
+#define MAP_BINDING 1
 #include "texture_mapping/weight_map.glsl"
 #include "texture_mapping/ellipse.glsl"
 

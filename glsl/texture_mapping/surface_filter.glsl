@@ -1,5 +1,12 @@
-// Paper 3's published filters of a surface. Needs surface_filter_level.glsl, weights.glsl, and the texture around the
+// Paper 3's filters of a surface. Needs form.glsl, surface_filter_level.glsl, weights.glsl, and the texture around the
 // pixel: `vec3 texel(ivec2 at, uint level)` and `Spot spot_at(uint level)`.
+#if WEIGHT_MAP
+#define MAP_BINDING 5
+#include "texture_mapping/weight_map.glsl"
+#else
+float weight(vec2 at) { return gaussian(at); }
+#endif
+#include "texture_mapping/ellipse.glsl"
 
 // A bilinear sample of a level, from single texels.
 vec3 bilinear(vec2 offset, uint level) {

@@ -1,10 +1,10 @@
-// Step D of paper 3: a table in place of the Gaussian. Needs weights.glsl.
+// Step D of paper 3: a table in place of the Gaussian. Needs weights.glsl and the macro MAP_BINDING.
 layout(constant_id = 60) const uint MAP = 0;  // 0: none; else 1 + the index of the `MapShape` variant
 layout(constant_id = 61) const uint MAP_ENTRIES = 1;
 layout(constant_id = 62) const uint MAP_BITS = 8;
 layout(constant_id = 63) const uint MAP_LINEAR = 0;  // 1: interpolates the two nearest entries
 layout(constant_id = 64) const float MAP_REACH = 1.0;  // the largest r of the map
-layout(binding = 1) uniform utextureBuffer weight_map;
+layout(binding = MAP_BINDING) uniform utextureBuffer weight_map;
 
 float map_entry(uint n) {
     uint bit = n * MAP_BITS;

@@ -191,8 +191,6 @@ Spot spot_at(uint level) {
     return Spot(base - (near_corner >> int(level - near_tile.level)), within);
 }
 
-float weight(vec2 at) { return gaussian(at); }
-#include "texture_mapping/ellipse.glsl"
 #include "texture_mapping/surface_filter.glsl"
 
 // Paper 3's filters: single texels through the page table.

@@ -1,7 +1,8 @@
 #version 460
-// variants LIT: 0 1
+// variants FORM: 0 1 2 3
 #extension GL_GOOGLE_include_directive : require
 #include "common/extensions.glsl"
+#include "common/form.glsl"
 #include "virtual_texture/pyramid.glsl"
 #include "virtual_texture/footprint.glsl"
 #include "common/view.glsl"

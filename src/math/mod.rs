@@ -10,3 +10,4 @@ pub mod ragged;
 pub mod relief;
 pub mod rows;
 pub mod splitmix;
+pub mod weight_map;

@@ -6,8 +6,8 @@ use crate::math::light::LightColours;
 use crate::paper::texture_mapping::config::ReliefFilter;
 use crate::paper::texture_mapping::relief::surface::ReliefSurface;
 use crate::paper::virtual_texture::config::Filter;
+use crate::paper::virtual_texture::texturing::WeightTable;
 use crate::texture::plain::PlainTexture;
-use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::texture_mapping::relief_surface_frag;
 use crate::vk::{
@@ -22,9 +22,16 @@ pub const ALBEDO: f64 = 0.6;
 /// All surfaces of a scene with a plain texture or none.
 pub struct PlainSurfaces {
     pub surfaces: Vec<PlainSurface>,
-    /// For each filter, the unlit and the lit pipeline.
-    pipelines: Vec<(PlainFilter, [GraphicsPipeline; 2])>,
+    filters: Vec<FilterPipelines>,
     sampler: Sampler,
+}
+
+/// What all surfaces with the same filter share.
+struct FilterPipelines {
+    filter: PlainFilter,
+    /// Unlit and lit.
+    pipelines: [GraphicsPipeline; 2],
+    weight_table: WeightTable,
 }
 
 /// How the texture of a surface is filtered.
@@ -69,45 +76,57 @@ impl PlainSurfaces {
         target: &Target,
         light: LightColours,
     ) -> Result<PlainSurfaces> {
-        let pipeline = |filter, vertex, lit: usize, specialization: &[_]| {
-            let shaders: &'static [Shader] = match filter {
-                PlainFilter::Relief(_) => &relief_surface_frag::SHADERS,
-                _ => &plain_frag::SHADERS,
-            };
+        let pipeline = |vertex, fragment, specialization: &[_]| {
             gpu.graphics_pipeline(&GraphicsInfo {
                 specialization,
                 depth: Some(Depth::Write),
                 colors: &[target.color.info().format],
-                ..GraphicsInfo::triangles(vertex, &shaders[lit])
+                ..GraphicsInfo::triangles(vertex, fragment)
             })
         };
-        let mut pipelines: Vec<(PlainFilter, [GraphicsPipeline; 2])> = Vec::new();
+        let mut filters: Vec<FilterPipelines> = Vec::new();
         for surface in &surfaces {
-            if pipelines.iter().all(|(filter, _)| *filter != surface.filter) {
-                let filter = surface.filter;
-                let own = match filter {
-                    PlainFilter::Trilinear => Vec::new(),
-                    PlainFilter::Texels(filter) => filter.constants(),
-                    PlainFilter::Relief(filter) => ReliefSurface::constants(filter),
+            let filter = surface.filter;
+            if filters.iter().all(|other| other.filter != filter) {
+                let texels = if let PlainFilter::Texels(own) = filter { own } else { Filter::DEFAULT };
+                let ([unlit, lit], own) = match filter {
+                    PlainFilter::Trilinear => (texels.forms(&plain_frag::SHADERS), Vec::new()),
+                    PlainFilter::Texels(own) => (own.forms(&plain_frag::SHADERS), own.constants()),
+                    PlainFilter::Relief(own) => {
+                        let [unlit, lit, _] = &relief_surface_frag::SHADERS;
+                        ([unlit, lit], ReliefSurface::constants(own))
+                    }
                 };
-                let unlit = pipeline(filter, &mesh_vert::SHADER, 0, &own)?;
                 let both = [&own[..], &light.constants()].concat();
-                let lit = pipeline(filter, &lit_mesh_vert::SHADER, 1, &both)?;
-                pipelines.push((surface.filter, [unlit, lit]));
+                let pipelines = [
+                    pipeline(&mesh_vert::SHADER, unlit, &own)?,
+                    pipeline(&lit_mesh_vert::SHADER, lit, &both)?,
+                ];
+                filters.push(FilterPipelines {
+                    filter,
+                    pipelines,
+                    weight_table: WeightTable::new(gpu, &texels)?,
+                });
             }
         }
         Ok(PlainSurfaces {
             surfaces,
-            pipelines,
+            filters,
             sampler: gpu
                 .sampler("plain sampler", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: true })?,
         })
     }
 
-    /// Texture and relief of a surface.
+    fn filter_of(&self, surface: &PlainSurface) -> &FilterPipelines {
+        let filter = self.filters.iter().find(|other| other.filter == surface.filter);
+        filter.expect("each filter has pipelines")
+    }
+
+    /// Texture, weight map and relief of a surface.
     pub(super) fn resources<'s>(&'s self, surface: &'s PlainSurface) -> Vec<(u32, Resource<'s>)> {
         let plain = (plain_frag::PLAIN, Resource::Sampled(&surface.texture, &self.sampler));
-        surface.relief.iter().flat_map(ReliefSurface::resources).chain([plain]).collect()
+        let map = self.filter_of(surface).weight_table.resource();
+        surface.relief.iter().flat_map(ReliefSurface::resources).chain(map).chain([plain]).collect()
     }
 
     /// Draws the surfaces; `seen` returns the draw list of a shape for this frame.
@@ -128,21 +147,23 @@ impl PlainSurfaces {
             for (surface, shape) in shapes {
                 let surface = &self.surfaces[*surface];
                 let resources = self.resources(surface);
-                let of_filter = self.pipelines.iter().find(|(filter, _)| *filter == surface.filter);
-                let pipeline =
-                    &of_filter.expect("each filter has pipelines").1[usize::from(shape.normals.is_some())];
+                let pipeline = &self.filter_of(surface).pipelines[usize::from(shape.normals.is_some())];
                 seen(shape).draw(render, &resources, |_| pipeline)?;
             }
             Ok(())
         })
     }
 
-    /// A shared image is counted under the first surface that uses it.
+    /// A shared image or weight map is counted under the first surface that uses it.
     pub fn memory(&self) -> Allocations {
         let mut memory = Allocations::new();
         for (n, surface) in self.surfaces.iter().enumerate() {
             if !self.surfaces[..n].iter().any(|other| Arc::ptr_eq(&other.texture, &surface.texture)) {
                 memory.push((format!("{}: texture", surface.name), surface.texture.bytes()));
+            }
+            if !self.surfaces[..n].iter().any(|other| other.filter == surface.filter) {
+                let map = self.filter_of(surface).weight_table.memory();
+                memory.extend(map.map(|(name, bytes)| (format!("{}: {name}", surface.name), bytes)));
             }
             memory.extend(
                 surface.relief.as_ref().map(|relief| (format!("{}: relief", surface.name), relief.bytes())),

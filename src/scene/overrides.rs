@@ -8,8 +8,9 @@ use toml::{Table, Value};
 const NAMED: [&str; 3] = ["cameras", "paths", "surface"];
 
 /// The keys of a surface's filter that only some kinds read, with these kinds.
-const KEYS_OF_FILTERS: [(&[&str], &[&str]); 4] = [
+const KEYS_OF_FILTERS: [(&[&str], &[&str]); 5] = [
     (&["minor_texels", "k", "scan", "determinant", "axes", "kernel", "edge"], &["ellipse"]),
+    (&["weight_map", "map_entries", "map_bits", "map_linear"], &["ellipse"]),
     (&["samples"], &["stochastic", "stochastic-ellipse"]),
     (&["max_anisotropy"], &["trilinear", "bilinear", "stochastic", "ellipse", "feline", "mavridis"]),
     (&["interpolation"], &["trilinear", "bilinear", "stochastic", "feline", "mavridis", "pbrt"]),

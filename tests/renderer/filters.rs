@@ -1,7 +1,8 @@
 //! Paper 3's ellipse on a plain texture, against its f64 reference.
 
-use crate::scenes::{SIZE, VIEW};
+use crate::scenes::{Parts, SIZE, VIEW};
 use crate::{settled, silent};
+use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{filtered, levels};
 use ortelius::picture::PixelFormat;
@@ -113,18 +114,73 @@ fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
     }
 }
 
+/// The maps are smooth: derivatives with an error of 1/256 move a texel by at most 1.5 / 256 of the ellipse's radius, so by
+/// at most one entry of the two-dimensional maps. Coarse maps are compared in tests/virtual_texture, where the device's
+/// derivatives are known.
+#[test]
+fn a_plain_texture_with_a_weight_map_is_the_f64_picture_with_that_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, texture) = scene(folder.path(), [1024, 512], noise);
+    let own = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
+    let of = |shape, entries, linear| own.map(WeightMap { shape, entries, bits: 16, linear });
+    for (keys, ellipse, near_miss) in [
+        ("'square', map_entries=256", of(MapShape::Square, 256, false), own.minor_texels(1.0)),
+        ("'quadrant', map_entries=256", of(MapShape::Quadrant, 256, false), own.minor_texels(1.0)),
+        ("'radial', map_entries=4, map_linear=true", of(MapShape::Radial, 4, true), own.most_ratio(1.0)),
+        ("'squared-radius', map_linear=true", of(MapShape::SquaredRadius, 64, true), own.most_ratio(1.0)),
+    ] {
+        let filter = format!("surface.land.filter={{kind='ellipse', max_anisotropy=16, weight_map={keys}}}");
+        let scene = scene.with(&[filter]).unwrap();
+        let [covered, wrong] = beyond(&scene, &texture, &ellipse);
+        assert!(covered > 5000 && wrong == 0, "{keys}: {wrong} of {covered}");
+        let [_, wrong] = beyond(&scene, &texture, &near_miss);
+        assert!(wrong > 10, "{keys} as {near_miss:?}: {wrong}");
+    }
+}
+
+/// Progressive meshes with a virtual and with a plain texture.
+#[test]
+fn a_weight_map_of_many_entries_shows_the_kernel_on_progressive_meshes() {
+    let scene = Parts::new();
+    let scene = scene.scene(&["land", "hill", "board"], "");
+    let picture = |map: &str| {
+        let filters = ["land", "board"].map(|name| format!("surface.{name}.filter={{kind='ellipse'{map}}}"));
+        let mut renderer = settled(&scene.with(&filters).unwrap(), PixelFormat::Linear32);
+        let found = renderer.linear_picture().unwrap().rgba;
+        silent(&renderer);
+        found
+    };
+    let kernel = picture("");
+    let off = |map: &str| {
+        let of = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
+        picture(map).iter().zip(&kernel).map(of).collect::<Vec<_>>()
+    };
+    // Interpolated between entries 1.5 / 256 apart, exp(-2 r^2) has an error of at most h^2 / 8 x 4 = 1.7e-5, below the
+    // first entry's middle of 2 (h / 2)^2 = 1.7e-5. 16 bits add 0.8e-5. The mean weight in the ellipse is 0.43, so a mean
+    // of texels from 0 to 1 is off by at most 2 x 2.5e-5 / 0.43 = 1.2e-4.
+    let worst =
+        off(", weight_map='radial', map_entries=256, map_linear=true").into_iter().fold(0.0, f32::max);
+    assert!(worst < 1.2e-4, "{worst}");
+    // The near miss: four entries.
+    let rough = off(", weight_map='radial', map_entries=4");
+    assert!(rough.iter().filter(|off| **off > 1e-3).count() > 500);
+}
+
 /// Sides that are not powers of two, and rows beyond the texture's edge.
 #[test]
 fn a_constant_plain_texture_comes_out_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, _) = scene(folder.path(), [200, 77], |_| 119);
-    let mut renderer = settled(&scene, PixelFormat::Linear32);
-    let bytes = renderer.picture_bytes().unwrap();
-    let mut colours: Vec<u32> =
-        bytes.chunks_exact(16).map(|pixel| u32::from_le_bytes(pixel[..4].try_into().unwrap())).collect();
-    colours.sort();
-    colours.dedup();
-    // The colours of the background and of the texture.
-    assert_eq!(colours.len(), 2, "{colours:?}");
-    silent(&renderer);
+    for map in ["none", "square", "quadrant", "radial", "squared-radius"] {
+        let scene = scene.with(&[format!("surface.land.filter.weight_map={map}")]).unwrap();
+        let mut renderer = settled(&scene, PixelFormat::Linear32);
+        let bytes = renderer.picture_bytes().unwrap();
+        let mut colours: Vec<u32> =
+            bytes.chunks_exact(16).map(|pixel| u32::from_le_bytes(pixel[..4].try_into().unwrap())).collect();
+        colours.sort();
+        colours.dedup();
+        // The colours of the background and of the texture.
+        assert_eq!(colours.len(), 2, "{map}: {colours:?}");
+        silent(&renderer);
+    }
 }

@@ -216,10 +216,15 @@ fn the_order_of_surfaces_changes_no_pixel() {
 fn the_sun_lights_what_the_scene_says() {
     let parts = Parts::new();
     let floats = |scene: &Scene| settled(scene, PixelFormat::Linear32).linear_picture().unwrap().rgba;
-    for variant in ["", "[variant]\ndedup = \"fused\"\naddress = \"own-level\"\ncompact = \"append\"\n"] {
-        let unlit = floats(&parts.scene(&["land"], variant));
+    let fused = "[variant]\ndedup = \"fused\"\naddress = \"own-level\"\ncompact = \"append\"\n";
+    // A weight map has shaders of its own.
+    let [one, map] = ["{max_anisotropy=1}", "{kind='ellipse', weight_map='radial'}"];
+    for (variant, filter) in [("", one), (fused, one), ("", map), (fused, map)] {
+        let filtered =
+            |scene: Scene| floats(&scene.with(&[format!("surface.land.filter={filter}")]).unwrap());
+        let unlit = filtered(parts.scene(&["land"], variant));
         let sun = "[sun]\nazimuth_deg = 10.0\nelevation_deg = 30.0\n";
-        let lit = floats(&parts.lit("land", &format!("{sun}{variant}")));
+        let lit = filtered(parts.lit("land", &format!("{sun}{variant}")));
         // A level plane has the same light everywhere: 0.25 from the sky and 0.75 sin 30 from the sun.
         let of_pixels = unlit.iter().zip(&lit).filter(|(unlit, _)| unlit[0] > 1e-3);
         let worst =

@@ -219,7 +219,7 @@ fn the_filter_auto_has_one_bound_and_a_surface_that_can_be_measured() {
 }
 
 /// The keys of paper 3's ellipse, each with a valid value.
-const OF_THE_ELLIPSE: [&str; 7] = [
+const OF_THE_ELLIPSE: [&str; 8] = [
     "minor_texels = 1",
     "k = 0",
     "scan = \"bounding-box\"",
@@ -227,6 +227,7 @@ const OF_THE_ELLIPSE: [&str; 7] = [
     "axes = \"rows\"",
     "kernel = \"ewa\"",
     "edge = \"none\"",
+    "weight_map = \"radial\"",
 ];
 
 #[test]
@@ -297,6 +298,9 @@ fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
     for keys in [
         "kind = \"ellipse\", k = 0, minor_texels = 0, max_anisotropy = 64",
         "kind = \"ellipse\", scan = \"bounding-box\", determinant = \"subtracting\"",
+        "kind = \"ellipse\", weight_map = \"none\"",
+        "kind = \"ellipse\", weight_map = \"square\", map_entries = 256, map_bits = 8",
+        "kind = \"ellipse\", weight_map = \"radial\", map_entries = 4, map_linear = true",
         "kind = \"feline\", max_anisotropy = 16",
     ] {
         load(land(keys)).expect(keys);
@@ -323,10 +327,29 @@ fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
             "determinant",
             "\"exact\" is not one of \"all-positive\",",
         ),
+        ("kind = \"ellipse\", kernel = \"weight-map\"", "kernel", "name that kernel, and add weight_map"),
+        ("kind = \"feline\", weight_map = \"radial\"", "weight_map", "kind = \"feline\""),
+        ("kind = \"ellipse\", map_entries = 64", "map_entries", "weight_map = \"none\" has no map_entries"),
         (
-            "kind = \"ellipse\", kernel = \"weight-map\"",
-            "kernel",
-            "use the Gaussian that the map approximates",
+            "kind = \"ellipse\", weight_map = \"disc\"",
+            "weight_map",
+            "\"disc\" is not one of \"none\", \"square\",",
+        ),
+        (
+            "kind = \"ellipse\", weight_map = \"radial\", map_entries = 48",
+            "map_entries",
+            "48 is not a power of two",
+        ),
+        (
+            "kind = \"ellipse\", weight_map = \"radial\", map_entries = 512",
+            "map_entries",
+            "512 is outside 4 ..= 256",
+        ),
+        ("kind = \"ellipse\", weight_map = \"radial\", map_bits = 12", "map_bits", "12 is neither 8 nor 16"),
+        (
+            "kind = \"ellipse\", weight_map = \"quadrant\", map_linear = true",
+            "map_linear",
+            "a two-dimensional map is not interpolated",
         ),
     ] {
         let error = load(land(keys)).expect_err(keys).to_string();

@@ -1,10 +1,10 @@
 //! Properties of the reference's weights: covariance, maps, edges.
 
+use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::plane::Tilt;
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::GreyMipmap;
-use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::reference::pattern::Pattern;
 

@@ -8,13 +8,13 @@ mod object_space;
 mod parallax;
 mod relief;
 
+use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use ortelius::paper::texture_mapping::plane::TiltedPlane;
 use ortelius::paper::texture_mapping::texels::GreyMipmap;
-use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::vk::{Feature, GpuOptions, Watched};
 

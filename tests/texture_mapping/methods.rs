@@ -1,6 +1,7 @@
 //! Pictures of every filter method against the f64 reference.
 
 use super::{SIZE, device, dumped, methods};
+use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
@@ -8,7 +9,6 @@ use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::GreyMipmap;
-use ortelius::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use ortelius::reference::pattern::Pattern;
 
 /// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.

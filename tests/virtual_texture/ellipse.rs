@@ -5,6 +5,7 @@ use crate::{TextureSession, bordered, device, open, open_with, pose};
 use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
 use ortelius::paper::texture_mapping::reference::ellipse::{bounded, filtered, half_sides, levels};
+use ortelius::paper::virtual_texture::choices::FilterMap;
 use ortelius::paper::virtual_texture::config::Filter;
 use ortelius::paper::virtual_texture::reach::neighbours;
 use ortelius::paper::virtual_texture::reference::picture::{SourceTexels, sides};
@@ -440,7 +441,8 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
     let (gpu, pyramid) = (device(), Pyramid::new(18, 17, 9, 16, None).unwrap());
     // A device's sampler weights texels in steps of 1/256, and sums of samples are rounded.
     let sampled = 1.0 / 512.0;
-    for (kind, samples, most) in [
+    let maps = FilterMap::ALL[1..].iter().map(|&map| (Filtering::Ellipse, 1, map, 0.0));
+    let filters = [
         (Filtering::Ellipse, 1, 0.0),
         (Filtering::Trilinear, 1, sampled),
         (Filtering::Stochastic, 1, 0.0),
@@ -449,10 +451,12 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
         (Filtering::Mavridis, 1, 0.0),
         (Filtering::Pbrt, 1, 0.0),
         (Filtering::StochasticEllipse, 16, 0.0),
-    ] {
+    ];
+    let filters = filters.map(|(kind, samples, most)| (kind, samples, FilterMap::None, most));
+    for (kind, samples, weight_map, most) in filters.into_iter().chain(maps) {
         let mut renderer = open_with(&gpu, &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
             filter(settings, 16);
-            settings.config.filter = Filter { kind, samples, ..settings.config.filter };
+            settings.config.filter = Filter { kind, samples, weight_map, ..settings.config.filter };
         });
         renderer.settle(&pose(&scene, "tilted")).unwrap();
         let pixels = renderer.linear_picture().unwrap().rgba;
@@ -468,6 +472,6 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
         let channels = || on.iter().flat_map(|pixel| &pixel[..3]).copied();
         let (least, largest) = (channels().fold(1.0, f32::min), channels().fold(0.0, f32::max));
         println!("{kind:?} {samples}: {least} to {largest}");
-        assert!(largest - least <= most, "{kind:?} {samples}: {least} to {largest}");
+        assert!(largest - least <= most, "{kind:?} {samples} {weight_map:?}: {least} to {largest}");
     }
 }

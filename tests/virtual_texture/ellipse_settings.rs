@@ -4,12 +4,13 @@
 use crate::TextureSession;
 use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
 use crate::texel_filters::{compared, filter, in_tiles, noise, plain_compared};
+use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::paper::virtual_texture::Filtering;
 use ortelius::paper::virtual_texture::choices::{
-    FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterScan,
+    FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterMap, FilterScan,
 };
 use ortelius::paper::virtual_texture::config::Filter;
 
@@ -63,6 +64,44 @@ fn cases() -> Vec<(Filter, EllipseFilter)> {
     ]
 }
 
+/// The filter of scenes with a weight map of 16 bits.
+fn mapped(weight_map: FilterMap, map_entries: u32, map_linear: bool) -> (Filter, EllipseFilter) {
+    let shape = match weight_map {
+        FilterMap::None => panic!("no map"),
+        FilterMap::Square => MapShape::Square,
+        FilterMap::Quadrant => MapShape::Quadrant,
+        FilterMap::Radial => MapShape::Radial,
+        FilterMap::SquaredRadius => MapShape::SquaredRadius,
+    };
+    let (own, best) = usual(16);
+    let map = WeightMap { shape, entries: map_entries, bits: 16, linear: map_linear };
+    (Filter { weight_map, map_entries, map_linear, ..own }, best.map(map))
+}
+
+/// Every shape of map with few and with many entries; 8 bits; with and without texels beyond the edge; the printed axes
+/// and kernel.
+fn maps() -> Vec<(Filter, EllipseFilter)> {
+    let (square, of_square) = mapped(FilterMap::Square, 64, false);
+    let (radial, of_radial) = mapped(FilterMap::Radial, 64, false);
+    let of_bits = |entries, shape| WeightMap { shape, entries, bits: 8, linear: false };
+    vec![
+        (square, of_square),
+        mapped(FilterMap::Square, 256, false),
+        mapped(FilterMap::Quadrant, 32, false),
+        (radial, of_radial),
+        mapped(FilterMap::Radial, 4, true),
+        mapped(FilterMap::Radial, 256, true),
+        mapped(FilterMap::SquaredRadius, 128, false),
+        mapped(FilterMap::SquaredRadius, 16, true),
+        (Filter { map_bits: 8, ..radial }, of_radial.map(of_bits(64, MapShape::Radial))),
+        (Filter { edge: FilterEdge::None, ..square }, of_square.edge(Edge::None)),
+        (
+            Filter { axes: FilterAxes::Rows, kernel: FilterKernel::Formula4, ..square },
+            of_square.axes(Axes::Rows).kernel(EllipseKernel::FORMULA_4),
+        ),
+    ]
+}
+
 fn settled(tile_log2: u32, border: u32, camera: &str, own: Filter) -> TextureSession {
     crate::texel_filters::settled(noise(tile_log2, border, None), camera, |settings| {
         settings.config.filter = own
@@ -106,6 +145,56 @@ fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
         let found = plain_compared(&mut renderer, "low", &own, Method::Ellipse(other));
         assert!(found.wrong > 20, "{other:?}: {found:?}");
     }
+}
+
+#[test]
+fn a_weight_map_gives_the_f64_filter_with_that_map() {
+    let mut on_tiles = settled(7, 2, "above", usual(16).0);
+    for (own, ellipse) in maps() {
+        for (camera, tile_log2, border) in [("edge", 6, 0), ("above", 7, 3)] {
+            let mut renderer = settled(tile_log2, border, camera, own);
+            let found = compared(&mut renderer, in_tiles(Method::Ellipse(ellipse), tile_log2), None);
+            let case = format!("{own:?}, {camera}, {tile_log2}, {border}: {found:?}");
+            assert!(found.wrong == 0 && found.judged > 2000 && found.undecided == 0, "{case}");
+        }
+        let found = plain_compared(&mut on_tiles, "above", &own, Method::Ellipse(ellipse));
+        assert!(found.wrong == 0 && found.judged > 1000 && found.undecided == 0, "{own:?}: {found:?}");
+    }
+    // Near misses that must be rejected: other entries, another shape, interpolation, no map. The bound of a
+    // two-dimensional map allows a neighbouring entry everywhere, so it rejects only coarse maps.
+    let few = mapped(FilterMap::Radial, 4, false);
+    for (own, other) in [
+        (few.0, mapped(FilterMap::Radial, 8, false).1),
+        (few.0, mapped(FilterMap::SquaredRadius, 4, false).1),
+        (few.0, mapped(FilterMap::Radial, 4, true).1),
+        (few.0, usual(16).1),
+        (mapped(FilterMap::Square, 4, false).0, mapped(FilterMap::Square, 256, false).1),
+    ] {
+        let mut renderer = settled(7, 0, "edge", own);
+        let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
+        assert!(20 * found.wrong > found.judged, "{own:?} as {other:?}: {found:?}");
+        let found = plain_compared(&mut on_tiles, "above", &own, Method::Ellipse(other));
+        assert!(20 * found.wrong > found.judged, "{own:?} as {other:?}: {found:?}");
+    }
+}
+
+/// A square map holds each entry of a quadrant map of half the side four times. At an edge between two entries, rounding
+/// may take either.
+#[test]
+fn a_quadrant_map_gives_the_picture_of_the_square_map_with_twice_the_entries() {
+    let picture = |weight_map, map_entries| {
+        let (own, _) = mapped(weight_map, map_entries, false);
+        settled(6, 0, "edge", own).linear_picture().unwrap().rgba
+    };
+    let square = picture(FilterMap::Square, 64);
+    let differing = |entries| {
+        let quadrant = picture(FilterMap::Quadrant, entries);
+        let differs = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).any(|c| (a[c] - b[c]).abs() > 1e-6);
+        quadrant.iter().zip(&square).filter(|pair| differs(*pair)).count()
+    };
+    // One of a thousand pixels; the near miss differs in half of the surface's pixels.
+    let counts = [32, 64].map(differing);
+    assert!(1000 * counts[0] < square.len() && counts[1] > 1500, "{counts:?} of {}", square.len());
 }
 
 /// The list has each tile from which a pixel reads texels, and no other.

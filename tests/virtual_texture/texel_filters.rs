@@ -10,7 +10,7 @@ use ortelius::paper::texture_mapping::method::{EllipseFilter, Method, PixelCentr
 use ortelius::paper::texture_mapping::reference::baselines::{Texture, filtered, stochastic_levels};
 use ortelius::paper::texture_mapping::reference::{FilteredTexel, ellipse};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
-use ortelius::paper::virtual_texture::choices::{FilterAxes, FilterEdge, FilterKernel};
+use ortelius::paper::virtual_texture::choices::{FilterAxes, FilterEdge, FilterKernel, FilterMap};
 use ortelius::paper::virtual_texture::config::{Filter, source_mesh};
 use ortelius::paper::virtual_texture::texturing::PlainBaseline;
 use ortelius::paper::virtual_texture::{
@@ -423,7 +423,8 @@ fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
 
 #[test]
 fn a_fused_draw_shows_and_lists_the_same_with_every_published_filter() {
-    for (filter, _) in published() {
+    let map = Filter { weight_map: FilterMap::Radial, ..filter(Filtering::Ellipse, 16, 1) };
+    for filter in published().into_iter().map(|(filter, _)| filter).chain([map]) {
         let of = |fuse: bool| {
             let mut renderer = settled(noise(6, 0, None), "edge", |settings| {
                 settings.config.filter = filter;

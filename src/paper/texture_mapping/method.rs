@@ -2,8 +2,8 @@
 
 use super::baselines::FilterBaseline;
 use super::footprint::{Axes, Determinant, FootprintSettings, MOST_REACH, Scan};
-use super::weight_map::WeightMap;
 use super::weights::{Edge, EllipseKernel};
+use crate::math::weight_map::{WeightMap, map_reach};
 
 /// A filter method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +62,9 @@ impl EllipseFilter {
         edge: Edge::AreaRamp,
     };
 
-    /// The largest r in a weight map. r is the distance from the footprint's centre, 1 on the ellipse. If edge texels
-    /// have weights, a texel that the ellipse cuts counts even if the texel's centre is outside the ellipse.
+    /// The largest r in the weight map.
     pub fn map_reach(&self) -> f64 {
-        if self.edge == Edge::None { 1.0 } else { 1.5 }
+        map_reach(self.edge != Edge::None)
     }
 
     pub const fn kernel(self, kernel: EllipseKernel) -> EllipseFilter {

@@ -11,7 +11,7 @@
 //! | A | footprint: the pixel's ellipse in texels, (1)…(3) | `footprint.rs` |
 //! | B | Gaussian weight with the footprint's shape, (4) | `weights.rs` |
 //! | C | edge texels: the cut-off volume V1 | `weights.rs` |
-//! | D | weight maps, (5), (6) | `weight_map.rs` |
+//! | D | weight maps, (5), (6) | [`crate::math::weight_map`] |
 //! | E, F | modified Heckbert coordinates, (7), (8); ellipse parameters by increments, (9) | `coordinates/` |
 //! | G | object-space texturing, filtered in the screen plane | `object_space/` |
 //! | H | parallax mapping with anisotropic filtering | `relief/` |
@@ -42,5 +42,4 @@ pub mod plane;
 pub mod reference;
 pub mod relief;
 pub mod texels;
-pub mod weight_map;
 pub mod weights;

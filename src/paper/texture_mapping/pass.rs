@@ -215,7 +215,7 @@ fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
     constants
 }
 
-fn ellipse_constants(ellipse: &EllipseFilter) -> [(&'static str, u32); 16] {
+fn ellipse_constants(ellipse: &EllipseFilter) -> Vec<(&'static str, u32)> {
     let EllipseFilter { footprint, kernel, map, edge } = ellipse;
     let axes = match footprint.axes {
         Axes::Rows => 0,
@@ -223,11 +223,8 @@ fn ellipse_constants(ellipse: &EllipseFilter) -> [(&'static str, u32); 16] {
         Axes::Corrected => 2,
         Axes::Round => 3,
     };
-    let (shape, entries, bits) = match map {
-        None => (0, 1, 8),
-        Some(map) => (map.shape as u32 + 1, map.entries, map.bits),
-    };
-    [
+    let of_map = map.iter().flat_map(|map| map.constants(ellipse.map_reach()));
+    let constants = [
         ("AXES", axes),
         ("ALL_POSITIVE", u32::from(footprint.determinant == Determinant::AllPositive)),
         ("K", footprint.k.to_bits()),
@@ -239,12 +236,8 @@ fn ellipse_constants(ellipse: &EllipseFilter) -> [(&'static str, u32); 16] {
         ("MOST_VISITED", (MOST_VISITED as f32).to_bits()),
         ("ALPHA", kernel.alpha.to_bits()),
         ("EDGE", *edge as u32),
-        ("MAP", shape),
-        ("MAP_ENTRIES", entries),
-        ("MAP_BITS", bits),
-        ("MAP_LINEAR", u32::from(map.is_some_and(|map| map.linear))),
-        ("MAP_REACH", (ellipse.map_reach() as f32).to_bits()),
-    ]
+    ];
+    constants.into_iter().chain(of_map).collect()
 }
 
 impl FilterPass {

@@ -1,5 +1,6 @@
 //! The named variants of each step. A variant's doc comment is also its description in documents and reports.
 
+use crate::math::weight_map::MapShape;
 use crate::scene::choices;
 
 choices! {
@@ -151,8 +152,7 @@ choices! {
         Uniform = "uniform",
     }
     refused {
-        "weight-map" = "a weight map is one more table that every pixel reads, and it only approximates \"formula-4\" or \
-                        \"ewa\"; the figure tm.24 measures the maps; use the Gaussian that the map approximates",
+        "weight-map" = "a weight map approximates a kernel; name that kernel, and add weight_map = \"radial\"",
     }
 }
 
@@ -164,6 +164,35 @@ impl FilterKernel {
             FilterKernel::Formula4 => [1.0, 3.125],
             FilterKernel::Diameter1 => [0.5, 3.125],
             FilterKernel::Uniform => [1.0, 0.0],
+        }
+    }
+}
+
+choices! {
+    /// The index of a table that replaces the evaluation of the Gaussian of the filter `"ellipse"`: step D of paper 3. The
+    /// index is the texel's position, with r = 1 at the ellipse's edge.
+    pub enum FilterMap {
+        /// No table.
+        None = "none",
+        /// x and y: `map_entries` x `map_entries` entries.
+        Square = "square",
+        /// The absolute values of x and y: a quarter of the square.
+        Quadrant = "quadrant",
+        /// r.
+        Radial = "radial",
+        /// `r^2`, which needs no square root.
+        SquaredRadius = "squared-radius",
+    }
+}
+
+impl FilterMap {
+    pub fn shape(self) -> Option<MapShape> {
+        match self {
+            FilterMap::None => None,
+            FilterMap::Square => Some(MapShape::Square),
+            FilterMap::Quadrant => Some(MapShape::Quadrant),
+            FilterMap::Radial => Some(MapShape::Radial),
+            FilterMap::SquaredRadius => Some(MapShape::SquaredRadius),
         }
     }
 }

@@ -26,7 +26,7 @@ use crate::vk::{
 pub struct Fused {
     /// Present if the variant is exact.
     depth_alone: Option<DepthOnlyPipelines>,
-    shading: ShadingPipelines,
+    pub(super) shading: ShadingPipelines,
     lists: TileMarking,
     masks: PerFrame<TileMask>,
 }
@@ -105,7 +105,7 @@ impl Fused {
         };
         Ok(Fused {
             depth_alone: if exact { Some(DepthOnlyPipelines::new(gpu, &shade)?) } else { None },
-            shading: ShadingPipelines::new(gpu, &shade, &fused_frag::SHADERS, lit)?,
+            shading: ShadingPipelines::new(gpu, &shade, (&fused_frag::SHADERS, &config.filter), lit)?,
             lists,
             masks: PerFrame::new(|| TileMask::new(gpu, pyramid, config))?,
         })
@@ -150,6 +150,7 @@ impl Fused {
             (fused_frag::TILE_MASK, mask.of_frame().resource),
             (fused_frag::VISIBLE_LIST, Resource::Buffer(&list.triples)),
         ];
+        let resources: Vec<_> = resources.into_iter().chain(self.shading.weight_table.resource()).collect();
         cmd.render(size, &[color], Some(depth), |render| {
             // Both draws are in one rendering scope, whose primitive order synchronises the depth accesses.
             if let Some(depth_alone) = &self.depth_alone {

@@ -106,10 +106,15 @@ impl ListAndDraw {
     /// (name, bytes), on the device unless the name says otherwise.
     pub fn memory(&self) -> Vec<(&'static str, u64)> {
         match self {
-            ListAndDraw::Staged { stage1, list_passes, .. } => {
-                [vec![("request image", stage1.requests.bytes())], list_passes.memory()].concat()
+            ListAndDraw::Staged { stage1, list_passes, texturing } => {
+                let requests = ("request image", stage1.requests.bytes());
+                let map = texturing.shading.weight_table.memory();
+                [requests].into_iter().chain(list_passes.memory()).chain(map).collect()
             }
-            ListAndDraw::Fused { draw, stage3 } => stage3.memory(draw.mask_bytes()),
+            ListAndDraw::Fused { draw, stage3 } => {
+                let map = draw.shading.weight_table.memory();
+                stage3.memory(draw.mask_bytes()).into_iter().chain(map).collect()
+            }
         }
     }
 }

@@ -13,8 +13,8 @@ use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
 use crate::vk::shader::virtual_texture::texturing_frag;
 use crate::vk::{
-    Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline, Image, ImageInfo,
-    ReadAs, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
+    Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline,
+    Image, ImageInfo, ReadAs, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
 };
 
 /// Specialization constants of `filter.glsl`.
@@ -26,32 +26,61 @@ pub(super) fn constants(config: &Config, resident: &TilePool) -> Vec<(&'static s
     resident.constants().into_iter().chain(filter).chain(config.filter.constants()).collect()
 }
 
+/// The weight map of a filter, if it has one.
+pub struct WeightTable(Option<Buffer>);
+
+impl WeightTable {
+    /// # Errors
+    /// Out of memory.
+    pub fn new(gpu: &Gpu, filter: &Filter) -> Result<WeightTable> {
+        let words = filter.map_words();
+        let buffer = words.map(|words| gpu.buffer_with("weight map", &words, BufferUse::Texels));
+        Ok(WeightTable(buffer.transpose()?))
+    }
+
+    /// The binding for shaders that read the map. It is the same number in all of them.
+    pub fn resource(&self) -> Option<(u32, Resource<'_>)> {
+        self.0.as_ref().map(|buffer| (texturing_frag::WEIGHT_MAP, Resource::Buffer(buffer)))
+    }
+
+    /// The name and the bytes of the map, for lists of the memory.
+    pub fn memory(&self) -> Option<(&'static str, u64)> {
+        self.0.as_ref().map(|buffer| ("weight map", buffer.bytes()))
+    }
+}
+
 /// The pipelines of a shading pass: for unlit shapes, and for shapes that the sun lights.
 pub(super) struct ShadingPipelines {
     unlit: GraphicsPipeline,
     lit: Option<GraphicsPipeline>,
+    pub weight_table: WeightTable,
 }
 
 impl ShadingPipelines {
-    /// `info` describes the unlit pipeline; `fragment` holds the unlit and the lit fragment shader.
+    /// `info` describes the pipelines except their fragment shaders, which are the forms of `fragment` for `filter`.
     ///
     /// # Errors
     /// The driver's compiler fails.
     pub fn new(
         gpu: &Gpu,
         info: &GraphicsInfo<'_>,
-        fragment: &'static [Shader; 2],
+        (fragment, filter): (&'static [Shader; 4], &Filter),
         lit: Option<LightColours>,
     ) -> Result<ShadingPipelines> {
+        let [unlit, of_lit] = filter.forms(fragment).map(Some);
         let lit = lit.map(|light| {
             gpu.graphics_pipeline(&GraphicsInfo {
                 vertex: &lit_mesh_vert::SHADER,
-                fragment: Some(&fragment[1]),
+                fragment: of_lit,
                 specialization: &[info.specialization, &light.constants()].concat(),
                 ..*info
             })
         });
-        Ok(ShadingPipelines { unlit: gpu.graphics_pipeline(info)?, lit: lit.transpose()? })
+        Ok(ShadingPipelines {
+            unlit: gpu.graphics_pipeline(&GraphicsInfo { fragment: unlit, ..*info })?,
+            lit: lit.transpose()?,
+            weight_table: WeightTable::new(gpu, filter)?,
+        })
     }
 
     /// The pipeline for a shape. Without a light, all shapes are unlit.
@@ -61,7 +90,7 @@ impl ShadingPipelines {
 }
 
 pub struct Texturing {
-    shading: ShadingPipelines,
+    pub(super) shading: ShadingPipelines,
 }
 
 impl Texturing {
@@ -113,7 +142,8 @@ impl Texturing {
             colors: &[target],
             ..GraphicsInfo::triangles(&mesh_vert::SHADER, &texturing_frag::SHADERS[0])
         };
-        Ok(Texturing { shading: ShadingPipelines::new(gpu, &info, &texturing_frag::SHADERS, lit)? })
+        let fragment = (&texturing_frag::SHADERS, &config.filter);
+        Ok(Texturing { shading: ShadingPipelines::new(gpu, &info, fragment, lit)? })
     }
 
     /// Draws the picture; `stage1` must have drawn the same view.
@@ -135,6 +165,7 @@ impl Texturing {
             (texturing_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
             (texturing_frag::TILE_POOL, Resource::Sampled(&resident.tiles, &resident.sampler)),
         ];
+        let resources: Vec<_> = resources.into_iter().chain(self.shading.weight_table.resource()).collect();
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |shape| self.shading.of(shape))
         })
@@ -147,6 +178,7 @@ pub struct PlainBaseline {
     pipeline: GraphicsPipeline,
     texture: Image,
     sampler: Sampler,
+    weight_table: WeightTable,
     depth: Image,
 }
 
@@ -175,17 +207,19 @@ impl PlainBaseline {
         )?;
         gpu.fill_levels(&texture, &levels)?;
         let constants = if filter.kind.is_of_paper_3() { filter.constants() } else { Vec::new() };
+        let [unlit, _] = filter.forms(&plain_frag::SHADERS);
         let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
             specialization: &constants,
             depth: Some(Depth::Write),
             colors: &[target.info().format],
-            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &plain_frag::SHADERS[0])
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, unlit)
         })?;
         Ok(PlainBaseline {
             pipeline,
             texture,
             sampler: gpu
                 .sampler("plain sampler", SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: true })?,
+            weight_table: WeightTable::new(gpu, filter)?,
             depth: gpu.image("plain depth", ImageInfo::target(target.info().size, Format::Depth32Float))?,
         })
     }
@@ -199,7 +233,8 @@ impl PlainBaseline {
     pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &DrawList<'_>, target: &Image) -> Result<()> {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
         let depth = DepthTarget { image: &self.depth, clear: true };
-        let resources = [(plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler))];
+        let plain = (plain_frag::PLAIN, Resource::Sampled(&self.texture, &self.sampler));
+        let resources: Vec<_> = self.weight_table.resource().into_iter().chain([plain]).collect();
         cmd.render(target.info().size, &[color], Some(depth), |render| {
             seen.draw(render, &resources, |_| &self.pipeline)
         })

@@ -7,12 +7,12 @@ use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64,
 use super::shown::ellipse_and_trilinear;
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
 use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Value};
+use crate::math::weight_map::WeightMap;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
-use crate::paper::texture_mapping::weight_map::WeightMap;
 use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use crate::reference::pattern::Pattern;
 

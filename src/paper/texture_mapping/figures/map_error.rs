@@ -3,9 +3,9 @@
 use super::lab::Lab;
 use super::methods::THESIS;
 use crate::figure::{Row, Value};
+use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::method::EllipseFilter;
 use crate::paper::texture_mapping::plane::Tilt;
-use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 
 /// NMSE of the f64 picture with a map against the f64 picture by the formula: a number for each map, and a curve along
 /// the entries.
@@ -34,8 +34,7 @@ fn curves() -> Vec<(String, Vec<WeightMap>)> {
         (MapShape::SquaredRadius, "r^2 map"),
     ];
     for (shape, name) in shapes {
-        let one_dimensional = matches!(shape, MapShape::Radial | MapShape::SquaredRadius);
-        for linear in [false, true].into_iter().filter(|linear| one_dimensional || !linear) {
+        for linear in [false, true].into_iter().filter(|linear| shape.is_one_dimensional() || !linear) {
             for bits in [8, 16] {
                 let name = format!("{name}, {bits} bits{}", if linear { ", interpolated" } else { "" });
                 let map = |entries| WeightMap { shape, entries, bits, linear };

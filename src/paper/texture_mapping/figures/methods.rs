@@ -1,10 +1,10 @@
 //! The methods that figures compare, by name.
 
 use super::lab::SOFTWARE_SAMPLER;
+use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
-use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 
 /// The paper's filter at the level that the minor axis selects. The filter as printed always reads level 0, where a

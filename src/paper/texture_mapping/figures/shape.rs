@@ -6,10 +6,10 @@ use super::methods::{PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_
 use super::shown::patterns;
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
 use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
+use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::plane::Tilt;
-use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::EllipseKernel;
 use crate::picture::Picture;
 use crate::picture::error::compare;

@@ -2,9 +2,9 @@
 //! distances of the texels.
 
 use super::FilteredTexel;
+use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
 use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
-use crate::paper::texture_mapping::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::weights::Edge;
 
 /// A symmetric 2 x 2 matrix: 11, 12, 22.

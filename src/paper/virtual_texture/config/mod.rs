@@ -2,8 +2,8 @@
 //! values.
 
 use super::choices::{
-    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterScan, Filtering,
-    Interpolation, Listing, RequestFormat, TileAddress,
+    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterMap, FilterScan,
+    Filtering, Interpolation, Listing, RequestFormat, TileAddress,
 };
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
@@ -17,6 +17,7 @@ use crate::texture::source::TileFormat;
 use crate::vk::{Error, Feature, Format, Gpu, Need, Result};
 
 mod texture;
+mod weight_map;
 
 pub use texture::{
     KIND, TextureError, TextureSource, VirtualTextureSource, open_texture, owner, source_mesh, texture,
@@ -58,9 +59,9 @@ settings! {
     /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
     /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
     /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
-    /// level 0, a device's anisotropic sampler cannot follow the page table, and object-space texturing filters no
-    /// pixels: it draws fragments of rotated polygons. A key that the kind does not read is an error. A change of the
-    /// kind alone drops such keys.
+    /// level 0, a device's anisotropic sampler cannot follow the page table, object-space texturing filters no pixels (it
+    /// draws fragments of rotated polygons), and incremental coordinates need whole rows of one polygon in order
+    /// (tm.17, tm.drift). A key that the kind does not read is an error. A change of the kind alone drops such keys.
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
@@ -89,6 +90,14 @@ settings! {
         kernel: FilterKernel = FilterKernel::Ewa;
         /// For `"ellipse"`: the weight of a texel that its edge cuts.
         edge: FilterEdge = FilterEdge::AreaRamp;
+        /// For `"ellipse"`: a table in place of the kernel's formula.
+        weight_map: FilterMap = FilterMap::None;
+        /// For a weight map: entries along each side; a power of two.
+        map_entries: u32 = 64, in 4..=256, unit "entries";
+        /// For a weight map: bits per entry, 8 or 16.
+        map_bits: u32 = 16, in 8..=16, unit "bits";
+        /// For the maps `"radial"` and `"squared-radius"`: interpolates the two nearest entries.
+        map_linear: bool = false;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
         /// How a tile's two levels are blended. `"ellipse"` and `"stochastic-ellipse"` read one level.
@@ -117,7 +126,7 @@ fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(
         );
         return Err(part.fault("max_anisotropy", what));
     }
-    Ok(())
+    weight_map::check(filter, part)
 }
 
 settings! {
@@ -330,7 +339,7 @@ impl Filter {
             ("AXES", self.axes as u32),
             ("ALPHA", kernel.radius_and_alpha()[1].to_bits()),
         ];
-        [&self.level_constants()[..], &of_texels].concat()
+        [&self.level_constants()[..], &of_texels, self.map_constants().as_slice().as_flattened()].concat()
     }
 
     fn samples_reach(&self, border: u32) -> bool {

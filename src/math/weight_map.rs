@@ -1,9 +1,10 @@
-//! Weight maps (step D). A table holds the weight `exp(-alpha r^2)` by the texel's position in the unit disc.
+//! Weight maps (paper 3, step D). A table holds the weight `exp(-alpha r^2)` by the texel's position in the unit disc.
 //!
 //! Formula (5) of the thesis computes this position from the Jacobian's entries. The position of formula (5) and the
 //! weight of formula (4) are exact only where the Jacobian is diagonal or a similarity. The corrected position is a
-//! square root of `V^-1` times the texel's offset. [`Axes`](super::footprint::Axes) selects the printed or the
-//! corrected position, as it does for formula (4). Formula (6) is the map's scale.
+//! square root of `V^-1` times the texel's offset. `Axes` of paper 3 selects the printed or the corrected position, as
+//! it does for formula (4). Formula (6) is the map's scale. The tables are here because the surfaces of paper 1 use them,
+//! too.
 
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,14 +32,38 @@ pub struct WeightMap {
     pub linear: bool,
 }
 
+/// The largest r in a weight map. r is the distance from the footprint's centre, 1 on the ellipse. With `edge_weights`,
+/// a texel that the ellipse cuts counts even if the texel's centre is outside the ellipse.
+pub fn map_reach(edge_weights: bool) -> f64 {
+    if edge_weights { 1.5 } else { 1.0 }
+}
+
+impl MapShape {
+    /// True if the table has one row. Only such tables can be interpolated.
+    pub fn is_one_dimensional(self) -> bool {
+        matches!(self, MapShape::Radial | MapShape::SquaredRadius)
+    }
+}
+
 impl WeightMap {
+    /// Specialization constants of `weight_map.glsl`.
+    pub fn constants(&self, reach: f64) -> [(&'static str, u32); 5] {
+        [
+            ("MAP", self.shape as u32 + 1),
+            ("MAP_ENTRIES", self.entries),
+            ("MAP_BITS", self.bits),
+            ("MAP_LINEAR", u32::from(self.linear)),
+            ("MAP_REACH", (reach as f32).to_bits()),
+        ]
+    }
+
     /// The table of `exp(-alpha r^2)` up to r = `reach` (in two-dimensional maps, up to x = y = `reach`), packed into
     /// words from the least significant bits.
     pub fn words(&self, alpha: f32, reach: f64) -> Vec<u32> {
         assert!(matches!(self.bits, 8 | 16), "{} bits", self.bits);
         let (side, alpha) = (f64::from(self.entries), f64::from(alpha));
         let middle = |n: u32| (f64::from(n) + 0.5) / side;
-        let rows = if matches!(self.shape, MapShape::Square | MapShape::Quadrant) { self.entries } else { 1 };
+        let rows = if self.shape.is_one_dimensional() { 1 } else { self.entries };
         let square_of = |row: u32, column: u32| match self.shape {
             MapShape::Square => (2.0 * middle(column) - 1.0).powi(2) + (2.0 * middle(row) - 1.0).powi(2),
             MapShape::Quadrant => middle(column).powi(2) + middle(row).powi(2),
@@ -63,11 +88,8 @@ impl WeightMap {
 
     /// Bytes of the table.
     pub fn bytes(&self) -> u32 {
-        let entries = match self.shape {
-            MapShape::Square | MapShape::Quadrant => self.entries * self.entries,
-            MapShape::Radial | MapShape::SquaredRadius => self.entries,
-        };
-        entries * self.bits / 8
+        let rows = if self.shape.is_one_dimensional() { 1 } else { self.entries };
+        rows * self.entries * self.bits / 8
     }
 }
 
