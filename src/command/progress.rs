@@ -7,7 +7,7 @@ use std::time::Duration;
 
 pub struct ProgressLine(ProgressBar);
 
-/// Stores meshes built for scenes in the user's cache folder, and shows a bar during a build.
+/// Keeps the meshes of scenes in the user's cache folder, and shows a bar while one is built.
 pub fn keep_meshes() {
     let step = |name| -> BuildProgress {
         let bar = ProgressLine::counting("faces");

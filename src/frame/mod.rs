@@ -1,6 +1,6 @@
 //! The frame loop ([`Run`]), shared by figures, the command line and the window. For each frame: retire the
-//! results of the last frame in this slot, prepare, record, submit. A [`Technique`] draws. Each paper
-//! implements one, and this module depends on none of them.
+//! results of the last frame in this slot, prepare, record, submit. A [`Technique`] draws a part of the
+//! frame. Papers 1 and 2 implement one each; this module depends on no paper.
 
 mod per_frame;
 mod records;

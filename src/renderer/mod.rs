@@ -1,4 +1,4 @@
-//! Converts a scene to passes: only the device features, memory and passes that its surfaces need.
+//! Converts a scene to passes. A scene gets only the device features, memory and passes that its surfaces need.
 
 pub mod auto;
 pub mod figures;

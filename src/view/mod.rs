@@ -70,7 +70,7 @@ pub struct ViewOptions {
     pub trade: Option<Trade>,
     /// Record the path, then close the window.
     pub record: bool,
-    /// Print the times of this many frames per pass along the path, then close the window.
+    /// Fly along the path with this many frames per flight, print their times, then close the window.
     pub measure: Option<usize>,
     /// The file that these times are also written to.
     pub times: Option<PathBuf>,

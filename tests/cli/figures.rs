@@ -1,5 +1,5 @@
-//! `list`, `reproduce`, `merge` and `page` as commands; tests/figure tests their measurements with made-up
-//! figures.
+//! The commands `list`, `reproduce`, `merge` and `page`. The tests in tests/figure check their measurements, with
+//! made-up figures.
 
 use super::interrupt::{interrupt, last_line};
 use super::*;
@@ -199,7 +199,7 @@ fn assert_worker_ends_with_its_parent(folder: &TempDir, mut parent: Child) {
     }
 }
 
-/// `out` holds vt.address, whose cells all lack a number.
+/// `out` holds two of the six cells of vt.address, and one of the two crashed. So every claim lacks a number.
 fn assert_merge_counts_the_claims_that_are_not_measured(folder: &TempDir) {
     let merge = ["merge", "out", "-o", "out", "--junit", "verdicts.xml", "--fail-on"];
     let merged = run(folder, &[&merge[..], &["not-reproduced"]].concat());

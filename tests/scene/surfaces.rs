@@ -292,20 +292,30 @@ fn another_kind_of_filter_drops_the_keys_that_it_does_not_read() {
     assert!(error.contains("surface.land.filter.k=1: kind = \"feline\" does not read it"), "{error}");
 }
 
-#[test]
-fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
+/// Loads a scene with each of the `good` filters, and is refused each of the bad ones with one message at the key.
+fn check_filters(good: &[&str], bad: &[(&str, &str, &str)]) {
     let land = |keys: &str| format!("[surface.land]\nfilter = {{ {keys} }}\n{SMALL}");
-    for keys in [
-        "kind = \"ellipse\", k = 0, minor_texels = 0, max_anisotropy = 64",
-        "kind = \"ellipse\", scan = \"bounding-box\", determinant = \"subtracting\"",
-        "kind = \"ellipse\", weight_map = \"none\"",
-        "kind = \"ellipse\", weight_map = \"square\", map_entries = 256, map_bits = 8",
-        "kind = \"ellipse\", weight_map = \"radial\", map_entries = 4, map_linear = true",
-        "kind = \"feline\", max_anisotropy = 16",
-    ] {
+    for keys in good {
         load(land(keys)).expect(keys);
     }
-    for (keys, key, expected) in [
+    for (keys, key, expected) in bad {
+        let error = load(land(keys)).expect_err(keys).to_string();
+        assert!(
+            error.contains(&format!("surface.land.filter.{key}: ")) && error.contains(expected),
+            "{keys}: {error}"
+        );
+        assert_eq!(error.matches("surface.land.filter").count(), 1, "{keys}: {error}");
+    }
+}
+
+#[test]
+fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
+    let good = [
+        "kind = \"ellipse\", k = 0, minor_texels = 0, max_anisotropy = 64",
+        "kind = \"ellipse\", scan = \"bounding-box\", determinant = \"subtracting\"",
+        "kind = \"feline\", max_anisotropy = 16",
+    ];
+    let bad = [
         (
             "kind = \"feline\", max_anisotropy = 17",
             "max_anisotropy",
@@ -327,6 +337,18 @@ fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
             "determinant",
             "\"exact\" is not one of \"all-positive\",",
         ),
+    ];
+    check_filters(&good, &bad);
+}
+
+#[test]
+fn a_weight_map_that_does_not_exist_is_rejected_at_its_key() {
+    let good = [
+        "kind = \"ellipse\", weight_map = \"none\"",
+        "kind = \"ellipse\", weight_map = \"square\", map_entries = 256, map_bits = 8",
+        "kind = \"ellipse\", weight_map = \"radial\", map_entries = 4, map_linear = true",
+    ];
+    let bad = [
         ("kind = \"ellipse\", kernel = \"weight-map\"", "kernel", "name that kernel, and add weight_map"),
         ("kind = \"feline\", weight_map = \"radial\"", "weight_map", "kind = \"feline\""),
         ("kind = \"ellipse\", map_entries = 64", "map_entries", "weight_map = \"none\" has no map_entries"),
@@ -351,12 +373,6 @@ fn a_setting_of_the_ellipse_out_of_its_range_is_rejected_at_its_key() {
             "map_linear",
             "a two-dimensional map is not interpolated",
         ),
-    ] {
-        let error = load(land(keys)).expect_err(keys).to_string();
-        assert!(
-            error.contains(&format!("surface.land.filter.{key}: ")) && error.contains(expected),
-            "{keys}: {error}"
-        );
-        assert_eq!(error.matches("surface.land.filter").count(), 1, "{keys}: {error}");
-    }
+    ];
+    check_filters(&good, &bad);
 }

@@ -36,7 +36,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Draws title, axes and rules for these points: a field of this height.
+    /// Draws a field of this height for these points, with its title, axes and grid lines.
     pub fn draw(
         svg: &mut Svg,
         chart: &Chart,

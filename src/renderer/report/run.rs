@@ -9,7 +9,7 @@ use std::path::Path;
 use thiserror::Error;
 
 /// A render report. Version 3 added `run`. In version 4 memory and passes have names instead of the paper's letters, and
-/// both frames of `plain` take one sample per pixel.
+/// the two frames that `plain` compares take one sample per pixel.
 pub const FORMAT: JsonFormat =
     JsonFormat { name: "ortelius-render-report", version: 5, oldest: 3, first_name: None };
 

@@ -76,8 +76,8 @@ impl Builder {
         let split = self.random.below(old as usize) as u32;
         let new = self.vertex();
         let at = |corners: &[u32; 3]| corners.contains(&split);
-        // Changes only faces of the previous level. The faces that this level adds are stored with their corners at
-        // the end of the level.
+        // Changes only faces of the previous level. A face that this level adds is stored with the corners that it has
+        // after the level's last split.
         let before = self.mesh.levels.last().map_or(0, |level| level.faces);
         let mut slots: Vec<u32> = (0..before).filter(|&slot| at(&self.live[slot as usize])).collect();
         let (from, to) = (self.random.below(slots.len() + 1), self.random.below(slots.len() + 1));

@@ -175,7 +175,7 @@ impl Lab {
         Ok(targets.dumped(&self.gpu)?)
     }
 
-    /// Compares a method's pixels with the reference. `plane` must be rounded as for the shaders.
+    /// Compares a method's pixels with the reference. `plane` must be rounded to f32, as shaders receive it ([`TiltedPlane::rounded`]).
     pub fn agreement(&self, dumped: &[Dumped], method: &Method, plane: &TiltedPlane) -> Agreement {
         compare(dumped, method, plane, self.size, &self.texels, 0)
     }

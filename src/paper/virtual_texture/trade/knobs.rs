@@ -77,9 +77,7 @@ impl Knob {
                     ..at
                 }));
             }
-            Knob::Anisotropy => {
-                all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at }));
-            }
+            Knob::Anisotropy => all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at })),
             Knob::Ellipse => {
                 let axes = [4, 16].into_iter().flat_map(|ratio| [1, 2, 4].map(|minor| (ratio, minor)));
                 all.extend(axes.map(|(max_anisotropy, minor_texels)| Values {

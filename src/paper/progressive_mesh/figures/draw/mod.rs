@@ -28,7 +28,7 @@ use crate::vk::{
 use anyhow::Context;
 use glam::DVec3;
 
-/// The only order that draws other faces.
+/// The only order whose faces are not those of the level: it draws a separate, discrete mesh.
 const DISCRETE: &str = FaceOrder::Discrete.name();
 
 const SHADED: &str = "vertex invocations for each vertex";
