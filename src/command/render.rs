@@ -16,6 +16,7 @@ use ortelius::paper::virtual_texture::config::{TextureError, owner, with_one_sam
 use ortelius::renderer::report::Report;
 use ortelius::renderer::{Options, RenderError, Renderer};
 use ortelius::scene::Scene;
+use ortelius::scene::path::FRAMES_PER_SECOND;
 use ortelius::texture::source::TileFormat;
 use std::path::PathBuf;
 
@@ -92,6 +93,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(lines) => lines.tap(records),
         None => records,
     });
+    if request.run.path.is_some() {
+        renderer.frame_seconds = 1.0 / f64::from(FRAMES_PER_SECOND);
+    }
     let frames = run_frames(&request, &mut renderer, &poses, &outputs)?;
     lines.map_or(Ok(()), Lines::finish)?;
     let last = poses.last().expect("there is at least one pose");

@@ -141,7 +141,7 @@ impl Renderer {
             if let Some(shown) = &mut surfaces.meshes {
                 shown.set_budget(meshes.budget);
                 for surface in &mut shown.surfaces {
-                    surface.settings.error_pixels = errors[&surface.name];
+                    surface.set_error_pixels(errors[&surface.name]);
                 }
             }
             Ok(())

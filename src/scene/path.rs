@@ -7,6 +7,9 @@ use crate::math::geodesy;
 use glam::{DQuat, DVec3};
 use serde::Serialize;
 
+/// Frames of a path per second: when the window plays it, in the films, and in `render --path`.
+pub const FRAMES_PER_SECOND: u16 = 30;
+
 /// A camera path: frame 0 is the start, frame `frames` the end; later frames stay at the end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraPath {

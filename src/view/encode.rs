@@ -2,12 +2,10 @@
 
 use anyhow::{Context, bail};
 use ortelius::picture::write::{read_png, write_whole};
+use ortelius::scene::path::FRAMES_PER_SECOND;
 use std::io;
 use std::path::Path;
 use std::process::Command;
-
-/// Frames per second of both files, and of playback in the window.
-pub const FRAMES_PER_SECOND: u16 = 30;
 
 /// Writes `animation.png` from the pictures `00000.png`, `00001.png`, … of a folder: RGB, endless loop.
 ///

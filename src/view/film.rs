@@ -9,6 +9,7 @@ use ortelius::frame::Records;
 use ortelius::math::camera::Pose;
 use ortelius::renderer::report::{Report, RunSection};
 use ortelius::scene::Scene;
+use ortelius::scene::path::FRAMES_PER_SECOND;
 use ortelius::vk::Gpu;
 use std::path::{Path, PathBuf};
 
@@ -50,6 +51,7 @@ impl Film {
         // Deterministic budgets count tiles instead of time, so the frames are the same on every machine.
         let mut renderer = stage::open(&gpu, &scene, run.size, run.deterministic, progress)?;
         progress.at_stop(renderer.technique.end_waits());
+        renderer.frame_seconds = 1.0 / f64::from(FRAMES_PER_SECOND);
         renderer.keep(Records::last_ones(1));
         for (n, pose) in poses.iter().enumerate() {
             progress.check()?;

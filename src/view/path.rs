@@ -1,9 +1,8 @@
 //! Playback of a scene's path in the window: play, pause and scrub.
 
-use super::encode::FRAMES_PER_SECOND;
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
-use ortelius::scene::path::{CameraPath, Motion};
+use ortelius::scene::path::{CameraPath, FRAMES_PER_SECOND, Motion};
 
 /// The selected path, and the position on it.
 #[derive(Default)]

@@ -6,6 +6,7 @@
 
 mod buffer;
 mod command;
+mod copy;
 mod descriptors;
 mod device;
 mod error;
@@ -22,6 +23,7 @@ mod pipeline;
 mod query;
 mod render;
 pub mod renderdoc;
+mod ring;
 mod sampler;
 pub mod self_test;
 mod semaphore;
@@ -60,8 +62,8 @@ pub use watched::Watched;
 pub(crate) use error::Check;
 
 use device::Device;
-use frame::Ring;
 use pipeline::Pipelines;
+use ring::Ring;
 use std::sync::{Arc, Mutex};
 
 pub type Result<T> = std::result::Result<T, Error>;

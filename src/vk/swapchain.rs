@@ -4,8 +4,8 @@
 //! minimising and losing the surface are normal events.
 
 use super::features::cannot_present;
-use super::frame::Ring;
 use super::instance::Instance;
+use super::ring::Ring;
 use super::{Check, Error, FRAMES_IN_FLIGHT, Format, Gpu, Image, Result, Semaphore};
 use ash::{khr, vk};
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle, RawWindowHandle};

@@ -105,7 +105,7 @@ struct Shown {
 }
 
 fn shown(session: &mut Run<ProgressiveMeshes>, pose: &ortelius::math::camera::Pose, pixels: f64) -> Shown {
-    session.technique.surfaces[0].settings.error_pixels = pixels;
+    session.technique.surfaces[0].set_error_pixels(pixels);
     session.frame(pose).unwrap();
     let picture = session.picture_bytes().unwrap();
     Shown {

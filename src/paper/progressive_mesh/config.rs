@@ -134,8 +134,8 @@ settings! {
         /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most
         /// twice the wanted error. With the default, a wanted error of one pixel is drawn at most 0.4 seconds after a
         /// jump of the camera; with `geomorph` as well, at most 1 % of the pixels of pm.pop change visibly in a frame.
-        /// Changes of the governor's factor are not limited. A frame of `render` lasts 1/60 second; a window
-        /// measures its frames. 1e6 is no limit in practice.
+        /// Changes of the governor's factor are not limited. A frame of a path lasts 1/30 second, and any other frame
+        /// of `render` 1/60 second; a window measures its frames. 1e6 is no limit in practice.
         pixels_per_second: f64 = PIXELS_PER_SECOND, in 0.01..=NO_LIMIT, unit "pixels per second";
         /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
         /// was built; if the key is given, it must be that metric.

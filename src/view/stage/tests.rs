@@ -242,3 +242,25 @@ fn a_resting_window_draws_frames_until_its_meshes_have_arrived_and_counts_second
         assert_eq!([0.1, 1.0 / 30.0, 1.0 / 120.0].map(&mut frames), expected, "{geomorph}");
     }
 }
+
+/// Only changes that the camera causes are slowed down.
+#[test]
+fn a_wanted_error_that_is_set_by_hand_is_drawn_at_once() {
+    let gpu = Watched::open(&GpuOptions::default());
+    let scene = Scene::embedded("bunny").unwrap();
+    let near = scene.camera("near").unwrap().pose();
+    let progress = JobProgress::default();
+    let mut stage = Stage::new(&gpu, scene, Vec::new(), [64, 36], true, &progress).unwrap();
+    stage.renderer.settle(&near).unwrap();
+    let faces = |stage: &Stage| {
+        let mesh = &stage.renderer.technique.meshes.as_ref().unwrap().surfaces[0];
+        mesh.faces(0).unwrap().len()
+    };
+    let at_a_pixel = faces(&stage);
+    stage.set("surface.bunny.geometry.error_pixels", "16.0").unwrap();
+    stage.renderer.frame(&near).unwrap();
+    let at_16_pixels = faces(&stage);
+    assert!(at_16_pixels < at_a_pixel, "{at_16_pixels} of {at_a_pixel} faces");
+    stage.renderer.settle(&near).unwrap();
+    assert_eq!(faces(&stage), at_16_pixels);
+}

@@ -195,7 +195,7 @@ pub const SAMPLES: u32 = 4;
 
 /// The surface at a wanted error in pixels, as sRGB bytes: one per pixel, because the picture is grey.
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
-    session.technique.surfaces[0].settings.error_pixels = pixels * f64::from(SAMPLES);
+    session.technique.surfaces[0].set_error_pixels(pixels * f64::from(SAMPLES));
     session.frame(pose)?;
     let [width, height] = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
     let bytes = session.picture_bytes()?;

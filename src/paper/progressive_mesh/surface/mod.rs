@@ -12,9 +12,12 @@
 mod baseline;
 mod levels;
 mod mapped;
+mod memory;
 pub mod pace;
 mod resident;
 pub mod vertices;
+
+pub use memory::SurfaceMemory;
 
 use crate::frame::{Draw, FrameSlot, Shape, Stalled, View};
 use crate::math::camera::Pose;
@@ -139,6 +142,14 @@ impl MeshOnDevice {
             arriving: false,
             program,
         })
+    }
+
+    /// Changes the wanted error. The next frame draws it at once: only changes that the camera causes follow gradually.
+    pub fn set_error_pixels(&mut self, error_pixels: f64) {
+        if self.settings.error_pixels.to_bits() != error_pixels.to_bits() {
+            self.settings.error_pixels = error_pixels;
+            self.members.iter_mut().for_each(|member| member.seen = None);
+        }
     }
 
     /// Brings the error of each visible instance to the wanted error, or as near to the wanted error as the
@@ -376,61 +387,6 @@ impl MeshOnDevice {
     pub fn faces(&self, instance: usize) -> Option<Vec<[u32; 3]>> {
         self.levels.faces(instance)
     }
-
-    /// Name and bytes of the video memory that level changes on the device need.
-    pub(super) fn program_bytes(&self) -> Option<(&'static str, u64)> {
-        match &self.levels {
-            InstanceLevels::Host(_) => None,
-            InstanceLevels::Device(resident) => Some(("splits and permutations", resident.shared_bytes())),
-            InstanceLevels::Baseline(baselines) => {
-                baselines.shared_bytes().map(|bytes| ("faces by rank", bytes))
-            }
-        }
-    }
-
-    /// The number of instances and the memory of one instance, as text.
-    pub fn of_an_instance(&self) -> String {
-        let memory = self.memory();
-        let [least, most] =
-            [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
-        let state = memory.state.div_ceil(memory.instances);
-        let face = self.program.index_type().triangle_bytes();
-        let (places, faces, baseline) = match &self.levels {
-            InstanceLevels::Host(_) if self.mapped.is_some() => {
-                ("in main and in mapped memory of each frame in flight", "live", None)
-            }
-            InstanceLevels::Host(_) => ("in main and in video memory", "live", None),
-            InstanceLevels::Device(_) => ("in video memory", "live", None),
-            InstanceLevels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
-        };
-        let own = format!(
-            "{}: {} with {least} to {most} faces at {} levels; each has {state} bytes of state and, {places}, \
-             {face} bytes per {faces} face",
-            self.name,
-            memory.instances,
-            self.program.levels().len()
-        );
-        baseline.map_or(own.clone(), |adds| format!("{own}; {adds}"))
-    }
-
-    /// Bytes of the index buffer, or of the index buffers of all frames in flight.
-    pub(super) fn index_bytes(&self) -> u64 {
-        self.mapped.as_ref().map_or(self.indices.bytes(), Mapped::bytes)
-    }
-
-    /// The memory of the surface: shared by its instances, and of all instances together.
-    pub fn memory(&self) -> SurfaceMemory {
-        let [state, host_indices] = self.levels.host_bytes();
-        SurfaceMemory {
-            instances: self.members.len(),
-            live_faces: (0..self.members.len()).map(|n| u64::from(self.live(n))).sum(),
-            shared_host: self.program.bytes(),
-            shared_device: self.vertices.bytes() + self.program_bytes().map_or(0, |(_, bytes)| bytes),
-            state: size_of_val(&*self.members) + state,
-            host_indices,
-            device_indices: self.index_bytes(),
-        }
-    }
 }
 
 /// A model's texture coordinates, or why it cannot carry a texture.
@@ -451,24 +407,6 @@ fn texture_coordinates(model: &LoadedMesh) -> Result<&[[f32; 2]], &'static str> 
         return Err("texture coordinates of the model lie outside 0 ..= 1, and this texture does not repeat");
     }
     Ok(coordinates)
-}
-
-/// Bytes of a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SurfaceMemory {
-    pub instances: usize,
-    /// Live faces of all instances at their levels (a count, not bytes).
-    pub live_faces: u64,
-    /// Main memory that the instances share: the program and level 0.
-    pub shared_host: usize,
-    /// Shared video memory: vertices, and the program if the device executes.
-    pub shared_device: u64,
-    /// Main memory of all instances without faces: placements, levels, slices, dirty flags.
-    pub state: usize,
-    /// Main memory of the instances' slices, if the host executes; for a baseline, of its faces and lists.
-    pub host_indices: usize,
-    /// Video memory of the instances' slices.
-    pub device_indices: u64,
 }
 
 impl std::ops::AddAssign for FrameChanges {
