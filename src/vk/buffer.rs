@@ -16,9 +16,9 @@ pub enum BufferUse {
     Indices(IndexType),
     /// Indices that shaders write and copies read.
     WritableIndices(IndexType),
-    /// MappedValues indices: written by the host, read by the GPU in place.
+    /// Mapped indices: written by the host, read by the GPU in place.
     MappedIndices(IndexType),
-    /// MappedValues vertices: written by the host, read by the GPU in place.
+    /// Mapped vertices: written by the host, read by the GPU in place.
     MappedVertices,
     /// Transform-feedback output, or its counter; copies can read it.
     TransformFeedback,
@@ -28,9 +28,9 @@ pub enum BufferUse {
     /// Read-only table of 32-bit words that shaders fetch as texels. Software drivers fetch the texels of a
     /// whole vector of pixels at once, but read a storage buffer pixel by pixel.
     Texels,
-    /// MappedValues, written by the host, read by copies.
+    /// Mapped, written by the host, read by copies.
     Upload,
-    /// MappedValues, written by copies, read by the host.
+    /// Mapped, written by copies, read by the host.
     Readback,
 }
 

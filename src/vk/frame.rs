@@ -1,46 +1,16 @@
-//! A frame: a short list of passes, in a ring of [`FRAMES_IN_FLIGHT`].
+//! A frame: a short list of passes, in a ring of [`super::FRAMES_IN_FLIGHT`].
 //!
 //! `pass` = debug label + timestamp + one global memory barrier + the closure + timestamp + end of label. No pass
 //! declares what it reads or writes, so no dependency can be forgotten. Passes never overlap, so their times add up.
 
 use super::command::Cmd;
-use super::ring::{MOST_PASSES, Ring, Slot, Times};
+use super::ring::{MOST_PASSES, PassTime, Ring, Slot, Times};
 use super::used::Listing;
 use super::{Check, Error, Feature, Gpu, Image, PassResources, Result, Semaphore, Work};
 use ash::vk;
-use serde::Serialize;
 use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
-
-/// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
-/// later.
-pub const FRAMES_IN_FLIGHT: usize = 2;
-
-/// Time and work of a pass.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct PassTime {
-    pub label: String,
-    /// Nanoseconds between its two timestamps; `None` if the device has no timestamps.
-    pub ns: Option<u64>,
-    /// `None` unless [`Gpu::count_work`] enabled counting.
-    #[serde(skip)]
-    pub work: Option<Work>,
-}
-
-impl PassTime {
-    /// A time without counted work.
-    pub fn new(label: impl Into<String>, ns: Option<u64>) -> PassTime {
-        PassTime { label: label.into(), ns, work: None }
-    }
-
-    /// The host's time for `work`, as a pass.
-    pub fn of_host<T>(label: impl Into<String>, work: impl FnOnce() -> T) -> PassTime {
-        let start = Instant::now();
-        std::hint::black_box(work());
-        PassTime::new(label, Some(start.elapsed().as_nanos() as u64))
-    }
-}
+use std::time::Duration;
 
 /// What a closure that records a pass returns: `()` if its commands cannot fail, or a [`Result`].
 pub trait Recorded {

@@ -39,7 +39,7 @@ pub use device::failure_at_the_end;
 pub use error::Error;
 pub use features::{Feature, Need};
 pub use format::Format;
-pub use frame::{FRAMES_IN_FLIGHT, Frame, PassTime, Recorded, Ticket};
+pub use frame::{Frame, Recorded, Ticket};
 pub use graphics_info::{Blend, Depth, GraphicsInfo};
 pub use image::{Image, ImageInfo, ReadAs, TargetPart};
 pub use instance::{Instance, Survey, driver_folders};
@@ -51,6 +51,7 @@ pub use query::{StreamCount, StreamQuery, Work};
 pub use render::{
     Clear, ClippedSlice, ColorTarget, DepthTarget, IndexRange, IndexedGeometry, Render, TransformFeedback,
 };
+pub use ring::{FRAMES_IN_FLIGHT, PassTime};
 pub use sampler::{Sampler, SamplerFilter, SamplerInfo};
 pub use semaphore::Semaphore;
 pub use shader::Access;

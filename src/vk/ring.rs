@@ -4,17 +4,46 @@
 use super::buffer::Uses;
 use super::descriptors::Descriptors;
 use super::device::Device;
-use super::frame::{FRAMES_IN_FLIGHT, PassTime};
 use super::query::statistics_info;
 use super::{Check, Feature, Result, Work};
 use ash::vk;
+use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
+/// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
+/// later.
+pub const FRAMES_IN_FLIGHT: usize = 2;
+
 /// Limit of passes in a frame; each takes two timestamps.
 pub(super) const MOST_PASSES: usize = 64;
+
+/// Time and work of a pass.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PassTime {
+    pub label: String,
+    /// Nanoseconds between its two timestamps; `None` if the device has no timestamps.
+    pub ns: Option<u64>,
+    /// `None` unless [`super::Gpu::count_work`] enabled counting.
+    #[serde(skip)]
+    pub work: Option<Work>,
+}
+
+impl PassTime {
+    /// A time without counted work.
+    pub fn new(label: impl Into<String>, ns: Option<u64>) -> PassTime {
+        PassTime { label: label.into(), ns, work: None }
+    }
+
+    /// The host's time for `work`, as a pass.
+    pub fn of_host<T>(label: impl Into<String>, work: impl FnOnce() -> T) -> PassTime {
+        let start = Instant::now();
+        std::hint::black_box(work());
+        PassTime::new(label, Some(start.elapsed().as_nanos() as u64))
+    }
+}
 
 pub(super) type Times = Arc<OnceLock<Vec<PassTime>>>;
 
