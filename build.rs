@@ -381,7 +381,8 @@ fn declaration(binding: u32, of: &DescriptorType, ty: &Type) -> String {
     format!("ShaderResource {{ binding: {binding}, access: Access::{access}, elements: {elements:?} }}")
 }
 
-/// The elements of a buffer: those of a block's only array, otherwise the block's name. Empty for an image.
+/// The name of a buffer's element type: that of the block's only array, otherwise the block's own name. Empty for an
+/// image.
 fn elements(of: &DescriptorType, ty: &Type) -> String {
     let element = |ty: &Type| match ty {
         Type::Struct(block) => block.name.clone().unwrap_or_default(),

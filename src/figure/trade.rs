@@ -23,8 +23,8 @@ pub struct Trade {
     /// Fewest timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
     pub runs: usize,
     pub most_runs: usize,
-    /// Least and greatest median of the scene's own setting, milliseconds: the drift of times during the
-    /// sweep.
+    /// The scene's own setting is timed again with each setting: the least and the greatest of its medians, in
+    /// milliseconds. They show the drift during the sweep.
     pub drift_ms: [f64; 2],
     /// The settings, sorted by the number of scene keys that a setting changes, fewest first.
     pub settings: Vec<Traded>,
@@ -39,8 +39,8 @@ pub struct Traded {
     pub name: String,
     /// Its changes to the scene, as arguments of `-D`.
     pub changes: Vec<String>,
-    /// Time of the settled frame: each round's ratio to the scene's own frame, times the median of that
-    /// frame.
+    /// Time of the settled frame. In each round, this setting's time is divided by the time of the scene's own setting.
+    /// These ratios are multiplied by the median time of the scene's own setting.
     pub ms: Summary,
     /// Interval of the median ([`median_interval`](crate::stats::median_interval)).
     pub interval_ms: [f64; 2],

@@ -1,4 +1,4 @@
-//! Where a ray meets the inside of a cylinder, in closed form: the truth of a tunnel, without a mesh.
+//! Where a ray meets the inside of a cylinder, in closed form: the reference for a tunnel, without a mesh.
 
 use std::f64::consts::TAU;
 
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_along_meets_the_wall_where_its_slope_says() {
+    fn a_ray_along_the_tunnel_meets_the_wall_where_its_slope_says() {
         let eye = [0.5, 1.0, 2.0];
         // The ray moves 1.5 m sideways over 6 m, from x = 0.5 m to the wall at 2 m.
         let [s, t] = TUNNEL.coordinate(eye, [0.25, 1.0, 0.0]).unwrap();

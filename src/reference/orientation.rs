@@ -30,8 +30,8 @@ pub fn orientation(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     sum.sign()
 }
 
-/// Like [`orientation`], for a point shifted by (e, e^2, 0) with infinitesimal e, so that a point on an edge
-/// lies on exactly one side. 0 only if `a x b` has no x and no y.
+/// Like [`orientation`], for a point shifted by (e, e^2, 0) with infinitesimal e, so that a point on an edge lies on
+/// exactly one side. The result is 0 only if the x and y components of `a x b` are both 0.
 pub fn orientation_without_ties(a: DVec3, b: DVec3, p: DVec3) -> f64 {
     let signs = [p, DVec3::X, DVec3::Y].map(|direction| orientation(a, b, direction));
     signs.into_iter().find(|&sign| sign != 0.0).unwrap_or(0.0)
@@ -108,8 +108,7 @@ mod tests {
         let on = a * 4.0;
         assert_eq!(orientation(a, b, on), 0.0);
         let off = DVec3::new(on.x, on.y, f64::from_bits(on.z.to_bits() + 1));
-        // The sign of (a x b) . z is that of 0.1 x 2.1 - 0.7 x 0.3 in doubles, which differ from these
-        // decimals.
+        // The sign of (a x b) . z is that of 0.1 x 2.1 - 0.7 x 0.3, with the double nearest to each decimal.
         let mut cross_z = ExactSum::default();
         cross_z.add_product(0.1, 2.1, 1.0);
         cross_z.add_product(-0.7, 0.3, 1.0);

@@ -21,10 +21,10 @@ pub fn median(samples: &[f64]) -> Option<f64> {
     percentile(samples, 0.5)
 }
 
-/// Confidence interval of the median, at least 95 % for any distribution: the order statistics 0.98 sqrt(n) ranks from
-/// the middle, rounded outwards (W. J. Conover, "Practical Nonparametric Statistics", 1971, section 3.2; normal
-/// approximation of the binomial). With fewer than 6 samples it is their whole range and covers less than 95 %. `None`
-/// without samples.
+/// Confidence interval of the median, at least 95 % for any distribution. Its ends are the order statistics that lie
+/// 0.98 sqrt(n) ranks on each side of the middle, rounded outwards (W. J. Conover, "Practical Nonparametric
+/// Statistics", 1971, section 3.2; normal approximation of the binomial). With fewer than 6 samples it is their whole
+/// range and covers less than 95 %. `None` without samples.
 ///
 /// # Panics
 /// As [`percentile`].

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::time::Duration;
 
 /// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The state
-/// that comes first alternates from block to block, so the steps of a pass are a multiple of twice this number.
+/// that comes first alternates from block to block, so the number of steps in a pass is a multiple of `2 * BLOCK`.
 pub const BLOCK: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub struct PassTimes {
     pub frame: Summary,
     pub p99: f64,
     pub processor_mean: Option<f64>,
-    /// The longest frame without its waits for the device and for the display.
+    /// The longest frame time after the waits for the device and for the display are subtracted.
     pub host_longest: f64,
     /// Frames that laid out the panels.
     pub layouts: usize,
@@ -112,8 +112,8 @@ impl PassTimes {
         }
     }
 
-    /// The mean time per frame of layout, triangles, and the device's passes that draw into the window, minus the same
-    /// mean of the pass `closed`. `None` without timestamps.
+    /// The panels' mean cost per frame: layout, triangles, and the device's passes that draw into the window. The same
+    /// mean of the flight `closed` is subtracted. `None` without timestamps.
     pub fn parts_over(&self, closed: &PassTimes) -> Option<f64> {
         let parts = |of: &PassTimes| {
             Some(of.layout_mean + of.triangles_mean + of.present_pass_mean? + of.panels_pass_mean?)
@@ -138,8 +138,8 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Processor time of all threads of this process so far, in milliseconds. Other programs hardly change it, unlike the
-/// times of frames. `None` unless the system reports it (Linux does, in steps of 10 ms).
+/// Processor time of all threads of this process so far, in milliseconds. Other programs hardly change it, but they do
+/// change the times of frames. `None` unless the system reports it (Linux does, in steps of 10 ms).
 pub fn processor_ms() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name in parentheses may contain spaces. User and system time are the 12th and 13th fields after it.

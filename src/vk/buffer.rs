@@ -121,7 +121,7 @@ impl BufferUse {
             BufferUse::Vertices => {
                 (U::VERTEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
-            // Shaders also read index buffers as storage, even those that only copies write.
+            // Shaders also read index buffers as storage, even those that are written only by copy commands.
             BufferUse::Indices(_) | BufferUse::WritableIndices(_) => (
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST,
                 MemoryLocation::GpuOnly,

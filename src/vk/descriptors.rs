@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_set_fits_while_sets_and_each_kind_are_left() {
+    fn a_set_fits_while_the_pool_has_sets_and_descriptors_of_its_kinds_left() {
         let texture = [(0, DescriptorKind::SampledImage)];
         let buffers = [0, 1, 2, 3].map(|binding| (binding, DescriptorKind::StorageBuffer));
         let fitting = |bindings: &[(u32, DescriptorKind)]| {

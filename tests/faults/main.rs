@@ -48,13 +48,13 @@ struct Ended {
     /// `None` after a signal or a timeout.
     code: Option<i32>,
     stderr: String,
-    /// The remaining files with their bytes. Reports contain times, so only their names count; so do films.
+    /// The remaining files with their bytes. Reports and films contain times, so only their names count.
     files: Vec<(String, Vec<u8>)>,
     /// The calls that failed. For an undisturbed run: all calls that may fail.
     calls: Vec<String>,
 }
 
-/// Loads the layer into a program, beside the layers that it finds without it.
+/// Loads the fault layer into a program, in addition to the layers that the program finds anyway.
 fn load_layer(command: &mut Command) {
     let mut paths = OsString::from(LAYER.path());
     let replaces = std::env::var_os("VK_LAYER_PATH").is_some();
@@ -66,7 +66,8 @@ fn load_layer(command: &mut Command) {
     command.env("NODEVICE_SELECT", "1");
 }
 
-/// Runs the program with one call failing: its number, or the first of that name; 0 for none.
+/// Runs the program with one failing call. `call` is the call's number, or a name for the first call of that name, or 0
+/// for none.
 fn run(arguments: &[&str], kind: &str, call: impl Display) -> Ended {
     run_with(&[], arguments, kind, call)
 }
@@ -223,7 +224,7 @@ fn a_device_lost_while_it_is_closed_is_one_line_and_exit_code_4() {
 
 /// All exact variants render the same picture.
 #[test]
-fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and_a_named_one_is_refused() {
+fn if_the_device_lacks_a_feature_an_unnamed_variant_is_replaced_and_a_named_one_is_refused() {
     let render = |masked: &str, more: &[&str]| {
         let own = ["render", "earth", "--size", "64x36", "--deterministic", "-o", "a.png"];
         run_without(masked, &[&own, more].concat(), "host", 0)
@@ -259,9 +260,9 @@ fn a_scene_that_names_no_variant_renders_without_each_feature_of_the_default_and
     }
 }
 
-/// Scenes have variants for such a device.
+/// Scenes have variants for a device that lacks these features.
 #[test]
-fn the_doctor_finds_a_device_without_geometry_shaders_or_transform_feedback_healthy() {
+fn a_device_without_geometry_shaders_or_transform_feedback_is_healthy_for_the_doctor() {
     let doctor = |masked: &str| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ortelius"));
         load_layer(command.args(["doctor", "--json"]).env("ORTELIUS_CACHE", ""));

@@ -19,9 +19,9 @@ fn our_orders_need_the_transforms_that_are_published() {
     let models = CLOSED.map(|name| named(name).unwrap());
     let simplified = models.each_ref().map(|model| collapses(model, BuildEffort::Best));
     // The published means over all levels are 1.49, 1.79, 1.26 and 1.29 for the FIFO, and 1.81, 2.05, 1.66 and 1.70 for
-    // batches. The bounds leave 0.01 to 0.03 for changes of the simplifier. The 95th percentile of the levels may
-    // exceed the mean by 0.2 at the tail and by 0.05 in place. In place, 6 or 12 % more faces may be drawn than are
-    // live.
+    // batches. The bounds leave 0.01 to 0.03 for changes of the simplifier. The 95th percentile over the levels may
+    // exceed the mean by 0.2 for the tail orders and by 0.05 for the in-place orders. With the in-place orders, 6 or
+    // 12 % more faces may be drawn than are live.
     for (options, most) in [
         (OrderOptions::TAIL_23, [1.50, 0.20, 1.84, 1.0]),
         (OrderOptions::TAIL_10, [1.82, 0.20, 2.09, 1.0]),
@@ -51,7 +51,7 @@ fn our_orders_need_the_transforms_that_are_published() {
 }
 
 #[test]
-fn one_percent_more_error_is_a_few_faces_fewer_and_the_error_is_no_less_than_measured() {
+fn one_percent_more_requested_error_removes_a_few_faces_and_no_stated_error_is_below_the_measured_one() {
     for name in ["bunny", "torus", "grid"] {
         let model = named(name).unwrap();
         let collapses = collapses(&model, BuildEffort::Best);
@@ -89,7 +89,7 @@ fn one_percent_more_error_is_a_few_faces_fewer_and_the_error_is_no_less_than_mea
 
 /// Level 0 has no faces: every face appears in a split.
 #[test]
-fn an_order_of_regions_begins_at_no_face() {
+fn an_order_by_regions_can_begin_with_an_empty_level() {
     let model = named("torus:16").unwrap();
     let mut collapses = collapses(&model, BuildEffort::Fast);
     let left = collapses.faces_after(&model, collapses.errors.len());

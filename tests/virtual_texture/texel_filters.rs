@@ -77,7 +77,7 @@ pub fn scene() -> Scene {
     Scene::embedded("plane").unwrap().with(&changes.map(str::to_owned)).unwrap()
 }
 
-/// A settled picture on which all tiles that the filter reads are resident.
+/// A session whose picture has settled: all tiles that the filter reads are resident.
 pub fn settled(
     source: Noise,
     camera: &str,
@@ -138,7 +138,8 @@ fn most_reach(pyramid: &Pyramid) -> f64 {
     f64::from(pyramid.tile_size() / 2 - 3)
 }
 
-/// The values of a channel with a footprint `by` times as large: one for each level that rounding may select.
+/// The values of a channel for a footprint that is `by` times as large. There is one value for each level that rounding
+/// may select.
 fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, by: f64) -> Vec<FilteredTexel> {
     let pixel = PixelCentre {
         jacobian: pixel.jacobian.map(|row| row.map(|d| d * by)),
@@ -158,8 +159,8 @@ fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, by: f64) -
     (low..=high).map(of).collect()
 }
 
-/// The ellipse's value. The error of the pixel's centre is a square. If a centre in the square moves a texel across the
-/// ellipse's edge, one of the square's four corners does.
+/// The ellipse's value. The pixel's centre is known only to within a small square. If a centre in the square moves a
+/// texel across the ellipse's edge, one of the square's four corners does.
 fn of_ellipse(
     ellipse: &EllipseFilter,
     pixel: &PixelCentre,
@@ -177,7 +178,8 @@ fn of_ellipse(
     FilteredTexel { slack: found.slack + moved, ..found }
 }
 
-/// The error of a channel, as a part of its bound. A footprint within its rounding error may have either of two levels.
+/// The error of a channel, as a part of its bound. Where rounding of the footprint's size decides between two levels,
+/// either may be selected.
 fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32) -> f64 {
     let error = 2f64.powi(-16);
     let least = |by: f64| {
@@ -265,7 +267,7 @@ fn worst_share(
     shares.into_iter().try_fold(0.0, |worst, share| Some(share?.max(worst)))
 }
 
-/// The least and the greatest value of each channel within the bounds, also with a footprint within its rounding error.
+/// The least and the greatest value of each channel within the bounds, over all footprints within the rounding error.
 fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'_>) -> [[f64; 2]; 3] {
     let error = 2f64.powi(-16);
     of_channels(pyramid, texel, |texture, _| {
@@ -403,7 +405,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
     }
 }
 
-/// A texel of a tile that is not resident is the covering texel of the next coarser level.
+/// A texel of a tile that is not resident is replaced by the covering texel of the next coarser level.
 #[test]
 fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
     let missing = TileId { level: 2, row: 0, column: 0 };
@@ -502,7 +504,7 @@ fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
         println!("{kind:?}: {off:.2e} in {compared} pixels");
         // `rounding` does not include the error of an ellipse's centre. f32 coordinates of 512 texels have steps of
         // 2^-15: the two centres differ by less than 2^-14 texels along each axis. An ellipse's weights change by at
-        // most 4 / sqrt(K) = 4.5 of their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
+        // most 4 / sqrt(K) = 4.5 times their size per texel, and by 1 at the edge: 5.5 sqrt(2) 2^-14 < 2^-11.
         assert!(off < 2f64.powi(-11) && compared > 2000, "{kind:?}: {off:.2e} of {compared}");
         // The near miss: the next filter of paper 3.
         let other = if kind == Filtering::Pbrt { Filtering::Feline } else { Filtering::Pbrt };

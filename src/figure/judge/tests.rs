@@ -291,7 +291,7 @@ fn a_claim_needs_its_precondition() {
     assert_eq!(found(3.9).why, "its precondition fails: q, b over a: s 3.9x (0 of 1 at least 4)");
     assert_eq!(claim.judge(&exact(&[("a", 1.0)])).verdict, NotMeasured);
 
-    // Six equal rounds of a, and rounds of b whose interval is below, around and above the bound.
+    // Six equal rounds of `a`. The rounds of `b` have an interval below, then across, then above the bound.
     let noisy = |low: f64, high: f64| {
         let b = [low, high].repeat(3);
         claim.judge(&rounds("discrete", &[("a", vec![1.0; 6]), ("b", b)]))
@@ -356,7 +356,7 @@ fn the_best_place_is_chosen_on_every_second_round_and_judged_on_the_others() {
 }
 
 #[test]
-fn means_growth_and_steps_follow_their_definitions() {
+fn the_mean_the_growth_and_the_steps_follow_their_definitions() {
     const MEAN: &[Test] = &[Test::value(OF_A, AtMost(2.0))];
     let of = |numbers: &[(&'static str, f64, f64)]| {
         let rows: Vec<_> =
@@ -380,7 +380,7 @@ fn means_growth_and_steps_follow_their_definitions() {
 }
 
 #[test]
-fn picks_select_ends_points_the_least_and_other_variants() {
+fn a_pick_selects_an_end_or_a_point_or_the_least_value_or_the_other_variants() {
     let summary = Value::Summary(crate::stats::Summary::of(&[1.0, 2.0, 9.0]).unwrap());
     let spread = table("discrete", &[("s", None, "a", summary)]);
     const LEAST: &[Test] = &[Test::value(OF_A.part(Statistic::Least), Equal(1.0))];

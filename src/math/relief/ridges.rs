@@ -11,8 +11,8 @@ const WIDEST_M: f64 = 11_000.0;
 const OCTAVES: u32 = 4;
 /// The flat valley floor begins where |noise| reaches 1 / STEEP.
 const STEEP: f64 = 2.6;
-/// The crest value (0 ..= 1) that leaves the samples' height unchanged. Ridges rise less above the samples than valleys
-/// are cut into them.
+/// The crest value (0 ..= 1) that leaves the samples' height unchanged. Valleys are cut deeper below the samples than
+/// ridges rise above them.
 const MEAN: f64 = 0.62;
 
 /// Noise in -0.45 ..= 0.26, and its slope per metre.

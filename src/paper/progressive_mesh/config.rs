@@ -126,9 +126,9 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 77 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices move gradually instead of popping. A vertex moves from its split vertex to its own position
-        /// while the wanted error falls from twice its level's error to that error. This draws levels with half the
-        /// wanted error, and so about twice the faces.
+        /// New vertices move gradually instead of popping. While the wanted error falls from twice the error of a
+        /// vertex's level to once that error, the vertex moves from its split vertex to its own position. This draws
+        /// levels with half the wanted error, and so about twice the faces.
         geomorph: bool = false;
         /// The largest change of an instance's error per second while the instance is in view. After a jump of the
         /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most

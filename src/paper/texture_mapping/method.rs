@@ -91,10 +91,11 @@ impl EllipseFilter {
     /// texel that contains its centre. For a tiled texture, `texels` is half a tile. The limit depends on k, the edge
     /// and the axis ratio, so it must be set after these.
     ///
-    /// The ellipse's matrix V, with k, grows by at most `V / t + (1 + t) / 4 I`, where t is twice the minor semi-axis
-    /// (`outer` in `reference/ellipse.rs`; I is the identity). The minor semi-axis is at least `sqrt k`. For a small k,
-    /// this bound has no use, so the axis ratio r bounds the growth: for a half side h of the bounding box,
-    /// `2 h / r <= t <= 2 h`. Without edge weights, V grows only by a margin of 1e-4.
+    /// Let V be the ellipse's matrix, k included, and I the identity. The half texel at the edge adds at most `V / t +
+    /// ((1 + t) / 4) I` to V, where t is twice the minor semi-axis (`outer` in `reference/ellipse.rs`). The minor
+    /// semi-axis is at least `sqrt k`. For a small k this bound is too weak, and the axis ratio r bounds the growth
+    /// instead: if h is half a side of the bounding box, `2 h / r <= t <= 2 h`. Without edge weights, V grows only by a
+    /// margin of 1e-4.
     pub fn within(self, texels: u32) -> EllipseFilter {
         let (k, most) = (f64::from(self.footprint.k), f64::from(texels) - 0.5);
         let half_side_squared = if k >= 0.25 {

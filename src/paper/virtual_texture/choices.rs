@@ -39,12 +39,12 @@ choices! {
     /// How a pixel's colour is filtered from its tile (section 4). The filters have the order of the constants in
     /// `surface_filter_level.glsl`.
     pub enum Filtering {
-        /// The paper's: at most `max_anisotropy` samples, each bilinear in two levels and interpolated between them.
+        /// Paper 1's: at most `max_anisotropy` samples, each bilinear in two levels and interpolated between them.
         Trilinear = "trilinear",
         /// Bilinear in the nearer of the two levels.
         Bilinear = "bilinear",
-        /// `samples` single texels, each chosen at random with its trilinear weight as the probability. This needs no
-        /// border but is noisy.
+        /// Single texels, `samples` of them, each chosen at random with its trilinear weight as the probability. This
+        /// needs no border but is noisy.
         Stochastic = "stochastic",
         /// Paper 3's: the texels in the footprint's ellipse, weighted by a Gaussian of the ellipse's shape.
         Ellipse = "ellipse",
@@ -56,8 +56,8 @@ choices! {
         Mavridis = "mavridis",
         /// The EWA filter of pbrt-v4: the texels of an ellipse with a ratio of at most 8, in two levels.
         Pbrt = "pbrt",
-        /// `samples` single texels at random positions in the ellipse, with the Gaussian as probability (Pharr et al.,
-        /// "Filtering after shading with stochastic texture filtering", 2024). Noisy.
+        /// Single texels, `samples` of them, at random positions in the ellipse, with the Gaussian as probability
+        /// (Pharr et al., "Filtering after shading with stochastic texture filtering", 2024). Noisy.
         StochasticEllipse = "stochastic-ellipse",
     }
     refused {
@@ -126,7 +126,8 @@ choices! {
     pub enum FilterEdge {
         /// All or nothing, by the texel's centre.
         None = "none",
-        /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`.
+        /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`; d is the texel's distance inside the edge,
+        /// in texels.
         Exact = "exact",
         /// `0.5 + 2.151 d - 2.358 d^2`, an approximation of `"exact"`.
         Quadratic = "quadratic",

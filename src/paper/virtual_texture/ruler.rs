@@ -1,6 +1,7 @@
-//! Check of section 4 on the `ruler` source. Every texel that texturing would filter is fetched unfiltered. The fetched
-//! value is compared with the hash of the level and position that the pixel's (s, t) requires. The check covers the
-//! pixel's level and the next coarser one, borders, wrapping, poles, and the resident tail.
+//! Checks the texturing of the paper's section 4 with the `ruler` source. Every texel that texturing would filter is
+//! fetched unfiltered. The fetched value is compared with the hash of the level and position that the pixel's (s, t)
+//! requires. The check covers the pixel's level and the next coarser one, borders, wrapping, poles, and the resident
+//! tail.
 
 use super::{Config, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
 use crate::frame::DrawList;

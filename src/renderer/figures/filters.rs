@@ -36,20 +36,20 @@ pub const FILTERS: Figure = Figure {
             Mavridis and Papaioannou, and pbrt's EWA. All read texels beyond a tile's border from the neighbouring \
             tile, so the border does not change the picture. The ellipse has at least one, two or four texels along \
             its minor semi-axis. Each scene uses the fastest of these filters whose NMSE is at most 1e-3 (on the \
-            earth: 2e-4). The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: \
-            512), with two kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box \
-            of one pixel. For `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a \
-            pixel away. For each pixel, the samples read the coarsest level in which the shorter side of every \
-            footprint around the pixel still has 8 texels; averaging and interpolating its texels adds 2 % to the \
+            earth: 2e-4). The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), \
+            with two kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one \
+            pixel. For `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. \
+            For each pixel, the samples read one level: the coarsest in which the shorter side of every footprint \
+            around the pixel still has 8 texels. Averaging and interpolating this level's texels adds 2 % to the \
             kernel's variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. \
             Its error is the one that any single ellipse leaves on a curved surface. NMSE is of luminance, over the \
             pixels whose kernel lies wholly on one piece of the textured surface. On `valley`, which is shown unlit, \
             kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes counts these pixels, \
             too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, where passes of \
-            fixed cost outweigh the filter. The time of the pass that textures is therefore also measured with 320 x \
-            180 (quick) or 1280 x 720 pixels and divided by their number. Pictures of `valley` have 640 x 360 pixels: \
-            its slopes are smaller than the pixels of a smaller picture. An instrumented shader counts the texels \
-            that the filter fetches per covered pixel.",
+            fixed cost outweigh the filter. Therefore the texturing pass is also timed at 320 x 180 (quick) or 1280 x \
+            720 pixels, and its time is divided by the number of pixels. Pictures of `valley` have 640 x 360 pixels, \
+            because in a smaller picture a pixel would be larger than a slope. An instrumented shader counts the \
+            texels that the filter fetches per covered pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
@@ -283,7 +283,7 @@ impl Subject {
     }
 }
 
-/// The time of the pass that textures, where it outweighs passes of fixed cost.
+/// The time of the texturing pass, in pictures large enough that it outweighs the passes of fixed cost.
 fn texturing(bench: &mut Bench, gpu: &Gpu, scene: &Scene, pose: &Pose) -> anyhow::Result<Vec<Row>> {
     let size = bench.effort_of([320, 180], [1280, 720]);
     let compared = |(name, _): &(&str, &[&str])| [TRILINEAR, SIXTEEN, OWN].contains(name);

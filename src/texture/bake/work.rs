@@ -191,7 +191,7 @@ impl Work<'_> {
         self.journal.append(job, hash, self.layout.total_bytes())
     }
 
-    /// Levels 1 .. of the scratch file, one level after another.
+    /// Writes level 1 and all coarser levels of the scratch file, one after another.
     fn write_coarser(&self, scratch: &Scratch, done: &Done) -> Result<(), BakeError> {
         let pyramid = self.layout.pyramid();
         let payload = payload_bytes(&pyramid);

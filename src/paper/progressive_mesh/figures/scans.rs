@@ -1,5 +1,5 @@
-//! Scans that may not be shipped: figures measure them if `ortelius fetch` has downloaded them, and otherwise
-//! leave them out.
+//! Scans whose licence does not allow shipping them: figures measure them if `ortelius fetch` has downloaded them, and
+//! otherwise leave them out.
 
 use crate::figure::LeftOut;
 use crate::model::{FETCHED, Model, fetched};

@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn four_times_the_budget_settles_within_it_without_overshoot() {
+    fn a_load_of_four_times_the_budget_settles_within_the_budget_without_overshoot() {
         for (slope, settles) in [(0.4, 60), (0.7, 35), (1.0, 25)] {
             let frames = plant(slope).run(200, |_| 40.0);
             let lowest = frames.iter().map(|(ms, _)| *ms).fold(f64::INFINITY, f64::min);

@@ -33,7 +33,7 @@ mod tests {
     use crate::vk::PassTime;
 
     #[test]
-    fn a_gain_is_the_ratio_of_two_times_of_a_round() {
+    fn a_gain_is_the_ratio_of_the_times_of_two_contenders_in_one_round() {
         let timed = |name: &str, ns: [u64; 3]| {
             let pass = |ns| vec![PassTime { label: "p".into(), ns: Some(ns), work: None }];
             Timed::of(name, ns.map(pass).to_vec())

@@ -29,8 +29,8 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
             EWA` is the thesis's filter: formula (4) with the axes from the rows of the Jacobian, at the level that \
             the minor axis selects. It runs only for the screen pixels that the square covers. A fragment in object \
             space fetches 4 texels and issues at most 4 atomics for depth and 16 for sums. Atomics are counted in a \
-            separate run. The time includes all stages. A plot shows the time of `paper's EWA` over each method's \
-            time, and as a line the thesis's 1.3.",
+            separate run. The time includes all stages. A plot shows the time of `paper's EWA` divided by each \
+            method's time; a line marks the thesis's 1.3.",
     scenes: &[SMALL, LARGE],
     variants: || variants().into_iter().chain([THESIS.into()]).collect(),
     paper: &[SPACING_1],

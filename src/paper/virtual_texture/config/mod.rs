@@ -57,11 +57,12 @@ settings! {
     /// How a pixel's colour is filtered from a texture. The filters of paper 3 (`"ellipse"` and the published filters
     /// after it) run on plain and on virtual textures. On a virtual texture they fetch each texel through the page
     /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
-    /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised. Paper
-    /// 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all texels of
-    /// level 0, a device's anisotropic sampler cannot follow the page table, object-space texturing filters no pixels (it
-    /// draws fragments of rotated polygons), and incremental coordinates need whole rows of one polygon in order
-    /// (tm.17, tm.drift). A key that the kind does not read is an error. A change of the kind alone drops such keys.
+    /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised.
+    /// Paper 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all
+    /// texels of level 0, a device's anisotropic sampler cannot follow the page table, object-space texturing filters
+    /// no pixels (it draws fragments of rotated polygons), and incremental coordinates need whole rows of one polygon
+    /// in order (tm.17, tm.drift). A key that the kind does not read is an error. An override that changes only `kind`
+    /// drops such keys without an error.
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
@@ -70,9 +71,9 @@ settings! {
         /// up to 64; a longer footprint is widened. `"pbrt"` and `"stochastic-ellipse"` do not have it. The sampler of a
         /// plain texture takes one sample.
         max_anisotropy: u32 = 16, in 1..=64;
-        /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times
-        /// as many texels and reduces the error (scene.filters). 0, as in paper 3: level 0 for every footprint, unless
-        /// it has more than about 4,000 texels there or reaches further than half a tile.
+        /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times as
+        /// many texels and reduces the error (scene.filters). With the value 0, as in paper 3, every footprint is
+        /// filtered in level 0, unless it has more than about 4,000 texels there or reaches further than half a tile.
         minor_texels: u32 = 2, in 0..=4, unit "texels";
         /// For `"ellipse"`: the reconstruction term k, in squared texels of the filtered level, added to both diagonal
         /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A pixel

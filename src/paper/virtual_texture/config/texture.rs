@@ -24,8 +24,8 @@ choices! {
         Earth = "earth",
         /// Every texel is a hash of its level and position. Generated on the fly.
         Ruler = "ruler",
-        /// The ground around Mount Everest, a square for the model `valley`. It is synthetic, labelled so, and
-        /// generated on the fly.
+        /// A square of ground around Mount Everest: the texture for the model `valley`. It is synthetic, labelled so,
+        /// and generated on the fly.
         Terrain = "terrain",
         /// A `.tiles` file (`ortelius bake`).
         File = "file",

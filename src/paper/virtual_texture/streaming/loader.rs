@@ -69,7 +69,7 @@ fn cpu_time() -> Duration {
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
 }
 
-/// The state on which the threads wait: the tokens, and true once the loader is being dropped.
+/// The state on which the threads wait: the tokens, and a flag that is true once the loader is being dropped.
 struct Pace {
     state: Mutex<(Tokens, bool)>,
     changed: Condvar,

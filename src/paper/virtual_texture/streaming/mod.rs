@@ -21,8 +21,8 @@
 //! - A visible tile may leave the host cache once it is in the tile pool. Otherwise nothing new could be loaded if N2
 //!   is smaller than the visible set. Visible tiles have the latest time of use, so they are evicted last.
 //! - A tile can be shown without being wanted: the nearest coarser tile of a missing one, or a finer one while the bias
-//!   is raised. Such a tile also gets a new time of use, older than that of the wanted tiles. It is evicted after all
-//!   tiles that are not shown, and before the wanted tiles.
+//!   is raised. Such a tile's time of use is also updated, but to an earlier time than that of the wanted tiles. It is
+//!   evicted after all tiles that are not shown, and before the wanted tiles.
 //! - A load reserves its slot of the host cache when it is sent, and stores the slot's generation. A load whose slot
 //!   has been reassigned is dropped on arrival. [`Streaming::reset`] reassigns slots. If loads have reserved all slots,
 //!   a visible tile takes the slot of a load that is no longer wanted.
@@ -239,7 +239,7 @@ impl Streaming {
     /// As [`Streaming::new`]; nothing has changed then.
     ///
     /// # Panics
-    /// If `deterministic` changes; or, with counted budgets, if the possible number of loads per frame changes.
+    /// If `deterministic` changes; or, with budgets that count tiles, if the maximum number of loads per frame changes.
     pub fn reconfigure(&mut self, config: StreamingConfig) -> Result<(), StreamingError> {
         config.check(&self.pyramid)?;
         assert!(self.config.same_loader(&config), "the loader is for {:?}, not {config:?}", self.config);
@@ -304,7 +304,7 @@ impl Streaming {
         self.tile_pool.tile(slot)
     }
 
-    /// How many tiles slot `slot < N1` of the tile pool has held.
+    /// The number of tiles that the tile pool's slot `slot` (below N1) has held so far.
     pub fn gpu_generation(&self, slot: u32) -> u64 {
         self.tile_pool.generation(slot)
     }

@@ -15,12 +15,12 @@
 //! # Means
 //! Before rounding to bytes, the mean of four children equals the parent exactly, in linear light. After rounding, the
 //! mean of four stored texels, stored again, is within **1 code** of the stored parent. Proof: rounding moves each
-//! child by at most half a code. Let s(x) be the light of one code at brightness x. In codes at the parent's
-//! brightness, the mean then moves by at most half a code times mean(s(child))/s(parent). The function s grows as
-//! x^(1-1/2.4). This is concave, so by Jensen's inequality the ratio is at most 1. On the curve's linear segment s is
-//! constant, which raises the bound to 1.32. The parent's own rounding adds half a code. The sum, 0.66 + 0.5, is below
-//! 1.5, so the two stored codes differ by at most 1. In the real levels every texel is exactly the mean of the four
-//! stored finer ones.
+//! child by at most half a code. Let s(x) be the step in linear light from one code to the next at brightness x. In
+//! codes at the parent's brightness, the mean then moves by at most half a code times mean(s(child))/s(parent). The
+//! function s grows as x^(1-1/2.4). This is concave, so by Jensen's inequality the ratio is at most 1. On the curve's
+//! linear segment s is constant, which raises the bound to 1.32. The parent's own rounding adds half a code. The sum,
+//! 0.66 + 0.5, is below 1.5, so the two stored codes differ by at most 1. In the real levels every texel is exactly the
+//! mean of the four stored finer ones.
 //!
 //! # Cost
 //! A synthetic tile of 512 with 4 texels of border takes 13 ms for both of its pictures (for 2^18 and for 2^20; 11 ms
@@ -69,7 +69,7 @@ impl Earth {
     /// An Earth of this size. The first in a process decodes the imagery (about half a second).
     ///
     /// # Errors
-    /// [`EarthError::Shape`] unless the height is half the width; as [`finest_imagery`].
+    /// [`EarthError::Shape`] unless the height is half the width; otherwise the errors of [`finest_imagery`].
     pub fn new(pyramid: Pyramid) -> Result<Self, EarthError> {
         let [m, n] = [pyramid.width_log2(), pyramid.height_log2()];
         if m != n + 1 {

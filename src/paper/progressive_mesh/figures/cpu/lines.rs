@@ -11,10 +11,10 @@ pub const LINES: &str = "64-byte lines touched for each split";
 pub const GREEDY: &str = "the paper's greedy";
 pub const NO_WEIGHT: &str = "the paper's greedy, no weight for lines";
 
-/// Words in a 64-byte line of the index buffer, which holds 5 1/3 faces.
+/// Words in a 64-byte line of the index buffer. A line holds 5 1/3 faces.
 const LINE_WORDS: usize = 16;
 
-/// Counts the cache lines of an index buffer that steps write, each line once per step.
+/// Counts the cache lines that each step writes in an index buffer. A line counts once per step.
 struct Lines {
     /// The step in which a line was last written.
     written: Vec<u32>,

@@ -16,13 +16,13 @@ use crate::picture::map::error_maps;
 pub const SEAMS: Figure = Figure {
     id: "vt.seams",
     title: "Seams at tiles' edges, by the width of the border",
-    about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so a sampler repeats \
-            a tile's last texel instead of the neighbour's. The figure shows the error within 8 texels of a tile's \
-            edge, and elsewhere, against the same filter with a border of 16 texels. The tests compare pictures with a \
-            border of 4 and 8 with an f64 reference. A tile is stored in two levels; in the coarser one its border is half \
-            as wide. (If the border is one texel, the coarser level has one texel before the tile and none after it.) \
-            The ruler's texels are white noise, the worst case of any texture. Pictures have 480 x 270 (quick) or 1280 \
-            x 720 pixels; all pixels count.",
+    about: "The paper's tiles have no border (section 4 does not mention samples beyond a tile), so beyond the edge a \
+            sampler repeats the tile's last texel instead of reading the neighbour's texels. The figure shows the \
+            error within 8 texels of a tile's edge, and elsewhere, against the same filter with a border of 16 texels. \
+            The tests compare pictures that have a border of 4 or 8 texels against an f64 reference. A tile is stored \
+            in two levels; in the coarser one its border is half as wide. (If the border is one texel, the coarser \
+            level has one texel before the tile and none after it.) The ruler's texels are white noise, the worst case \
+            of any texture. Pictures have 480 x 270 (quick) or 1280 x 720 pixels; all pixels count.",
     scenes: &["earth/oblique", "ruler/corner-oblique"],
     variants: || VARIANTS.iter().map(Variant::name).collect(),
     show: Show::scenes(&[]).variants(|| {
