@@ -55,8 +55,8 @@ pub struct Ticket {
 }
 
 impl Gpu {
-    /// Starts a frame. Waits until the GPU has finished the frame [`super::FRAMES_IN_FLIGHT`] before it. Frames run in the
-    /// order of their submissions; several can be recorded at a time, on one thread or on several.
+    /// Starts a frame. Waits until the GPU has finished the frame [`super::FRAMES_IN_FLIGHT`] before it. Frames run in
+    /// the order of their submissions; several can be recorded at a time, on one thread or on several.
     ///
     /// # Errors
     /// [`Error::DeviceLost`].

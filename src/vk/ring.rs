@@ -13,8 +13,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-/// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames
-/// later.
+/// Number of frames that the host may be ahead of the GPU. The results of a frame are used this many frames later.
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
 /// Limit of passes in a frame; each takes two timestamps.
