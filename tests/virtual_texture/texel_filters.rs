@@ -138,12 +138,12 @@ fn most_reach(pyramid: &Pyramid) -> f64 {
     f64::from(pyramid.tile_size() / 2 - 3)
 }
 
-/// The values of a channel for a footprint that is `by` times as large. There is one value for each level that rounding
-/// may select.
-fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, by: f64) -> Vec<FilteredTexel> {
+/// The values of a channel for a footprint that is `scale` times as large. One value for each level that rounding may
+/// select.
+fn values(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, scale: f64) -> Vec<FilteredTexel> {
     let pixel = PixelCentre {
-        jacobian: pixel.jacobian.map(|row| row.map(|d| d * by)),
-        determinant: pixel.determinant * by * by,
+        jacobian: pixel.jacobian.map(|row| row.map(|d| d * scale)),
+        determinant: pixel.determinant * scale * scale,
         ..*pixel
     };
     let [low, high] = match method {
@@ -182,9 +182,9 @@ fn of_ellipse(
 /// either may be selected.
 fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32) -> f64 {
     let error = 2f64.powi(-16);
-    let least = |by: f64| {
+    let least = |scale: f64| {
         let share = |value: FilteredTexel| (f64::from(found) - value.value).abs() / value.slack;
-        values(method, pixel, texture, by).into_iter().map(share).fold(f64::INFINITY, f64::min)
+        values(method, pixel, texture, scale).into_iter().map(share).fold(f64::INFINITY, f64::min)
     };
     let share = least(1.0);
     if share <= 1.0 { share } else { share.min(least(1.0 - error)).min(least(1.0 + error)) }
@@ -271,8 +271,8 @@ fn worst_share(
 fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'_>) -> [[f64; 2]; 3] {
     let error = 2f64.powi(-16);
     of_channels(pyramid, texel, |texture, _| {
-        let by = [1.0 - error, 1.0, 1.0 + error];
-        let all = by.into_iter().flat_map(|by| values(method, pixel, texture, by));
+        let scales = [1.0 - error, 1.0, 1.0 + error];
+        let all = scales.into_iter().flat_map(|scale| values(method, pixel, texture, scale));
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
             [least.min(value.value - value.slack), most.max(value.value + value.slack)]
         })

@@ -12,7 +12,7 @@ choices! {
     pub enum ReliefMethod {
         /// The footprint's texels, each weighted by its visible width along the view direction.
         ProjectedWidth = "projected-width",
-        /// The footprint's texels that the relief does not hide, all with the same weight (the thesis). It looks back at
+        /// Paper 3's: the footprint's texels that the relief does not hide, all with the same weight. It looks back at
         /// most 4,096 steps for the points that hide a texel; a step is at most a pixel and at most a texel long. A
         /// texel that only a farther point hides counts as visible.
         VisibleTexels = "visible-texels",

@@ -215,7 +215,8 @@ choices! {
         Device = "device",
         /// Read-back: the host makes the list from a copy of the whole request image, with a hash set.
         HostHash = "host-hash",
-        /// Read-back: as host-hash, with one bit per triple and a memo instead of the hash set.
+        /// Read-back: as host-hash, but the set is a bitmap with one bit per tile. A pixel with the same tile as the
+        /// pixel before it is skipped.
         HostBitmap = "host-bitmap",
         /// Common in engines: in each frame, the host lists the tiles of one pixel in 2^n. The list lags and may lack
         /// tiles.

@@ -63,8 +63,8 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
         Claim::paper(
             "claim 1",
             "independent",
-            "At every tilt and screen area, the number of fragments is the object's area in pixels, within \
-             3 % (edges).",
+            "At every tilt and screen area, the number of fragments equals the object's area in pixels. Edges \
+             may add or remove 3 %.",
             &[Test::value(one(PER_AREA, SPACING_1), Within(0.97, 1.03, Better::Neither))],
         ),
         Claim::paper(

@@ -8,8 +8,8 @@ use thiserror::Error;
 
 settings! {
     /// The two caches of a virtual texture (paper 1, section 3): sizes and budgets. The paper chooses the tile pool's
-    /// size by experiment and names no budget. A tile of 512 x 512 in RGBA8, with its border and its coarser half,
-    /// takes 1.35 MB.
+    /// size by experiment and names no budget. A tile of 512 x 512 texels in RGBA8 takes 1.35 MB, with its border and
+    /// its copy of half the size.
     pub struct StreamingConfig with DEFAULT {
         /// Tiles in video memory (the paper's N1). A frame of 1920 x 1080 pixels usually shows 30 to 100 tiles of 512
         /// x 512 texels.

@@ -59,15 +59,15 @@ pub const DRAW: Figure = Figure {
     about: "The figure draws one level of the knot (half of its splits), 16 times for each order of faces that a scene \
             can name (docs/scenes.md). Some orders are those that splits and tswaps leave; the others are the \
             baselines' orders for that level. The baselines are random order, reordering by meshoptimizer, the \
-            compacted order, a skip list with its degenerate faces, and the discrete mesh with at least as many faces \
-            (which has its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy vertices` is the same \
-            with 2000 rounds of two multiplications and a subtraction per vertex: vertices are then the bottleneck of \
-            any device, including software devices, and the time follows the shaded vertices. `pixels` is a large, \
-            filled picture. The figure counts how often the device runs the vertex shader per vertex of the drawn \
-            faces (pipeline statistics), and measures the time of the pass. The paper (headline): the cache alone \
-            gains a factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. Unlike GPUs, \
-            llvmpipe (a software device) has no post-transform cache: it takes 1024 indices at a time and finds \
-            repeated ones with a table of 256.",
+            compacted order, a skip list with its degenerate faces, and the coarsest discrete mesh that has at least \
+            as many faces as the level (with its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy \
+            vertices` is the same with 2000 rounds of two multiplications and a subtraction per vertex: vertices are \
+            then the bottleneck of any device, including software devices, and the time follows the shaded vertices. \
+            `pixels` is a large, filled picture. The figure counts how often the device runs the vertex shader per \
+            vertex of the drawn faces (pipeline statistics), and measures the time of the pass. The paper (headline): \
+            the cache alone gains a factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. \
+            Unlike GPUs, llvmpipe (a software device) has no post-transform cache: it takes 1024 indices at a time and \
+            finds repeated ones with a table of 256.",
     scenes: &["vertices", "heavy vertices", "pixels"],
     variants,
     paper: &["paper"],
