@@ -6,6 +6,17 @@
 //! most r (k + 1) transforms away. Each of these vertices has a transform of its own. So if every vertex within r edges
 //! of a vertex is transformed once, this ball has at most 2 r (k + 1) + 1 vertices. In a ball of more vertices, some
 //! vertex is transformed twice. The bounds of disjoint balls add up.
+//!
+//! A larger bound is known only for regular meshes, in which each vertex has six neighbours. The faces that are drawn
+//! during m consecutive transforms have at most m + k vertices: k in the cache before, and m that enter. V vertices of
+//! the plane's triangular lattice have at most 3 V - sqrt(12 V - 3) edges (H. Harborth, "Lösung zu Problem 664A",
+//! Elemente der Mathematik 29, 1974), and so at most 2 V - sqrt(12 V - 3) + 1 faces. For k = 16 and m = 330 these are
+//! 628 faces, but N vertices have 2 N faces. So an order needs at least 660 / 628 = 1.051 transforms per vertex, if no
+//! short path winds around the surface.
+//!
+//! Other meshes have no such bound, because faces around vertices with fewer neighbours have a shorter boundary. The
+//! largest number of faces on V vertices would have to be found in each mesh. Its relaxation, which pays a price per
+//! vertex and is solved by a maximum flow, does not help: the whole mesh is always the best set, or no face is.
 
 use std::collections::VecDeque;
 

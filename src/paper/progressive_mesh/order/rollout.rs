@@ -7,6 +7,10 @@
 use super::patch::MOST_FACES;
 
 /// Faces that an attempt draws, and how many of them are kept.
+///
+/// More work hardly pays. With 64 and 32, the full meshes of the five closed models need 1.234 transforms per vertex
+/// (mean, FIFO of 16 entries). 64 and 8 need 1.235 in 3.8 times the time; 96 and 32: 1.235 in 1.6; 128 and 64: 1.241 in
+/// 1.0; 128 and 16: 1.231 in 4.1.
 const DRAWN: usize = 64;
 const KEPT: usize = 32;
 
