@@ -54,9 +54,9 @@ pub const GOVERNOR: Figure = Figure {
             which nearly all of them are full meshes. The budget is a third of the median frame time without a \
             governor. A frame's time is the host's work on levels plus all passes. `governor` plans each frame from \
             its number of faces and the time per face in the last 30 frames. `integral` is a simple integral \
-            controller that uses only measured times. It needs a reserve to keep nine of ten frames, so it is also \
-            measured with nine tenths of the budget. `coarsest levels` shows about how many frames can be within the \
-            budget at all. The variants alternate frame by frame, and the walk is \
+            controller that uses only measured times. With a reserve it keeps more frames within the budget, at a \
+            larger error, so it is also measured with nine tenths of the budget. `coarsest levels` shows about how \
+            many frames can be within the budget at all. The variants alternate frame by frame, and the walk is \
             repeated. The first 30 frames of each walk are not judged. The figure shows each number's median and \
             spread over the walks. Are frames within the budget? By how much do the others exceed it? Is the error \
             steady, or does it oscillate (a reversal is a change of the error against the direction of the previous \
