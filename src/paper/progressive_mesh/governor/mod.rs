@@ -2,8 +2,8 @@
 //! (the paper does not say how).
 //!
 //! The governor plans ahead. Before a frame, the camera is known, and so is the number of faces that each factor on the
-//! wanted errors would draw. The time per face is unknown; it is estimated as the time per face that 25 of the last 30
-//! frames do not exceed. The plan takes the smallest factor for which faces times time per face fit the budget.
+//! wanted errors would draw. The time per face is unknown; it is estimated from the finished frames. The plan takes the
+//! smallest factor for which faces times time per face fit the budget.
 //!
 //! If no factor keeps the budget, the smallest factor that draws the fewest faces is a bad choice: it depends only on
 //! the nearest instance. In the first frames of pm.governor it is 47 and draws 30,016 faces, but a factor of 5.5 draws
@@ -11,10 +11,8 @@
 //! 6, model 167), in 20 % of the frames, with a mean factor of 13. So a plan accepts a few percent more than the fewest
 //! faces.
 //!
-//! - Nine of ten frames must keep the budget, so the plan uses a high time per face. With the mean instead, every other
-//!   frame would exceed the budget. A hanging frame is one of thirty and has no effect.
-//! - A slower machine is detected within six frames, a faster one only after 25. Detail is reduced quickly and
-//!   restored slowly.
+//! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds
+//!   ([`Estimate`]). With the mean instead, every other frame would exceed the budget.
 //! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A
 //!   controller that uses only times reacts two frames late, and must be slow to avoid ringing (`Integral`,
 //!   the simple rule).
@@ -30,16 +28,8 @@ mod integral;
 pub use crate::scene::{SceneFault, SceneTable, settings};
 use integral::Integral;
 
-use std::collections::VecDeque;
-
-/// Recent frames whose times are kept: half a second at 60 frames per second.
-const FRAMES: usize = 30;
-/// Rank of the time per face among the kept frames: the 25th of 30. Together with [`AIM`], this is the lowest multiple
-/// of 0.05 with which nine of ten frames keep the budget in each test with noise: at least 553 of 600 frames. There are
-/// 566 with 0.9, and 533 with 0.8.
-const COVERED: f64 = 0.85;
 /// A plan aims at this share of the faces that fit the budget.
-const AIM: f64 = 0.95;
+const AIM: f64 = 0.98;
 /// Multiples of the fewest faces, if less would have to be drawn to keep the budget of time: a plan aims at
 /// `NEARLY_FEWEST`, and is kept between `SPARES` and `KEPT_FEWEST`.
 const NEARLY_FEWEST: f64 = 1.05;
@@ -47,7 +37,7 @@ const SPARES: f64 = 1.02;
 const KEPT_FEWEST: f64 = 1.1;
 /// A plan is kept while its faces are between this share and all of the faces that fit, so that errors and
 /// levels do not change in every frame.
-const KEPT_FROM: f64 = 0.85;
+const KEPT_FROM: f64 = 0.88;
 /// Hysteresis: detail is restored after this many consecutive frames with less than [`KEPT_FROM`] of the
 /// faces that fit.
 const ROOMY_FRAMES: u32 = 4;
@@ -131,8 +121,8 @@ impl Governor {
 #[derive(Clone, Debug)]
 pub struct Planned {
     budget: Budget,
-    /// Milliseconds per face in the last [`FRAMES`] frames.
-    face_ms: VecDeque<f64>,
+    /// Of log2 of the milliseconds per face; `None` before the first finished frame.
+    face_ms_log2: Option<Estimate>,
     /// Number of consecutive frames that could have drawn more faces.
     roomy: u32,
     factor_log2: f64,
@@ -143,27 +133,25 @@ impl Planned {
         let Budget { frame_ms, frame_faces } = budget;
         assert!(frame_ms.is_some() || frame_faces.is_some(), "a governor without a budget");
         assert!(frame_ms.is_none_or(|ms| ms > 0.0) && frame_faces != Some(0), "{budget:?}");
-        Planned { budget, face_ms: VecDeque::with_capacity(FRAMES), roomy: 0, factor_log2: 0.0 }
+        Planned { budget, face_ms_log2: None, roomy: 0, factor_log2: 0.0 }
     }
 
     fn frame_took(&mut self, ms: f64, faces: u64) {
         if !(ms > 0.0 && ms.is_finite()) || faces == 0 {
             return;
         }
-        if self.face_ms.len() == FRAMES {
-            self.face_ms.pop_front();
+        let log2 = (ms / faces as f64).log2();
+        match &mut self.face_ms_log2 {
+            Some(estimate) => estimate.add(log2),
+            none => *none = Some(Estimate::new(log2)),
         }
-        self.face_ms.push_back(ms / faces as f64);
     }
 
     /// The numbers of faces that fit the budget. `fewest`: the faces at the largest factor.
     /// `None` before the first finished frame if there is no budget in faces.
     fn fitting(&self, fewest: f64) -> Option<Fitting> {
-        let mut sorted: Vec<f64> = self.face_ms.iter().copied().collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        // Rounded down: of two frames the faster one counts, because the first frames are slow.
-        let rank = (COVERED * sorted.len().saturating_sub(1) as f64) as usize;
-        let by_time = self.budget.frame_ms.zip(sorted.get(rank)).map(|(ms, face_ms)| Fitting {
+        let face_ms = self.face_ms_log2.as_ref().map(|estimate| estimate.nine_of_ten().exp2());
+        let by_time = self.budget.frame_ms.zip(face_ms).map(|(ms, face_ms)| Fitting {
             roomy_below: (KEPT_FROM * ms / face_ms).max(SPARES * fewest),
             aim: (AIM * ms / face_ms).max(NEARLY_FEWEST * fewest),
             most: (ms / face_ms).max(KEPT_FEWEST * fewest),
@@ -188,6 +176,46 @@ impl Planned {
             }
         }
         self.factor_log2.exp2()
+    }
+}
+
+/// The running mean and mean absolute deviation of noisy values, as TCP estimates round-trip times (V. Jacobson,
+/// "Congestion Avoidance and Control", SIGCOMM 1988). Each value is first replaced by the median of the last three, so
+/// one hanging frame has no effect.
+#[derive(Clone, Debug)]
+struct Estimate {
+    recent: [f64; 3],
+    mean: f64,
+    deviation: f64,
+    values: u32,
+}
+
+impl Estimate {
+    /// Weight of the newest value. The first values have equal weights, so a slow first frame is soon forgotten.
+    const NEWEST: f64 = 0.15;
+    /// One of ten values exceeds the mean by more than this many deviations: 1.606 if the noise is normal, 1.6 if it is
+    /// uniform.
+    const NINE_OF_TEN: f64 = 1.6;
+
+    fn new(value: f64) -> Estimate {
+        Estimate { recent: [value; 3], mean: value, deviation: 0.0, values: 1 }
+    }
+
+    fn add(&mut self, value: f64) {
+        self.recent.rotate_left(1);
+        self.recent[2] = value;
+        let mut sorted = self.recent;
+        sorted.sort_unstable_by(f64::total_cmp);
+        self.values = self.values.saturating_add(1);
+        let weight = Self::NEWEST.max(1.0 / f64::from(self.values));
+        let above = sorted[1] - self.mean;
+        self.mean += weight * above;
+        self.deviation += weight * (above.abs() - self.deviation);
+    }
+
+    /// A value that nine of ten values do not exceed.
+    fn nine_of_ten(&self) -> f64 {
+        self.mean + Self::NINE_OF_TEN * self.deviation
     }
 }
 
