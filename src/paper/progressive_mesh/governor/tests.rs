@@ -101,8 +101,9 @@ fn nine_of_ten_noisy_frames_keep_the_budget_and_the_error_rarely_reverses() {
 fn a_budget_that_cannot_be_met_ends_near_the_coarsest_and_recovers() {
     let mut hopeless = Plant { fixed_ms: 20.0, ..plant(1.0) };
     let frames = hopeless.run(300, |n| if n < 200 { 20_000.0 } else { 150.0 });
-    // A factor of 200 reduces 20,000 faces to the coarsest 100. A plan accepts 105 faces: a factor of 190.
-    assert!((187.0..=191.0).contains(&frames[199].1), "{}", frames[199].1);
+    // A factor of 200 reduces 20,000 faces to the coarsest 100. A plan aims at 105 faces, a factor of 190,
+    // and is kept up to 110 faces, a factor of 181.
+    assert!((180.0..=191.0).contains(&frames[199].1), "{}", frames[199].1);
     assert_eq!(turns(&frames[..200]), 0);
     // A factor of 1.4 reduces 150 faces to 105. From 190, these are 7.1 octaves, a quarter per frame.
     assert!(frames[200 + 4 + 29].1 < 1.5, "{}", frames[233].1);
@@ -123,7 +124,7 @@ fn the_nearest_instance_does_not_coarsen_all_others_if_the_budget_cannot_be_met(
     };
     let frames: Vec<_> = (0..60).map(&mut frame).collect();
     // A plan accepts 1.05 times the fewest faces: about 384 for the near instance, a factor of 11.
-    assert!(frames[3..].iter().all(|frame| (4.0..16.0).contains(&frame.1)), "{frames:?}");
+    assert!(frames[4..].iter().all(|frame| (4.0..16.0).contains(&frame.1)), "{frames:?}");
     assert_eq!(turns(&frames), 0);
 }
 
