@@ -242,7 +242,7 @@ impl Generated {
         }
         let group = group(&entry.exec_modes);
         if name.ends_with(".comp") && group.is_none() {
-            return Err(fail(&"no local_size in plain numbers"));
+            return Err(fail(&"local_size must be given in literal numbers"));
         }
         inputs.sort();
         descriptors.sort();

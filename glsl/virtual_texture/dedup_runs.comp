@@ -28,10 +28,10 @@ bool all_are(Quad quad, uvec3 stored) {
     return quad.x == uvec4(stored.x) && same;
 }
 
-// The paper's memo, four texels at a time. While no lane's triple changes, a subgroup only reads. A software device
-// runs both sides of every branch. So the code that sets the mask is outside the reading loop and runs once per change.
-// The lanes leave the reading loop together, because in lavapipe 22.3 a lane that leaves early gets the values of later
-// lanes.
+// The paper's memo (a triple that repeats the previous one is skipped), applied to four texels at a time. While no
+// lane's triple changes, a subgroup only reads. A software device runs both sides of every branch. So the code that
+// sets the mask is outside the reading loop and runs once per change. The lanes leave the reading loop together,
+// because in lavapipe 22.3 a lane that leaves early gets the values of later lanes.
 void main() {
     uvec2 first = gl_GlobalInvocationID.xy << SIDE_LOG2;
     const uint quads_log2 = SIDE_LOG2 - 1u, quads = 1u << 2u * quads_log2;

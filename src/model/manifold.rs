@@ -14,10 +14,10 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding.
-    /// The list has only one face of each such pair, marked in `doubled`. A fold is removed only if the faces outside
-    /// it close the surface along most of its rim without it. Otherwise, also if it is an isolated sheet, one side of
-    /// it stays. Decimated scans have hundreds of folds. Returns the number of removed faces.
+    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding. Only one
+    /// face of each such pair is kept; `doubled` is true for it. A fold is removed only if the other faces already
+    /// close the surface along most of the fold's rim. In all other cases, such as an isolated sheet, one side of the
+    /// fold stays. Decimated scans have hundreds of folds. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;
@@ -135,8 +135,8 @@ impl Faces {
 
     /// Cuts the surface along every edge that is not shared by exactly two faces of opposite direction. Then, if the
     /// corners at a point fall into several fans without a common edge, each fan but the first gets its own position,
-    /// appended to the existing ones. Two faces at a cut edge keep sharing the edge if other faces connect them around
-    /// both of its ends. Returns the number of cut edges and of added positions.
+    /// appended to the existing ones. Two faces at a cut edge still share the edge if, at each of its ends, a chain of
+    /// other faces leads from one to the other. Returns the number of cut edges and of added positions.
     ///
     /// Afterwards every edge is manifold. A fan of faces around a point has at most two ends. So at most two of the
     /// faces that met at a cut edge are in the same fan, and these two run along the edge in opposite directions.

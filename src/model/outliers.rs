@@ -60,7 +60,7 @@ fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshRepor
     if !far.iter().any(|&far| far > SPIKE) {
         return;
     }
-    // By position: in a triangle soup, several vertices form one corner.
+    // Compared by position, because in a triangle soup several vertices lie at the same point.
     let mut accompanied: HashSet<[u64; 3]> = HashSet::new();
     for face in &raw.faces {
         for &vertex in face.iter().filter(|&&vertex| is_far(vertex)) {
@@ -77,8 +77,8 @@ fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshRepor
     }
 }
 
-/// The number of f32 steps across the box of a mesh, at its distance from the origin. `None` from [`FEW_STEPS`] steps
-/// on, or if the coordinates have more precision than f32.
+/// The number of f32 steps across the box of a mesh, at its distance from the origin. `None` if there are at least
+/// [`FEW_STEPS`] steps, or if the coordinates have more precision than f32.
 fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
     let fitting = || positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p);
     let (low, high) = fitting().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));

@@ -2,8 +2,9 @@
 //! Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020; NVIDIA's own code, through the
 //! crate `nv-flip`.
 //!
-//! FLIP is defined on 8-bit sRGB, so linear light is encoded first and clamped to 0 ..= 1. FLIP misses
-//! differences above white and below half a code; the measures of [`super::error`] include them.
+//! FLIP is defined on 8-bit sRGB, so linear light is encoded first and clamped to 0 ..= 1. FLIP misses differences
+//! between values brighter than white, and differences smaller than half a code; the measures of [`super::error`]
+//! include them.
 
 use super::error::DifferentSizes;
 use super::{Picture, srgb};

@@ -18,8 +18,9 @@ const GAP: u32 = 8;
 /// Minimum width (for the labels) and height of the legend.
 const LEGEND: [u32; 2] = [260, 30];
 
-/// Maps of several comparisons of one size, side by side above one legend. Black pixels are equal. Errors from 1e-5 to
-/// 1 have colours from dark to light (magma), and larger errors the colour of 1. Cyan marks values that are not finite.
+/// Maps of several comparisons of one size, side by side above one legend. A black pixel has no error. Errors from 1e-5
+/// to 1 have colours from dark to light (magma), and larger errors the colour of 1. Cyan marks values that are not
+/// finite.
 pub fn error_maps(size: [u32; 2], differences: &[&Difference]) -> Srgb8Picture {
     let [width, height] = size;
     let count = differences.len() as u32;

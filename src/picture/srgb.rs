@@ -10,8 +10,8 @@ use std::sync::LazyLock;
 /// 1.0 in fixed-point linear light.
 pub const LINEAR_ONE: i32 = 1 << 24;
 
-/// Bucket width of the inverse's first guess: 2^12 units, less than the smallest code step (5092), so a
-/// bucket holds at most one threshold.
+/// Bucket width of the first guess when linear light is encoded to a byte: 2^12 units, less than the smallest code step
+/// (5092), so a bucket holds at most one threshold.
 const BUCKET_LOG2: u32 = 12;
 
 fn curve(encoded: f64) -> f64 {
@@ -70,8 +70,8 @@ impl SrgbTable {
         self.linear[usize::from(byte)]
     }
 
-    /// The byte nearest in encoded value (exactly: by thresholds at code + 1/2). Values outside
-    /// `0 ..= LINEAR_ONE` clamp.
+    /// The byte whose encoded value is nearest. The result is exact, because the thresholds lie at code + 1/2. Values
+    /// outside `0 ..= LINEAR_ONE` clamp.
     #[inline]
     pub fn encode(&self, linear: i32) -> u8 {
         let clamped = linear.clamp(0, LINEAR_ONE);

@@ -1,6 +1,6 @@
 //! Takes many samples of a dense mesh. Each pixel has a list of the triangles that may cover a part of it.
-//! [`ReferenceView::coordinate`] has no such lists: for each sample it tests all triangles of a bin, which are
-//! thousands if a pixel has hundreds.
+//! [`ReferenceView::coordinate`] has no such lists: for each sample it tests all triangles of a bin. If a pixel has
+//! hundreds of triangles, a bin has thousands.
 
 use super::ReferenceView;
 use super::raster::{Setup, nearest};

@@ -63,8 +63,8 @@ pub(super) struct Setup {
     depth: LinearForm,
     /// 1 for a triangle that is clockwise in the picture (y down), else -1.
     facing: f64,
-    /// Rounding bound of an edge's value at positions up to 2 (in normalised device coordinates) from the picture's
-    /// middle: 2^-46 of the squared length of the longest corner.
+    /// Bound of the rounding error of an edge's value, at positions up to 2 (in normalised device coordinates) from the
+    /// picture's middle: 2^-46 times the squared length of the longest of `corners`.
     doubt: f64,
     /// |determinant| of the corners: twice the area times the three w.
     scale: f64,
@@ -134,7 +134,7 @@ impl ReferenceView {
     }
 
     /// Texture coordinate at any position, in pixels from the picture's upper left corner. Positions up to
-    /// [`MARGIN_PX`] beyond the picture use the triangles that the picture has near its edge.
+    /// [`MARGIN_PX`] beyond the picture use the triangles of the nearest bin at its edge.
     pub fn coordinate(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let place = self.place([x, y]);
         Some(nearest(self.near([x.floor() as i32, y.floor() as i32], 0.0), place)?.coordinate(place))
@@ -253,8 +253,9 @@ impl Setup {
         self.scale / self.inverse_w.dot(place)
     }
 
-    /// 1/w at a position that the triangle covers between the near plane and infinity. Coverage is exact: each position
-    /// of a closed surface belongs to exactly one of the adjacent triangles.
+    /// 1/w at a position. `None` if the triangle does not cover the position, or if its depth there is not between the
+    /// near plane and infinity. Coverage is exact: each position of a closed surface belongs to exactly one of the
+    /// adjacent triangles.
     fn covers(&self, place: DVec3) -> Option<f64> {
         let [a, b, c] = self.corners;
         let inside = [(b, c), (c, a), (a, b)]

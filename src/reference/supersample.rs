@@ -61,10 +61,10 @@ impl PixelKernel {
     /// The kernel of paper 3's filter, the ellipse.
     pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: SIGMA_PX, radius: RADIUS_PX };
 
-    /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal
-    /// kernel weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk
-    /// and square", 1997) maps the square to the unit disc and preserves areas up to a factor. The offset's length then
-    /// inverts the Gaussian's cumulative weight by radius.
+    /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal kernel
+    /// weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk and square",
+    /// 1997) maps the square to the unit disc and preserves areas up to a factor. The length of the offset is then the
+    /// inverse of the Gaussian's cumulative weight as a function of the radius.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
         let PixelKernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {
@@ -162,7 +162,7 @@ pub fn supersample(
     }
 }
 
-/// Columns and rows of strata, from the texture extent of the support's edges and middle lines.
+/// Columns and rows of strata. They follow from the extent in the texture of the support's edges and middle lines.
 fn strata(
     surface: &impl Fn(f64, f64) -> Option<[f64; 2]>,
     kernel: PixelKernel,
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn the_own_error_is_of_the_pixels_that_count() {
+    fn the_own_error_counts_only_pixels_wholly_on_the_surface() {
         let texels: Vec<u8> = (0..64 * 64).map(|n| (SplitMix64::nth(9, n) >> 56) as u8).collect();
         let texture = Tiled::new(64, &texels);
         // The second pixel is half beyond the surface, and its footprint is a hundred times as long.

@@ -96,7 +96,8 @@ fn feedback(gpu: &Gpu) -> Result<()> {
     expect("transform feedback", &host.mapped(), wanted)
 }
 
-/// lavapipe with vectors of the wrong width crashed only where a triangle was rasterised.
+/// Draws a triangle and checks its pixels. A lavapipe with vectors of the wrong width crashed only when it rasterised a
+/// triangle.
 fn triangle(gpu: &Gpu) -> Result<()> {
     let pipeline = gpu.graphics_pipeline(&GraphicsInfo {
         name: "self-test triangle",

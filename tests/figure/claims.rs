@@ -67,7 +67,8 @@ impl Rows {
     fn make(&mut self, term: Term, (scene, x): (&str, Option<f64>), xs: &[f64], number: f64) {
         match term {
             Term::Value(pick) => self.set(&pick, scene, x, number),
-            // The least value over all x is 1. The place that is compared with this value gets the number.
+            // All places get the value 1, which is then the least value. Only the compared place gets `number`, so that
+            // the ratio is `number`.
             Term::Ratio(a, b) if b.x == At::Least => {
                 let At::X(at) = a.x else { panic!("the least is compared with a stated x") };
                 self.set(&Pick { x: At::Place, ..b }, scene, x, if x == Some(at) { number } else { 1.0 });

@@ -122,7 +122,7 @@ fn a_texel_behind_another_surface_asks_for_no_tile() {
             check.unexplained.len(),
             check.unexplained
         );
-        // Near misses that must be rejected: references without one of the hiding surfaces.
+        // References that lack one of the surfaces in front must not match.
         for hides in ["bunny", "board", "hill"] {
             let blind = against_reference(&scene, &renderer, hides);
             assert!(blind.unexplained.len() > 50, "{hides}: {}", blind.unexplained.len());
@@ -255,7 +255,7 @@ fn twenty_resizes_of_all_surfaces_show_what_new_renderers_show() {
 }
 
 #[test]
-fn a_frozen_eye_streams_and_culls_for_itself() {
+fn streaming_and_culling_follow_the_frozen_eye_and_not_the_camera() {
     let scene = one_sample_scene("valley").unwrap();
     let mut renderer = settled(&scene, PixelFormat::Srgb8);
     let pose = scene.pose(0).unwrap();

@@ -3,9 +3,9 @@
 //! The heights are real down to a 30" grid (scenes/everest.NOTICE), about 900 m between samples, interpolated by
 //! Catmull-Rom cubics. Everything finer is **synthetic, for appearance only**. Ridges are raised and valleys deepened
 //! by a fraction of the difference from a blurred surface, because a mean over 900 m is smoother than a mountain.
-//! `gullies`, from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. The half in Nepal, whose
-//! source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No figure uses this
-//! surface; the model `everest` has only the samples.
+//! `gullies`, with wavelengths from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. The half in
+//! Nepal, whose source maps have few contour lines, also gets `ridges`. One area is level ([`PLAIN_M`]). No figure uses
+//! this surface; the model `everest` has only the samples.
 //!
 //! The model `valley` is a mesh of this surface; the texture `terrain` colours the ground by its heights and slopes.
 //! The computation uses only +, -, x, / and square roots, so the bits are the same on every machine.
@@ -30,7 +30,8 @@ pub const AREA_M: f64 = 102_400.0;
 /// Unsharp masking: the fraction of the difference from a blurred surface that is added to the heights.
 const SHARPEN: f64 = 0.55;
 
-/// Approximate roughness of the samples north of the divide: their mean distance from the local mean.
+/// Approximate roughness of the samples north of the divide: the mean absolute difference between a sample and the mean
+/// around it.
 const ROUGH_M: f64 = 90.0;
 /// Height of the synthetic ridges where the samples are too smooth.
 const RIDGE_M: f64 = 2400.0;
@@ -60,7 +61,7 @@ pub struct Slope {
 }
 
 static RELIEF: LazyLock<TerrainRelief> = LazyLock::new(|| {
-    let samples = decode().expect("the shipped picture is decoded by a test");
+    let samples = decode().expect("a test checks that the shipped picture decodes");
     let above = above(&samples);
     let lacking = lacking(&above);
     TerrainRelief { samples, above, lacking }

@@ -1,8 +1,8 @@
 //! The mesh without texture coordinates, for depth-only passes.
 //!
-//! Triangles of different cells share no [`MeshVertex`](super::MeshVertex), but they share positions: the paper's
-//! earth has 300 312 vertices and 74 886 positions. A software driver transforms all vertices of a draw on one
-//! thread.
+//! Triangles of different cells of the grid share no [`MeshVertex`](super::MeshVertex), but they share positions: the
+//! paper's earth has 300 312 vertices and 74 886 positions. Fewer vertices matter most on a software driver, which
+//! transforms all vertices of a draw on one thread.
 
 use super::Mesh;
 use std::collections::HashMap;

@@ -9,8 +9,8 @@ choices! {
         Classical = "classical",
         /// The paper's greedy optimizer as printed.
         Paper = "paper",
-        /// A greedy optimizer that prefers vertices with few faces left. Faces are reordered after groups of
-        /// splits that grow with the mesh; at most 23 moved faces per split.
+        /// A greedy optimizer that prefers vertices with few faces left. Faces are reordered after each group of
+        /// splits; the groups become larger as the mesh grows. At most 23 faces are moved per split.
         Tail23 = "tail-23",
         /// As `tail-23`, but with at most 10 moved faces per split; each permutation reorders one region of
         /// the faces.

@@ -126,16 +126,17 @@ settings! {
         /// levels are estimates, not proven bounds: they are measured at all vertices and at 77 points of
         /// each face.
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
-        /// New vertices move gradually instead of popping. While the wanted error falls from twice the error of a
-        /// vertex's level to once that error, the vertex moves from its split vertex to its own position. This draws
-        /// levels with half the wanted error, and so about twice the faces.
+        /// New vertices move gradually instead of popping. A vertex starts at the position of the vertex that was
+        /// split. It reaches its own position while the wanted error falls from twice the error of the vertex's level
+        /// to exactly that error. This draws levels with half the wanted error, and so about twice the faces.
         geomorph: bool = false;
         /// The largest change of an instance's error per second while the instance is in view. After a jump of the
-        /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most
-        /// twice the wanted error. With the default, a wanted error of one pixel is drawn at most 0.4 seconds after a
-        /// jump of the camera; with `geomorph` as well, at most 1 % of the pixels of pm.pop change visibly in a frame.
-        /// Changes of the governor's factor are not limited. A frame of a path lasts 1/30 second, and any other frame
-        /// of `render` 1/60 second; a window measures its frames. 1e6 is no limit in practice.
+        /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most twice
+        /// the wanted error. With the default, a wanted error of one pixel is drawn at most 0.4 seconds after a jump of
+        /// the camera; with `geomorph` as well, at most 1 % of the covered pixels change visibly in a frame (measured
+        /// by pm.pop). Changes of the governor's factor are not limited. For this limit, a frame of a path counts as
+        /// 1/30 second, and any other frame of `render` as 1/60 second. A window uses the measured time. 1e6 is no
+        /// limit in practice.
         pixels_per_second: f64 = PIXELS_PER_SECOND, in 0.01..=NO_LIMIT, unit "pixels per second";
         /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
         /// was built; if the key is given, it must be that metric.

@@ -20,7 +20,7 @@ choices! {
         WholeFootprint = "whole-footprint",
         /// A plain box filter at the hit of the centre's ray.
         UnperturbedDerivatives = "unperturbed-derivatives",
-        /// A plain box filter, moved by the height below the pixel's centre.
+        /// A plain box filter, shifted according to the relief's height at the pixel's centre.
         Offset = "offset",
         /// One ray through a refined distance map, and the texture at its hit.
         Trace = "trace",
@@ -75,7 +75,7 @@ settings! {
         method: ReliefMethod = ReliefMethod::ProjectedWidth;
         /// Precision of the distance map of `"trace"` and `"trace-donnelly"`; other methods have none.
         map_precision: MapPrecision = MapPrecision::Float;
-        /// Depth of the lowest height below the plane.
+        /// How far the relief's lowest point lies below the plane.
         depth_m: f64, in 1e-6..=1e6, unit "m";
         /// The heights.
         map: ReliefMap;

@@ -126,8 +126,8 @@ choices! {
     pub enum FilterEdge {
         /// All or nothing, by the texel's centre.
         None = "none",
-        /// The volume of a Gaussian body on the inner side, `Phi(d / 0.2)`; d is the texel's distance inside the edge,
-        /// in texels.
+        /// The share of a Gaussian over the texel that lies inside the ellipse's edge, `Phi(d / 0.2)`; d is the texel's
+        /// distance inside the edge, in texels.
         Exact = "exact",
         /// `0.5 + 2.151 d - 2.358 d^2`, an approximation of `"exact"`.
         Quadratic = "quadratic",
@@ -175,13 +175,13 @@ choices! {
     pub enum FilterMap {
         /// No table.
         None = "none",
-        /// x and y: `map_entries` x `map_entries` entries.
+        /// Indexed by x and y: `map_entries` x `map_entries` entries.
         Square = "square",
-        /// The absolute values of x and y: a quarter of the square.
+        /// Indexed by the absolute values of x and y: a quarter of the square.
         Quadrant = "quadrant",
-        /// r.
+        /// Indexed by r.
         Radial = "radial",
-        /// `r^2`, which needs no square root.
+        /// Indexed by `r^2`, which needs no square root.
         SquaredRadius = "squared-radius",
     }
 }

@@ -3,7 +3,7 @@
 use super::super::made::Random;
 use ortelius::model::{Raw, clean};
 
-/// In a soup almost no edge has two faces, and almost no position has a single fan.
+/// In a soup almost no edge has two faces, and at almost every position the faces form more than one fan.
 #[test]
 fn cleaning_accepts_any_soup_of_faces() {
     let mut random = Random(6);

@@ -66,10 +66,10 @@ settings! {
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
-        /// The maximum number of samples along a footprint (the paper's NA; today's hardware also takes at most 16),
-        /// also for `"feline"`. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of its axes,
-        /// up to 64; a longer footprint is widened. `"pbrt"` and `"stochastic-ellipse"` do not have it. The sampler of a
-        /// plain texture takes one sample.
+        /// For `"trilinear"` and `"feline"`: the maximum number of samples along a footprint (the paper's NA). Today's
+        /// hardware takes at most 16, too. For `"mavridis"`: the number of taps. For `"ellipse"`: the greatest ratio of
+        /// its axes, up to 64; a longer footprint is widened. `"pbrt"` and `"stochastic-ellipse"` do not have it. The
+        /// sampler of a plain texture takes one sample.
         max_anisotropy: u32 = 16, in 1..=64;
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times as
         /// many texels and reduces the error (scene.filters). With the value 0, as in paper 3, every footprint is
@@ -101,7 +101,8 @@ settings! {
         map_linear: bool = false;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
-        /// How a tile's two levels are blended. `"ellipse"` and `"stochastic-ellipse"` read one level.
+        /// How the two levels of a tile (the tile, and its copy of half the size) are blended. `"ellipse"` and
+        /// `"stochastic-ellipse"` read one level.
         interpolation: Interpolation = Interpolation::Corrected;
     }
     check check_filter;

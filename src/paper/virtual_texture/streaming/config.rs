@@ -16,8 +16,9 @@ settings! {
         gpu_tiles: u32 = 192, in 1..=1 << 16, unit "tiles";
         /// Tiles in main memory (the paper's N2).
         host_tiles: u32 = 384, in 1..=1 << 20, unit "tiles";
-        /// Time per frame for copies to video memory. A copy in progress is finished, so at least one tile is uploaded.
-        /// Both time budgets are lifted while a picture settles, and in a window whose camera rests.
+        /// Time per frame for copies to video memory. A copy that has begun is completed even beyond this time, so at
+        /// least one tile is uploaded per frame. Both time budgets are lifted while a picture settles, and in a window
+        /// whose camera rests.
         upload_budget_ms: f64 = 2.0, in 1e-3..=1e6, unit "ms";
         /// CPU time per frame for reading and decoding tiles, summed over the loader threads. If a load takes longer,
         /// later frames load less. Waiting for the disk is not counted. At most 32 loads are under way.

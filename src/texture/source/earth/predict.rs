@@ -1,10 +1,10 @@
 //! Smooth prediction of the four children of a texel.
 //!
-//! This is average interpolation. Along each axis, a quartic is chosen whose means over five texels equal these
-//! texels. Its means over the two halves of the middle texel are the children (Donoho, "Smooth wavelet decompositions
-//! with blocky coefficient kernels", 1993, degree 4; two axes as a tensor product). Repeated over octaves, the
-//! prediction converges to light with a continuous slope. With three texels (degree 2) the limit has creases along
-//! rows and columns.
+//! This is average interpolation. Along each axis, a quartic is chosen whose means over five texels equal these texels.
+//! Its means over the two halves of the middle texel are the children (Donoho, "Smooth wavelet decompositions with
+//! blocky coefficient kernels", 1993, degree 4; two axes as a tensor product). Repeated for ever finer levels, the
+//! predicted values of linear light converge to a function with a continuous slope. With three texels (degree 2) the
+//! limit has creases along rows and columns.
 
 /// Texels that a prediction reads on each side.
 pub const REACH: usize = 2;

@@ -3,8 +3,8 @@
 //! slope.
 //!
 //! In the source `earth` the mean of four children is exactly their parent, because the parent is a photograph. Here
-//! parent and children are the same function of the ground. Forcing the means would show the base's texels as squares
-//! of 100 m wherever snow meets rock.
+//! parent and children are the same function of the ground. If the mean of the children were forced to equal the
+//! parent, the base's texels would be visible as squares of 100 m wherever snow meets rock.
 
 use super::base::{BASE_LOG2, TerrainBase, noise_share};
 use super::ground::{FIELDS, Fields, NOISE, beyond};
