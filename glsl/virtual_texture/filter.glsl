@@ -215,9 +215,9 @@ vec4 tile_texels(Lookup lookup, ResidentTile tile, float coarser, uvec3 seed) {
 vec4 shown_by(ResidentTile tile, Lookup lookup, uvec4 start) {
     // A coarser substitute (q' > q) shows only its own level.
     float f = tile.level == lookup.q ? lookup.f : 0.0;
-    float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     // Streamed and resident levels share one call, because software drivers run both sides of a branch.
-    if (is_of_paper_3()) return tile_texels(lookup, tile, coarser, start.xyz);
+    if (is_of_paper_3()) return tile_texels(lookup, tile, f, start.xyz);
+    float coarser = LITERAL_INTERPOLATION == 1 ? 1.0 - f : f;
     return FILTER == STOCHASTIC ? taps(lookup, tile.level, coarser, start) : tile_samples(lookup, tile, coarser);
 }
 

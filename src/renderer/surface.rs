@@ -46,10 +46,9 @@ pub(super) fn check(scene: &Scene, surface: &Surface, owner: Option<&Surface>) -
     }
     let filter = filter(scene, surface)?;
     let by_sampler = [Filter::DEFAULT, Filter::ONE_SAMPLE].contains(&filter);
-    let by_texels = filter.kind.is_of_paper_3() && filter.interpolation == Filter::DEFAULT.interpolation;
-    if !is_owner && !by_sampler && !by_texels {
-        let what = "a plain texture has the sampler's trilinear filter and, without interpolation, the kinds \"ellipse\", \
-                    \"feline\", \"mavridis\", \"pbrt\" and \"stochastic-ellipse\"; use one of these, or a virtual texture";
+    if !is_owner && !by_sampler && !filter.kind.is_of_paper_3() {
+        let what = "a plain texture has the sampler's trilinear filter and the kinds \"ellipse\", \"feline\", \
+                    \"mavridis\", \"pbrt\" and \"stochastic-ellipse\"; use one of these, or a virtual texture";
         return fault("filter", what);
     }
     Ok(())

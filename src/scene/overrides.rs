@@ -13,7 +13,7 @@ const KEYS_OF_FILTERS: [(&[&str], &[&str]); 5] = [
     (&["weight_map", "map_entries", "map_bits", "map_linear"], &["ellipse"]),
     (&["samples"], &["stochastic", "stochastic-ellipse"]),
     (&["max_anisotropy"], &["trilinear", "bilinear", "stochastic", "ellipse", "feline", "mavridis"]),
-    (&["interpolation"], &["trilinear", "bilinear", "stochastic", "feline", "mavridis", "pbrt"]),
+    (&["interpolation"], &["trilinear", "bilinear", "stochastic"]),
 ];
 
 /// The keys of a filter that its kind does not read, each with the kinds that read it.

@@ -238,14 +238,14 @@ fn a_key_of_a_filter_that_its_kind_does_not_read_is_rejected_at_its_key() {
     let ellipse = OF_THE_ELLIPSE.map(|key| (key, names(&[Filtering::Ellipse])));
     let random = names(&[Filtering::Stochastic, Filtering::StochasticEllipse]);
     let fixed = [Filtering::Pbrt, Filtering::StochasticEllipse];
-    let one_level = [Filtering::Ellipse, Filtering::StochasticEllipse];
+    let of_paper_1 = names(&[Filtering::Trilinear, Filtering::Bilinear, Filtering::Stochastic]);
     let without = |others: &[Filtering]| -> Vec<&str> {
         names(&Filtering::ALL.iter().copied().filter(|kind| !others.contains(kind)).collect::<Vec<_>>())
     };
     let others = [
         ("samples = 4", random),
         ("max_anisotropy = 4", without(&fixed)),
-        ("interpolation = \"corrected\"", without(&one_level)),
+        ("interpolation = \"literal\"", of_paper_1),
     ];
     for (key, readers) in ellipse.into_iter().chain(others) {
         for kind in names(Filtering::ALL) {
