@@ -3,7 +3,9 @@
 //!
 //! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0. x and y
 //! are in pixels from the picture's centre, x to the right and y down. The plane is visible where the denominator is
-//! positive.
+//! positive. As in
+//! pictures and in all textures of the project, row 0 of the texture is the upper one: v points down where the plane
+//! faces the camera.
 
 /// The orientation of the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +56,13 @@ impl Tilt {
         let up = [roll_sin, -roll_cos, 0.0];
         let form = |a: f64, b: f64, one: f64| [a * right[0] + b * up[0], a * right[1] + b * up[1], one];
         // The origin of the plane's coordinates is the point that is visible at the picture's centre. Their unit is the
-        // width of a pixel at that point. In these coordinates the ray (right, up, focal) meets the plane at
-        // (right, up / cos) * focal cos / (focal cos - up sin).
+        // width of a pixel at that point, and the second one points down. In these coordinates the ray (right, up,
+        // focal) meets the plane at (right, -up / cos) * focal cos / (focal cos - up sin).
         let scale = self.texels_per_pixel;
         let denominator = form(0.0, -sin / (focal_px * cos), 1.0);
-        let (across, along) = (form(scale, 0.0, 0.0), form(0.0, scale / cos, 0.0));
+        let (across, along) = (form(scale, 0.0, 0.0), form(0.0, -scale / cos, 0.0));
         let mixed = |a: f64, b: f64| [0, 1, 2].map(|n| a * across[n] + b * along[n]);
-        TiltedPlane([mixed(yaw_cos, yaw_sin), mixed(-yaw_sin, yaw_cos), denominator])
+        TiltedPlane([mixed(yaw_cos, -yaw_sin), mixed(yaw_sin, yaw_cos), denominator])
     }
 }
 
@@ -113,7 +115,13 @@ mod tests {
         let scale = tilt.texels_per_pixel * focal;
         let [a, b] = [scale * from_centre[0], scale * dot(from_centre, axis)];
         let yaw = tilt.yaw_degrees.to_radians();
-        [a * yaw.cos() + b * yaw.sin(), -a * yaw.sin() + b * yaw.cos()]
+        // The texture turns counter-clockwise, and its rows follow each other downwards.
+        [a * yaw.cos() + b * yaw.sin(), a * yaw.sin() - b * yaw.cos()]
+    }
+
+    #[test]
+    fn without_tilt_the_picture_shows_the_texture_upright() {
+        assert_eq!(Tilt::of(0.0).plane(120).texels(7.0, 5.0), Some([7.0, 5.0]));
     }
 
     #[test]

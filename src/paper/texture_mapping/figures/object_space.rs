@@ -140,7 +140,7 @@ fn variants() -> Vec<String> {
 struct Square {
     side: f64,
     camera: f64,
-    /// Maps (across, up, 1) on the square to (x w, y w, w) on the screen.
+    /// Maps (across, down, 1) on the square to (x w, y w, w) on the screen.
     to_screen: [[f64; 3]; 3],
 }
 
@@ -148,14 +148,16 @@ impl Square {
     fn new(side: f64, tilt_degrees: f64) -> Square {
         let (sin, cos) = tilt_degrees.to_radians().sin_cos();
         let camera = side / 2.0 / 3f64.to_radians().tan();
-        let to_screen = [[1.0, 0.0, -side / 2.0], [0.0, -cos, side / 2.0 * cos], [0.0, sin / camera, 1.0]];
+        // w is 1 at the lower edge and grows upwards.
+        let (slope, half) = (sin / camera, side / 2.0);
+        let to_screen = [[1.0, 0.0, -half], [0.0, cos, -half * cos], [0.0, -slope, 1.0 + slope * side]];
         Square { side, camera, to_screen }
     }
 
     fn polygons(&self) -> TexturedPolygons {
-        let corner = |across: f64, up: f64| {
-            let [x, y, w] = self.to_screen.map(|[a, b, c]| a * across * self.side + b * up * self.side + c);
-            let texels = [across * self.side, up * self.side];
+        let corner = |across: f64, down: f64| {
+            let [x, y, w] = self.to_screen.map(|[a, b, c]| a * across * self.side + b * down * self.side + c);
+            let texels = [across * self.side, down * self.side];
             ([x, y, self.camera * (1.0 - w)].map(|c| c as f32), texels.map(|c| c as f32))
         };
         let [a, b, c, d] = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];

@@ -105,19 +105,14 @@ const KNOWN: [Pattern; 10] = [
     Pattern::Text,
 ];
 
-/// The texels of a scene, one byte of linear light each. v points up in these planes, so the lowest row is the first.
+/// The texels of a scene, one byte of linear light each.
 fn texels_of(scene: &str) -> anyhow::Result<Vec<u8>> {
-    let texels: Vec<u8> = match scene {
-        PHOTOGRAPH => {
-            let light = CLIFF.luminance(SIDE as usize);
-            light.into_iter().map(|light| (light * 255.0).round() as u8).collect()
-        }
-        _ => {
-            let known = KNOWN.into_iter().find(|pattern| pattern.name() == scene);
-            known.with_context(|| format!("no pattern {scene:?}"))?.texels(SIDE)
-        }
-    };
-    Ok(texels.chunks(SIDE as usize).rev().flatten().copied().collect())
+    if scene == PHOTOGRAPH {
+        let light = CLIFF.luminance(SIDE as usize);
+        return Ok(light.into_iter().map(|light| (light * 255.0).round() as u8).collect());
+    }
+    let known = KNOWN.into_iter().find(|pattern| pattern.name() == scene);
+    Ok(known.with_context(|| format!("no pattern {scene:?}"))?.texels(SIDE))
 }
 
 /// The compared methods of tm.pareto.
