@@ -7,7 +7,7 @@ use super::{Options, Renderer};
 use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
-use crate::paper::virtual_texture::Filtering;
+use crate::paper::virtual_texture::choices::{FilterMap, Filtering};
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::paper::virtual_texture::trade::{
     Batch, MOST, Mosaic, SweepPoint, TradeResult, TradeSweep, levelled,
@@ -151,6 +151,21 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
             let keys = format!("max_anisotropy={max_anisotropy}, minor_texels={minor_texels}");
             others.push([
                 format!("ellipse {max_anisotropy}:1, minor {minor_texels}"),
+                format!("surface.{name}.filter={{kind='ellipse', {keys}}}"),
+            ]);
+        }
+    }
+    for minor_texels in [1, 2] {
+        let map = Filter {
+            kind: Filtering::Ellipse,
+            minor_texels,
+            weight_map: FilterMap::Radial,
+            ..Filter::DEFAULT
+        };
+        if own != map {
+            let keys = format!("max_anisotropy=16, minor_texels={minor_texels}, weight_map='radial'");
+            others.push([
+                format!("ellipse 16:1, minor {minor_texels}, radial map"),
                 format!("surface.{name}.filter={{kind='ellipse', {keys}}}"),
             ]);
         }

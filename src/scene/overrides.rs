@@ -119,7 +119,7 @@ impl Override {
     /// The keys that this override invalidates. The number says how many leading parts of the override's key form the
     /// path of the table that holds them. A texture file states its own sizes, so the keys of a generated texture are
     /// dropped. A filter's table replaces `"auto"` and its bound. A filter's kind drops the keys that it does not read;
-    /// a later override that states such a key is refused. A relief has no filter except its method, so stating the
+    /// a later override that states such a key is refused. Without a weight map, its keys are dropped. A relief has no filter except its method, so stating the
     /// method also replaces `"auto"` and its bound.
     pub fn dropped(&self) -> (usize, Vec<&'static str>) {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
@@ -128,6 +128,9 @@ impl Override {
             ["surface", _, "filter", "kind"] => {
                 let kind = self.value.as_str().unwrap_or_default();
                 (3, unread_filter_keys(kind).map(|(key, _)| key).collect())
+            }
+            ["surface", _, "filter", "weight_map"] if self.value.as_str() == Some("none") => {
+                (3, vec!["map_entries", "map_bits", "map_linear"])
             }
             ["surface", _, "relief", "method"] => (2, vec!["filter", "max_error", "max_ms"]),
             ["surface", _, "texture", "source"] if self.value.as_str() == Some("file") => {

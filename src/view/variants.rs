@@ -15,17 +15,26 @@ pub struct Variant {
     pub changes: Vec<String>,
 }
 
-/// The scene's own variant, then other filters of a virtual texture, which change the picture. Then one variant for
-/// each other value of the settings that the scene's paper compares. For a virtual texture: how visible tiles are
-/// listed. For a progressive mesh: which processor changes the level of detail, and the order of faces. For a relief:
-/// its method. For a plain texture: its filter.
+/// The scene's own variant, then other filters of a virtual texture, which change the picture. If the scene's own filter
+/// is the ellipse: the weight maps that can replace its Gaussian. Then one variant for each other value of the settings
+/// that the scene's paper compares. For a virtual texture: how visible tiles are listed. For a progressive mesh: which
+/// processor changes the level of detail, and the order of faces. For a relief: its method. For a plain texture: its
+/// filter.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {
     let own = Variant { name: "the scene's own".to_owned(), changes: Vec::new() };
     let filters =
         other_filters(scene).map(|(name, change)| Variant { name: name.to_owned(), changes: vec![change] });
+    let maps = weight_map(scene).into_iter().flat_map(|keys| other_values(scene, &keys, false));
     let others = compared(scene).into_iter().enumerate();
     let others = others.flat_map(|(n, keys)| other_values(scene, &keys, n == 0));
-    std::iter::once(own).chain(filters).chain(others).collect()
+    std::iter::once(own).chain(filters).chain(maps).chain(others).collect()
+}
+
+/// The key of the weight map, for the first surface with a filter of its own that reads it.
+fn weight_map(scene: &Scene) -> Option<[String; 2]> {
+    let is_ellipse = |name: &&String| scene.word(&["surface", name, "filter", "kind"]) == Some("ellipse");
+    let name = scene.surfaces.keys().find(is_ellipse)?;
+    Some(["NAME", name].map(|name| format!("surface.{name}.filter.weight_map")))
 }
 
 /// The settings that the scene's paper compares, as pairs of keys: the declared key, and the key with the name of this
@@ -108,9 +117,11 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        // Besides the scene's own variant: five filters, and the other values of three settings.
+        // Besides the scene's own variant: five filters, four weight maps, and the other values of three settings.
         let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
-        assert_eq!(globe.len(), 1 + 5 + methods, "{globe:?}");
+        assert_eq!(globe.len(), 1 + 5 + 4 + methods, "{globe:?}");
+        assert_eq!(globe[6], "weight_map: square", "maps come after the filters: {globe:?}");
+        assert!(names("pole").iter().all(|name| !name.starts_with("weight_map")), "another filter");
         assert!(globe[1..3].iter().all(|name| name.contains("trilinear")), "filters come first: {globe:?}");
         assert_eq!(globe[5], "pbrt's EWA", "{globe:?}");
         assert!(

@@ -3,10 +3,13 @@
 
 mod budgets;
 mod knobs;
+mod settings;
 mod times;
 mod truth;
+mod values;
 
-pub use knobs::{Knob, SweepPoint, not_turned, settings};
+pub use knobs::Knob;
+pub use settings::{SweepPoint, not_turned, settings};
 pub use times::{Batch, MOST, levelled};
 pub use truth::{Mosaic, TradeKernel};
 
@@ -137,7 +140,9 @@ impl TradeSweep<'_> {
         let own = texture(scene)?;
         let exact = match own.format {
             TileFormat::Rgba8 => scene.clone(),
-            TileFormat::Bc1 => scene.with(&[format!("{}.texture.format=rgba8", knobs::surface(scene)?)])?,
+            TileFormat::Bc1 => {
+                scene.with(&[format!("{}.texture.format=rgba8", settings::surface(scene)?)])?
+            }
         };
         let source = open_texture(&exact).with_context(|| format!("scene {}", scene.name))?;
         anyhow::ensure!(

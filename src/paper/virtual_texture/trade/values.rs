@@ -1,0 +1,199 @@
+//! One value of each knob, and which values are combined.
+
+use super::settings::SweepPoint;
+use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
+use crate::paper::virtual_texture::config::{
+    Config, Filter, MOST_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
+};
+use crate::scene::{Choice, unread_filter_keys};
+use crate::texture::source::TileFormat;
+
+/// The values of all knobs.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Values {
+    pub level_bias: u32,
+    pub filter: Filtering,
+    pub samples: u32,
+    pub max_anisotropy: u32,
+    pub minor_texels: u32,
+    pub weight_map: FilterMap,
+    pub border: u32,
+    pub list: Listing,
+    pub feedback_log2: u32,
+    pub stages: (Dedup, Compaction, TileAddress),
+    pub format: TileFormat,
+    /// Slots of the tile pool.
+    pub gpu_tiles: u32,
+}
+
+impl Values {
+    pub fn of(settings: &VirtualTextureSettings, texture: &VirtualTextureSource) -> Values {
+        let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
+        let Filter { kind, max_anisotropy, minor_texels, weight_map, samples, .. } = filter;
+        Values {
+            level_bias,
+            filter: kind,
+            samples,
+            max_anisotropy,
+            minor_texels,
+            weight_map,
+            border: texture.border,
+            list,
+            feedback_log2,
+            stages: (dedup, compact, address),
+            format: texture.format,
+            gpu_tiles: settings.streaming.gpu_tiles,
+        }
+    }
+
+    /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
+    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have any
+    /// border; a file's border is fixed.
+    pub fn drawable(self, own: &Values, texture: &VirtualTextureSource) -> Option<Values> {
+        if self == *own {
+            return Some(self);
+        }
+        let sensible = match self.filter {
+            Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
+            // Trilinear samples along a footprint are better than bilinear ones.
+            Filtering::Bilinear => self.max_anisotropy == 1,
+            // Few taps along a long footprint show only noise. Taps need no border, so other borders are not tried with
+            // them.
+            Filtering::Stochastic => {
+                (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
+            }
+            // A filter of paper 3 that is not the scene's own is not combined with changes of other settings. Some of
+            // these filters ignore max_anisotropy.
+            filter => {
+                let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
+                let distinct = match filter {
+                    Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
+                    Filtering::Mavridis => self.max_anisotropy == 4,
+                    Filtering::Pbrt | Filtering::StochasticEllipse => {
+                        self.max_anisotropy == own.max_anisotropy.min(MOST_SAMPLES)
+                    }
+                    _ => true,
+                };
+                let Values { filter, max_anisotropy, minor_texels, weight_map, samples, .. } = *own;
+                let of_own = Values { filter, max_anisotropy, minor_texels, weight_map, samples, ..self };
+                let alone = of_own == *own;
+                (filter, numbers(own)) == (self.filter, numbers(&self)) || alone && distinct
+            }
+        };
+        // A map is tried with the scene's own ellipse. In a scene with another filter, it is tried with the ellipses
+        // whose axes have a ratio of up to 16.
+        let replaces = match own.filter {
+            Filtering::Ellipse => Values { weight_map: own.weight_map, ..self } == *own,
+            _ => self.filter == Filtering::Ellipse && self.max_anisotropy == 16,
+        };
+        let mapped = self.weight_map == own.weight_map || replaces;
+        // Two kinds of values are not combined with other changes: subsampled lists, which delay the complete picture
+        // but do not change it, and borders other than 0 and the scene's own.
+        let (list, feedback_log2) = (own.list, own.feedback_log2);
+        let listed = (self.list, self.feedback_log2) == (list, feedback_log2)
+            || Values { list, feedback_log2, ..self } == *own;
+        let bordered =
+            [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
+        // Other filters than the stochastic ones ignore the number of samples.
+        let sampled = self.filter.is_random() || self.samples == own.samples;
+        // A list made on the host has no stages 2 and 3.
+        let stages = self.list == Listing::Device || self.stages == own.stages;
+        let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
+        let border = border_for(&filter, self.border, texture).ok()?;
+        // Another format is tried with all filters but the stochastic one, at the scene's own bias, list and border,
+        // and only if the border is a whole number of BC1 blocks. A smaller tile pool is not combined with other
+        // changes.
+        let format = self.format == own.format
+            || (self.filter != Filtering::Stochastic
+                && (self.level_bias, self.list, self.border) == (own.level_bias, own.list, own.border)
+                && border.is_multiple_of(4));
+        let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
+        let alone = listed && bordered && fewer;
+        (sensible && mapped && sampled && stages && format && alone).then_some(Values { border, ..self })
+    }
+
+    /// The setting with these values. `surface` is the key of the surface with the texture.
+    pub fn setting(&self, own: &Values, surface: &str) -> SweepPoint {
+        let (mut words, mut changes) = (Vec::new(), Vec::new());
+        let mut differs = |is: bool, word: String, keys: &[String]| {
+            if is {
+                words.push(word);
+                changes.extend_from_slice(keys);
+            }
+        };
+        let taps = if self.filter.is_random() { format!(" {}", self.samples) } else { String::new() };
+        let filter = self.filter.name();
+        let mut keys =
+            Vec::from_iter((self.filter != own.filter).then(|| format!("{surface}.filter.kind={filter}")));
+        keys.extend(
+            (self.samples != own.samples).then(|| format!("{surface}.filter.samples={}", self.samples)),
+        );
+        differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
+        let minor = self.minor_texels;
+        differs(
+            minor != own.minor_texels,
+            format!("minor {minor}"),
+            &[format!("{surface}.filter.minor_texels={minor}")],
+        );
+        let map = self.weight_map.name();
+        let name =
+            if self.weight_map == FilterMap::None { "no map".to_string() } else { format!("{map} map") };
+        differs(self.weight_map != own.weight_map, name, &[format!("{surface}.filter.weight_map={map}")]);
+        let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
+        // Another kind starts from the scene's own number, or from the default if the scene's kind does not read it.
+        let reads = unread_filter_keys(filter).all(|(key, _)| key != "max_anisotropy");
+        differs(
+            na != own.max_anisotropy && reads,
+            format!("NA {na}"),
+            &[format!("{surface}.filter.max_anisotropy={na}")],
+        );
+        differs(
+            border != own.border,
+            format!("border {border}"),
+            &[format!("{surface}.texture.border={border}")],
+        );
+        differs(bias != own.level_bias, format!("bias {bias}"), &[format!("variant.level_bias={bias}")]);
+        let n = self.feedback_log2;
+        let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
+        let another = (self.list, n) != (own.list, own.feedback_log2);
+        differs(another, format!("{} 1/{}", self.list.name(), 1 << n), &list);
+        let (dedup, compact, address) = self.stages;
+        let stages = [
+            format!("variant.dedup={}", dedup.name()),
+            format!("variant.compact={}", compact.name()),
+            format!("variant.address={}", address.name()),
+        ];
+        differs(self.stages != own.stages, dedup.name().to_string(), &stages);
+        let format = self.format.name();
+        differs(
+            self.format != own.format,
+            format.to_string(),
+            &[format!("{surface}.texture.format={format}")],
+        );
+        let n1 = self.gpu_tiles;
+        differs(n1 != own.gpu_tiles, format!("N1 {n1}"), &[format!("cache.gpu_tiles={n1}")]);
+        let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
+        SweepPoint { name, changes }
+    }
+}
+
+/// The first border that suffices for the filter and that the texture can have; `border` is tried first. The error
+/// says why there is none.
+pub(super) fn border_for(
+    filter: &Filter,
+    border: u32,
+    texture: &VirtualTextureSource,
+) -> Result<u32, String> {
+    let fault = |border| {
+        let pyramid = VirtualTextureSource { border, ..texture.clone() }.pyramid();
+        let beyond = filter.beyond(border, texture.tile_size).map(|(_, why)| why);
+        beyond.or_else(|| pyramid.err().map(|error| error.to_string()))
+    };
+    let others = match texture.source {
+        TextureSource::File => Vec::new(),
+        _ => vec![filter.least_border(), filter.max_anisotropy],
+    };
+    others.into_iter().fold(fault(border).map_or(Ok(border), Err), |found, other| {
+        found.or_else(|_| fault(other).map_or(Ok(other), Err))
+    })
+}
