@@ -119,8 +119,8 @@ impl Override {
     /// The keys that this override invalidates. The number says how many leading parts of the override's key form the
     /// path of the table that holds them. A texture file states its own sizes, so the keys of a generated texture are
     /// dropped. A filter's table replaces `"auto"` and its bound. A filter's kind drops the keys that it does not read;
-    /// a later override that states such a key is refused. Without a weight map, its keys are dropped. A relief has no filter except its method, so stating the
-    /// method also replaces `"auto"` and its bound.
+    /// a later override that states such a key is refused. Without a weight map, its keys are dropped. A relief has no
+    /// filter except its method, so stating the method also replaces `"auto"` and its bound.
     pub fn dropped(&self) -> (usize, Vec<&'static str>) {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         match key[..] {
