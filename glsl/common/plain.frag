@@ -48,8 +48,11 @@ Spot spot_at(uint level) {
 vec4 filtered() {
     vec2 size = vec2(textureSize(plain, 0)), dx = size * dFdxFine(from_origin), dy = size * dFdyFine(from_origin);
     uint coarsest = uint(textureQueryLevels(plain)) - 1;
-    float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * centre.y);
-    vec4 jacobian = limited(vec4(dx.x, dy.x, dx.y, dy.y), most, max(across, 1e-3));
+    vec4 jacobian = vec4(dx.x, dy.x, dx.y, dy.y);
+    if (BOUNDS_LIMB == 1) {
+        float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * centre.y);
+        jacobian = limited(jacobian, most, max(across, 1e-3));
+    }
     float det = jacobian.x * jacobian.w - jacobian.y * jacobian.z;
     if (FILTER == ELLIPSE) {
         Ellipse finest = ellipse_of(jacobian, det, float(MAX_ANISOTROPY));

@@ -5,6 +5,7 @@ const uint TRILINEAR = 0, BILINEAR = 1, STOCHASTIC = 2, ELLIPSE = 3;
 const uint FELINE = 4, MAVRIDIS = 5, PBRT = 6, ELLIPSE_TAPS = 7;
 
 layout(constant_id = 18) const uint SAMPLES = 1;        // taps per pixel of the stochastic filters
+layout(constant_id = 19) const uint BOUNDS_LIMB = 0;    // 1: bounds footprints at a sphere's limb (footprint.glsl)
 
 // True for the ellipse and the published filters. It compares a variable, because the build script
 // evaluates only == and != in constant expressions.

@@ -43,12 +43,11 @@ vec4 jacobian(Parallelogram f) { return vec4(f.r1.x, f.r2.x, f.r1.y, f.r2.y); }
 float determinant_of(Parallelogram f) { return f.r1.x * f.r2.y - f.r2.x * f.r1.y; }
 
 // `limb` is the width of the pixel on the fragment's surface divided by the sphere's radius (p / R in
-// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere. `limb` bounds only the footprints of paper 3's
-// filters.
+// texture_mapping/footprint.glsl); 0 if the mesh is not a sphere.
 Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Parallelogram f = Parallelogram(pixel * dx, pixel * dy);
-    if (!is_of_paper_3()) return f;
+    if (BOUNDS_LIMB == 0) return f;
     float most = most_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
     float across = sin(3.14159265 * (float(at.texel.y) + at.fraction.y) / size.y);
     vec4 j = limited(jacobian(f), most, max(across, 1e-3));

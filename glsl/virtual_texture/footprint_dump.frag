@@ -10,7 +10,7 @@ layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
 layout(location = 0) out uvec4 requests;
 layout(location = 1) out vec4 coordinates;  // s, t, 0, 0
-layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; for the ellipse, after the bound at a limb
+layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; after the bound at a limb
 
 void main() {
     vec2 dx = dFdxFine(from_origin), dy = dFdyFine(from_origin);
@@ -20,5 +20,5 @@ void main() {
     requests = store_triple(qij, filter_reach(at, qij.yz, f, qij.x));
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2);
     coordinates = vec4((vec2(at.texel) + at.fraction) / size, 0.0, 0.0);
-    derivatives = FILTER == ELLIPSE ? vec4(f.r1, f.r2) / size.xyxy : vec4(dx, dy);
+    derivatives = BOUNDS_LIMB == 1 ? vec4(f.r1, f.r2) / size.xyxy : vec4(dx, dy);
 }

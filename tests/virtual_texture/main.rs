@@ -7,6 +7,7 @@ mod ellipse_settings;
 mod extremes;
 mod filters;
 mod fused;
+mod limb;
 mod lists;
 mod masks;
 mod paths;

@@ -30,7 +30,7 @@ pub struct SourceMesh {
     /// Counter-clockwise seen from outside (above).
     pub triangles: Vec<[u32; 3]>,
     /// 1 / radius, per metre, if the mesh approximates a sphere whose (s, t) are longitude and latitude. 0 for other
-    /// shapes.
+    /// shapes: a plane and the inside of a cylinder have no limb, and the curvature of other meshes is not known.
     pub curvature: f64,
 }
 

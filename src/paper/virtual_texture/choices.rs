@@ -72,7 +72,7 @@ choices! {
 
 impl Filtering {
     /// True for paper 3's ellipse and for the published filters after it. These filters fetch single texels through the
-    /// page table, so they need no border. Their footprint is bounded at a sphere's limb.
+    /// page table, so they need no border.
     pub fn is_of_paper_3(self) -> bool {
         self as u32 >= Filtering::Ellipse as u32
     }
@@ -80,6 +80,18 @@ impl Filtering {
     /// True if each picture has noise of its own.
     pub fn is_random(self) -> bool {
         matches!(self, Filtering::Stochastic | Filtering::StochasticEllipse)
+    }
+}
+
+choices! {
+    /// The footprint at a sphere's limb. There the sphere curves away within a pixel, but the plane of a facet does
+    /// not.
+    pub enum FilterLimb {
+        /// Paper 1's: the footprint in the facet's plane, which may be many times as long as what the pixel sees.
+        Facet = "facet",
+        /// At most as long as the footprint in the middle of the outermost pixel: `sqrt(p R)` for a pixel of width p on
+        /// the surface and a sphere of radius R.
+        Bounded = "bounded",
     }
 }
 

@@ -13,7 +13,7 @@ use crate::vk::{self, Depth, Format, Gpu, Image, ImageInfo};
 pub struct FootprintPicture {
     /// s, t; NaN for the background.
     pub coordinates: Vec<[f32; 2]>,
-    /// ds/dx, dt/dx, ds/dy, dt/dy; for the filter `"ellipse"`, after the footprint was bounded at a sphere's limb.
+    /// ds/dx, dt/dx, ds/dy, dt/dy; if the filter bounds footprints at a sphere's limb, after the bound.
     pub derivatives: Vec<[f32; 4]>,
     /// (q, i, j) as in the request image, (i, j) in level 0's tile grid; q = u32::MAX for the background.
     pub triples: Vec<[u32; 3]>,

@@ -2,8 +2,8 @@
 //! values.
 
 use super::choices::{
-    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterMap, FilterScan,
-    Filtering, Interpolation, Listing, RequestFormat, TileAddress,
+    Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterLimb, FilterMap,
+    FilterScan, Filtering, Interpolation, Listing, RequestFormat, TileAddress,
 };
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
@@ -101,9 +101,17 @@ settings! {
         map_linear: bool = false;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
+<<<<<<< HEAD
         /// How the two levels of a tile (the tile, and its copy of half the size) are blended. `"ellipse"` and
         /// `"stochastic-ellipse"` read one level.
+=======
+        /// For paper 1's filters, `"trilinear"`, `"bilinear"` and `"stochastic"`: how a tile's two levels are blended.
+>>>>>>> 98cefc6d (Footprints of paper 1's filters can be bounded at a globe's limb: the key `limb`)
         interpolation: Interpolation = Interpolation::Corrected;
+        /// The footprint at the limb of an ellipsoid. If omitted: `"facet"` for paper 1's filters, so that their levels
+        /// and lists are the paper's, and `"bounded"` for paper 3's filters. Other surfaces are not bounded: a plane and
+        /// the inside of a cylinder have no limb, and the curvature of a progressive mesh is not known.
+        limb: Option<FilterLimb> = None;
     }
     check check_filter;
 }
@@ -318,11 +326,17 @@ impl Filter {
         self.kind.is_of_paper_3() || self.samples_reach(border)
     }
 
+    /// True if footprints are bounded at the limb of a sphere.
+    pub fn bounds_limb(&self) -> bool {
+        self.limb.map_or(self.kind.is_of_paper_3(), |limb| limb == FilterLimb::Bounded)
+    }
+
     /// Specialization constants of `surface_filter_level.glsl` and `ellipse_level.glsl`.
     pub fn level_constants(&self) -> Vec<(&'static str, u32)> {
         vec![
             ("FILTER", self.kind as u32),
             ("MAX_ANISOTROPY", self.max_anisotropy),
+            ("BOUNDS_LIMB", u32::from(self.bounds_limb())),
             ("MINOR_TEXELS", (self.minor_texels as f32).to_bits()),
             ("RADIUS", self.kernel.radius_and_alpha()[0].to_bits()),
             ("EDGE", self.edge as u32),
