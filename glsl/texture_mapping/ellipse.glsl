@@ -6,7 +6,8 @@ layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `A
 const int MOST_TURNS = 4096;
 
 // 2^-100. A smaller sum of weights counts as 0. f32 loses weights below 2^-126, some devices all subnormal ones, so a
-// smaller sum would have a device-dependent mean. Only footprints far smaller than a texel, with K near 0, are so small.
+// smaller sum would have a device-dependent mean. Only footprints far smaller than a texel, with K near 0, are so
+// small.
 const float LEAST_WEIGHTS = 7.8886091e-31;
 
 struct EllipseMean {

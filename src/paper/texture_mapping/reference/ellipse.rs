@@ -251,8 +251,8 @@ pub fn filtered(
     });
     // The GPU's error function has an error of 1.5e-7 of each texel, and rounding.
     slack += if ellipse.edge == Edge::Exact { (1.5e-7 + 2f64.powi(-23)) * whole } else { 0.0 };
-    // Each sum in f32 has an error of half an ulp. For each texel, f32 may also lose the weight, its part and its product
-    // with the texel, each below 2^-126. The sum is at least 2^-100, so the losses are below 2^-24 of it.
+    // Each sum in f32 has an error of half an ulp. For each texel, f32 may also lose the weight, its part and its
+    // product with the texel, each below 2^-126. The sum is at least 2^-100, so the losses are below 2^-24 of it.
     let rounding = f64::from(2 * fetched + 32) * 2f64.powi(-24);
     let empty = weights < LEAST_WEIGHTS;
     let mean = if empty { nearest } else { sum / weights };
