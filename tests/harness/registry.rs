@@ -203,10 +203,6 @@ const COMPARERS: &[Comparer] = &[
         rejects: &[
             ("tests/harness/ruler.rs", "a_wrong_bit_in_each_tile_is_detected"),
             ("tests/harness/ruler.rs", "a_wrong_border_is_detected"),
-            (
-                "tests/harness/ruler.rs",
-                "a_wrong_texel_that_only_samples_along_the_footprint_read_is_detected",
-            ),
             ("tests/harness/ruler.rs", "a_wrong_coarser_picture_is_detected"),
             ("tests/harness/ruler.rs", "a_tile_of_another_place_is_detected"),
         ],
