@@ -5,10 +5,15 @@ layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `A
 // Limit on the iterations of each loop, whatever its bounds.
 const int MOST_TURNS = 4096;
 
+// 2^-100. A smaller sum of weights counts as 0. f32 loses weights below 2^-126, some devices all subnormal ones, so a
+// smaller sum would have a device-dependent mean. Only footprints far smaller than a texel, with K near 0, are so
+// small.
+const float LEAST_WEIGHTS = 7.8886091e-31;
+
 struct EllipseMean {
     vec3 colour;
     uint fetched;
-    bool empty;  // no texel had a weight; `colour` is the nearest texel's
+    bool empty;  // the weights' sum was below LEAST_WEIGHTS; `colour` is the nearest texel's
     uint visited;
 };
 
@@ -87,7 +92,7 @@ EllipseMean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, 
         }
     }
     result.visited = visited;
-    if (weights > 0.0) {
+    if (weights >= LEAST_WEIGHTS) {
         result.colour = first + sum / weights;
         result.fetched = fetched;
         result.empty = false;

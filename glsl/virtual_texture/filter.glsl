@@ -64,10 +64,6 @@ Found find_texel(uint level, ivec2 texel) {
 // The first texel of a tile's payload.
 ivec2 corner_of(ResidentTile tile, uvec2 ij) { return ivec2(ij.yx >> tile.level) << int(TILE_LOG2); }
 
-bool outside(ivec2 texel, int margin) {
-    return any(lessThan(texel, ivec2(-margin))) || any(greaterThanEqual(texel, ivec2((1 << int(TILE_LOG2)) + margin)));
-}
-
 // One sample of both levels of a tile; `coarser` is the weight of the coarser level. `texels` is relative to the
 // payload's corner.
 vec4 bordered_sample(ResidentTile tile, vec2 texels, float coarser) {

@@ -127,6 +127,11 @@ vec2 major_side(Parallelogram f) { return dot(f.r1, f.r1) > dot(f.r2, f.r2) ? f.
 // reads the next texel.
 int sample_margin() { return max(int(BORDER), 1) - 1; }
 
+// True if a texel, relative to a tile's payload, is more than `margin` texels beyond the payload.
+bool outside(ivec2 texel, int margin) {
+    return any(lessThan(texel, ivec2(-margin))) || any(greaterThanEqual(texel, ivec2((1 << int(TILE_LOG2)) + margin)));
+}
+
 // The neighbouring tiles from which a pixel's filter reads texels (reach.glsl); none if the border has all these
 // texels.
 uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {

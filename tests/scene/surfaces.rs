@@ -128,8 +128,8 @@ fn a_method_that_is_not_a_filter_of_a_surface_says_why() {
         changed(&[&format!("surface.land.filter.kind={}", kind.name())]).unwrap();
     }
     for (kind, expected) in [
-        ("summed-area", "loads only visible tiles"),
-        ("hardware", "beyond a tile's border"),
+        ("summed-area", "32 times those of bc1"),
+        ("hardware", "cannot be confined to a tile"),
         ("object-space", "instead of filtering pixels"),
         ("felin", "is not one of"),
     ] {

@@ -6,9 +6,11 @@ use ortelius::paper::texture_mapping::baselines::FilterBaseline;
 use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
+use ortelius::paper::texture_mapping::pass::Dumped;
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::GreyMipmap;
+use ortelius::paper::texture_mapping::weights::LEAST_WEIGHTS;
 use ortelius::reference::pattern::Pattern;
 
 /// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
@@ -124,4 +126,30 @@ fn with_k_of_a_half_no_footprint_is_empty_and_without_it_many_are() {
         EllipseFilter::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::None).minor_texels(0.0);
     assert_eq!(empty(plain.k(0.5)), 0);
     assert!(empty(plain.k(0.0)) > SIZE[0] as usize, "{}", empty(plain.k(0.0)));
+}
+
+/// Without k, the edge weights keep texels that are many radii away from a magnified footprint. f32 would lose some of
+/// their weights, and how many depends on the device.
+#[test]
+fn a_footprint_with_weights_too_small_for_f32_is_empty_on_the_device_and_in_the_reference() {
+    let gpu = device();
+    let texels = GreyMipmap::new(64, Pattern::WhiteNoise.texels(64));
+    let (_, plane) = planes()[5];
+    let plane = plane.rounded();
+    let ellipse = EllipseFilter::BEST.k(0.0);
+    let method = Method::Ellipse(ellipse);
+    let found = dumped(&gpu, &method, &texels, &plane);
+    let compared = compare(&found, &method, &plane, SIZE, &texels, 0);
+    assert!(compared.unexplained.is_empty(), "{:#?}", compared.unexplained);
+    let sum = |pixel: &Dumped| -> f64 {
+        let weights = ellipse::weights(&ellipse, &pixel.pixel.unwrap(), texels.coarsest(), pixel.level);
+        weights.iter().map(|(_, weight)| weight).sum()
+    };
+    // Both sides of the bound occur, also where f32 could still hold some of the weights.
+    let empty: Vec<f64> = found.iter().filter(|pixel| pixel.empty).map(sum).collect();
+    let shown: Vec<f64> = found.iter().filter(|pixel| !pixel.empty).map(sum).collect();
+    let held = empty.iter().filter(|sum| **sum > 2f64.powi(-126)).count();
+    assert!(held > 5 && shown.iter().filter(|sum| **sum < 1e-20).count() > 5, "{held} of {}", empty.len());
+    assert!(shown.iter().all(|sum| *sum >= LEAST_WEIGHTS * (1.0 - 1e-3)));
+    assert!(empty.iter().all(|sum| *sum <= LEAST_WEIGHTS * (1.0 + 1e-3)));
 }

@@ -3,7 +3,7 @@
 
 use crate::device;
 use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, ListOutcome};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 use std::time::Instant;
 
@@ -19,19 +19,22 @@ fn size(extreme: &Extreme) -> [u32; 2] {
 fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
     let gpu = device();
     let mut examiner = Examiner::new(gpu.clone());
-    let (mut faults, mut never_ran) = (Vec::new(), None::<BTreeSet<String>>);
-    for extreme in EXTREMES {
+    // By NA.
+    let (mut faults, mut never_ran) = (Vec::new(), BTreeMap::<u32, BTreeSet<String>>::new());
+    let all = EXTREMES.iter().flat_map(|extreme| [(extreme, 1), (extreme, 16)]);
+    for (extreme, na) in all.filter(|(extreme, na)| *na == 1 || extreme.elongates()) {
         let begun = Instant::now();
-        let examined = examiner.examine(extreme, size(extreme)).unwrap();
+        let examined = examiner.examine(extreme, size(extreme), na).unwrap();
         println!(
-            "{}: {:.1} s, {} tiles, {} pixels differ, {:?}",
+            "{}, NA {na}: {:.1} s, {} tiles, {} of samples, {} pixels differ, {:?}",
             extreme.name,
             begun.elapsed().as_secs_f64(),
             examined.tiles,
+            examined.of_samples,
             examined.stage1.differing,
             examined.settled,
         );
-        faults.extend(examined.fault(extreme).map(|fault| format!("{}: {fault}", extreme.name)));
+        faults.extend(examined.fault(extreme).map(|fault| format!("{}, NA {na}: {fault}", extreme.name)));
         let refused = |(name, outcome): &(String, ListOutcome)| match outcome {
             ListOutcome::Refused(line) => {
                 println!("  {name}: {line}");
@@ -40,11 +43,12 @@ fn nothing_is_lost_invented_or_unexplained_at_any_extreme() {
             ListOutcome::Listed { .. } | ListOutcome::Superset { .. } => None,
         };
         let refused: BTreeSet<String> = examined.variants.iter().filter_map(refused).collect();
-        never_ran = Some(never_ran.map_or(refused.clone(), |never| &never & &refused));
+        let never = never_ran.entry(na).or_insert_with(|| refused.clone());
+        *never = &*never & &refused;
     }
     assert!(faults.is_empty(), "{faults:#?}");
     // Each variant must run at some extreme. A variant that rejects every extreme would count as exact everywhere.
-    assert_eq!(never_ran, Some(BTreeSet::new()));
+    assert_eq!(never_ran, [1, 16].map(|na| (na, BTreeSet::new())).into());
 }
 
 /// Pictures with partial workgroups at their edges, small enough to run in three tests.
@@ -68,7 +72,7 @@ fn the_edges_of_groups_are_exact() {
         ("pole", [130, 70]),
     ] {
         let extreme = Extreme::find(name).unwrap();
-        let fault = examiner.examine(extreme, size).unwrap().fault(extreme);
+        let fault = examiner.examine(extreme, size, 1).unwrap().fault(extreme);
         assert_eq!(fault, None, "{name} at {size:?}");
     }
 }

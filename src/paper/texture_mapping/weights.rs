@@ -9,6 +9,10 @@
 //! solid's volume (sigma 0.2 texels) that lies on the inner side of the cut. Here d is the signed distance in texels
 //! from the texel's centre to the edge, positive inside. Texels with `d > -1/2` contribute.
 
+/// A footprint is empty if the sum of its weights is below 2^-100. f32 loses weights below 2^-126, some devices all
+/// subnormal ones, so a smaller sum would have a device-dependent mean.
+pub const LEAST_WEIGHTS: f64 = 7.888609052210118e-31;
+
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EllipseKernel {

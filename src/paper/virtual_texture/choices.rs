@@ -61,10 +61,11 @@ choices! {
         StochasticEllipse = "stochastic-ellipse",
     }
     refused {
-        "summed-area" = "it needs the sums of all texels of level 0 in memory, but a virtual texture loads only visible \
-                         tiles; the figure tm.pareto measures it on a small texture; use \"ellipse\"",
-        "hardware" = "a device's anisotropic sampler reads beyond a tile's border, where the tile pool has no \
-                      neighbours; use \"trilinear\" with max_anisotropy, or \"feline\"",
+        "summed-area" = "each tile would need a table of sums of 16 bytes per texel, 4 times the bytes of an rgba8 tile and \
+                         32 times those of bc1; the figure tm.pareto measures it on a small texture; use \"ellipse\"",
+        "hardware" = "a device's anisotropic sampler cannot be confined to a tile: some drivers take the footprint from \
+                      neighbouring pixels, which may show another tile, and 16 samples would need a border of 36 texels; \
+                      use \"trilinear\" with max_anisotropy, or \"feline\"",
         "object-space" = "it draws fragments of rotated polygons instead of filtering pixels; the figure tm.23 \
                           measures it; use \"ellipse\"",
     }

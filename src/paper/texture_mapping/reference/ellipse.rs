@@ -5,7 +5,7 @@ use super::FilteredTexel;
 use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
 use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
-use crate::paper::texture_mapping::weights::Edge;
+use crate::paper::texture_mapping::weights::{Edge, LEAST_WEIGHTS};
 
 /// A symmetric 2 x 2 matrix: 11, 12, 22.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -233,26 +233,44 @@ pub fn filtered(
             ..FilteredTexel::default()
         };
     }
-    let (mut sum, mut weights, mut slack) = (0.0, 0.0, 0.0);
+    let [column, row] = pixel.centre.map(|place| (place / f64::from(1u32 << level)).floor());
+    let nearest = value(column as i64, row as i64);
+    let (mut sum, mut weights, mut whole, mut slack) = (0.0, 0.0, 0.0, 0.0);
     let (mut fetched, mut undecided) = (0, 0);
+    let mut range = [nearest; 2];
     each_texel(ellipse, pixel, level, |texel| {
         let Texel { place: [column, row], weight, kept, least, most, falls, .. } = texel;
         undecided += u32::from((most > 0.0) != (least > 0.0));
         fetched += u32::from(kept > 0.0);
         slack += weight * (most - least) + weight * kept * falls;
-        sum += weight * kept * value(column, row);
+        let value = value(column, row);
+        range = [range[0].min(value), range[1].max(value)];
+        sum += weight * kept * value;
         weights += weight * kept;
+        whole += weight;
     });
-    let [column, row] = pixel.centre.map(|place| (place / f64::from(1u32 << level)).floor());
-    let nearest = || value(column as i64, row as i64);
-    let empty = weights <= 0.0;
-    let value = if empty { nearest() } else { sum / weights };
-    // The GPU's error function has an error of 1.5e-7 of each texel's weight.
-    let erf = if ellipse.edge == Edge::Exact { 1.5e-7 * f64::from(fetched) / weights.max(1e-6) } else { 0.0 };
-    // A texel differs from the mean by at most 1. The exponential of a weight has an error of 9 ulp (Vulkan
-    // allows 3 + 2 |x|), each sum in f32 half an ulp.
-    let slack = (slack / weights.max(1e-6)).min(1.0) + f64::from(fetched + 32) * 2f64.powi(-24) + erf;
-    FilteredTexel { value, slack, fetched, undecided, empty }
+    // The GPU's error function has an error of 1.5e-7 of each texel, and rounding.
+    slack += if ellipse.edge == Edge::Exact { (1.5e-7 + 2f64.powi(-23)) * whole } else { 0.0 };
+    // Each sum in f32 has an error of half an ulp. For each texel, f32 may also lose the weight, its part and its
+    // product with the texel, each below 2^-126. The sum is at least 2^-100, so the losses are below 2^-24 of it.
+    let rounding = f64::from(2 * fetched + 32) * 2f64.powi(-24);
+    let empty = weights < LEAST_WEIGHTS;
+    let mean = if empty { nearest } else { sum / weights };
+    // If rounding decides whether the footprint is empty, the GPU shows the nearest texel or a mean.
+    if (weights - LEAST_WEIGHTS).abs() <= slack + rounding * weights {
+        undecided += fetched.max(1);
+        slack = (mean - range[0]).max(range[1] - mean);
+    } else {
+        // A texel differs from the mean by at most 1.
+        slack = if empty { 0.0 } else { (slack / weights).min(1.0) };
+    }
+    FilteredTexel {
+        value: mean,
+        slack: slack + rounding,
+        fetched: if empty { 0 } else { fetched },
+        undecided,
+        empty,
+    }
 }
 
 /// An ellipse that contains every point within half a texel of the footprint. For every t > 0, the ellipse (1 + 1/t)
@@ -326,17 +344,22 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
             let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
+            let at = shaped.to_disc.map(|[x, y]| x * du + y * dv);
+            let alpha = f64::from(ellipse.kernel.alpha);
             // The slope of the weight's exponent is 2 alpha r. A weight map without interpolation changes in steps from
-            // entry to entry.
-            let slope = 2.0 * f64::from(ellipse.kernel.alpha) * r.max(rounding);
+            // entry to entry. Vulkan's exp(-x) has an error of 3 + 2 x ulp. If x > 88, f32 may lose the weight.
+            let slope = 2.0 * alpha * r.max(rounding);
+            let exponent = (alpha * (at[0] * at[0] + at[1] * at[1])).min(88.0);
             visit(Texel {
                 place: [column as i64 + i, row as i64 + j],
                 offset: [du, dv],
-                weight: weight(ellipse, shaped.to_disc.map(|[x, y]| x * du + y * dv)),
+                weight: weight(ellipse, at),
                 kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
                 least: if cut { 0.0 } else { of(r + rounding, -off) },
                 most: of(r - rounding, off),
-                falls: slope * rounding + step(ellipse, r, rounding),
+                falls: slope * rounding
+                    + step(ellipse, r, rounding)
+                    + (3.0 + 2.0 * exponent) * 2f64.powi(-23),
             });
         }
     }

@@ -58,11 +58,13 @@ settings! {
     /// after it) run on plain and on virtual textures. On a virtual texture they fetch each texel through the page
     /// table, with any border. If a texel's tile is not resident, they get the texel of the nearest coarser resident
     /// level that covers it. If samples lie further than half a tile from the pixel's centre, the level is raised.
-    /// Paper 3's other methods are measured in the figures `tm.*` only: a summed-area table needs the sums of all
-    /// texels of level 0, a device's anisotropic sampler cannot follow the page table, object-space texturing filters
-    /// no pixels (it draws fragments of rotated polygons), and incremental coordinates need whole rows of one polygon
-    /// in order (tm.17, tm.drift). A key that the kind does not read is an error. An override that changes only `kind`
-    /// drops such keys without an error.
+    /// Paper 3's other methods are measured in the figures `tm.*` only. A summed-area table for each tile would have 16
+    /// bytes per texel, in video memory and in each upload: 4 times those of rgba8, 32 times those of bc1. A device's
+    /// anisotropic sampler cannot follow the page table, nor be confined to a tile: lavapipe 22 ignores the gradients
+    /// of `textureGrad` and takes the footprint from the coordinates of a quad's pixels, which may be in different
+    /// tiles. Object-space texturing filters no pixels (it draws fragments of rotated polygons), and incremental
+    /// coordinates need whole rows of one polygon in order (tm.17, tm.drift). A key that the kind does not read is an
+    /// error. An override that changes only `kind` drops such keys without an error.
     pub struct Filter derive(Copy) with DEFAULT {
         /// The method.
         kind: Filtering = Filtering::Trilinear;
@@ -76,12 +78,12 @@ settings! {
         /// filtered in level 0, unless it has more than about 4,000 texels there or reaches further than half a tile.
         minor_texels: u32 = 2, in 0..=4, unit "texels";
         /// For `"ellipse"`: the reconstruction term k, in squared texels of the filtered level, added to both diagonal
-        /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A pixel
-        /// whose ellipse contains none shows the nearest texel.
+        /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A
+        /// pixel whose ellipse contains none shows the nearest texel.
         k: f64 = 0.8, in 0.0..=4.0, unit "squared texels";
         /// For `"ellipse"`: the texels that are visited. This changes the cost. It changes the picture only where an
-        /// ellipse has so many texels that its level is raised. The bounding box has more texels, so its level is raised
-        /// earlier.
+        /// ellipse has so many texels that its level is raised. The bounding box has more texels, so its level is
+        /// raised earlier.
         scan: FilterScan = FilterScan::RowSpan;
         /// For `"ellipse"`: the formula for the determinant of its matrix.
         determinant: FilterDeterminant = FilterDeterminant::AllPositive;

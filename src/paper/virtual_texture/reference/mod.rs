@@ -155,23 +155,15 @@ pub fn possible_triples(
     if !(sides[0].is_finite() && sides[1].is_finite() && reach.is_finite()) {
         return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
-    let mut q = [u32::MAX, 0];
-    // e is not monotonic in the lengths, because the number of samples nA jumps at up to 16 integers. So each length is
-    // sampled at 17 points of its interval.
-    for first in 0..=16 {
-        for second in 0..=16 {
-            let length = |side: f64, step: i32| (side + reach * (f64::from(step) / 8.0 - 1.0)).max(0.0);
-            let footprint = PixelDerivatives {
-                dsdx: length(sides[0], first) / w,
-                dtdx: 0.0,
-                dsdy: length(sides[1], second) / w,
-                dtdy: 0.0,
-                ..*at
-            };
-            let found = triple(&footprint, pyramid, max_anisotropy).q;
-            q = [q[0].min(found), q[1].max(found)];
-        }
-    }
+    let [least, most] = [-reach, reach].map(|by| sides.map(|side| (side + by).max(0.0)));
+    let [longest, shortest] = [f64::max, f64::min].map(|of| [least, most].map(|[a, b]| of(a, b)));
+    // The sides may be equally long if their intervals overlap. Only then is nA = 1.
+    let ratios = [(longest[0] / shortest[1]).max(1.0), longest[1] / shortest[0]];
+    let [fewest, largest] = ratios.map(|ratio| ratio.ceil().min(f64::from(max_anisotropy)));
+    let level = |length: f64, n_a: f64| {
+        (length.log2() - n_a.log2()).floor().clamp(0.0, f64::from(first_resident)) as u32
+    };
+    let q = [level(longest[0], largest), level(longest[1], fewest)];
     [q, [low.i, high.i], [low.j, high.j]]
 }
 
@@ -249,5 +241,9 @@ mod tests {
         assert_eq!(possible_triples(&clear, &tolerance, &pyramid(), 1), [[1, 1], [128, 128], [256, 256]]);
         let edge = PixelDerivatives { s: 0.5, t: 0.501, ..square(2.0) };
         assert_eq!(possible_triples(&edge, &tolerance, &pyramid(), 1), [[0, 1], [128, 128], [255, 256]]);
+        // The sides of a square are equal, or rounding makes one longer: nA = 1 or 2.
+        assert_eq!(possible_triples(&clear, &tolerance, &pyramid(), 16)[0], [0, 1]);
+        let long = PixelDerivatives { dsdx: 2.5 * clear.dsdx, ..clear };
+        assert_eq!(possible_triples(&long, &tolerance, &pyramid(), 16)[0], [1, 1], "nA = 3 of 7.5 texels");
     }
 }

@@ -1,11 +1,14 @@
-//! The variants of vt.extremes. Each dedup and each compaction runs at least once with each tile address that fits it,
-//! and the geometry shaders run with several block sizes. The host's lists, feedback with every pixel, and the fused
-//! draws complete the list.
+//! The variants of vt.extremes. With NA = 1 each dedup and each compaction runs at least once with each tile address
+//! that fits it, and the geometry shaders run with several block sizes. The host's lists, feedback with every pixel,
+//! and the fused draws complete the list. With NA = 16 samples reach into neighbouring tiles. The methods that list
+//! such tiles in code of their own run: one for each layout of the tile mask, the host's lists and the exact fused
+//! draw.
 
 use crate::math::pyramid::Pyramid;
+use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::list_passes::ListPasses;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, ONE_SAMPLE, TileAddress};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, TileAddress};
 use crate::vk::{self, Gpu};
 
 /// A variant that is ready, or the reason why it is refused.
@@ -41,9 +44,21 @@ pub fn is_superset(config: &Config) -> bool {
     config.fused() && config.dedup != Dedup::FusedExact
 }
 
-/// All variants by name: every dedup pass with a compaction that fits it, every compaction with a dedup pass that fits
-/// it, the host's lists and the fused draws.
-pub fn variants() -> Vec<(String, Config)> {
+/// All variants by name, for one NA.
+pub fn variants(na: u32) -> Vec<(String, Config)> {
+    let configs = if na == 1 { every_pass(&base(na)) } else { every_layout(&base(na)) };
+    let suffix = if na == 1 { String::new() } else { format!(", NA = {na}") };
+    configs.into_iter().map(|config| (format!("{}{suffix}", name(&config)), config)).collect()
+}
+
+/// The paper's variant with one NA.
+pub fn base(na: u32) -> Config {
+    Config { filter: Filter { max_anisotropy: na, ..PAPER.filter }, ..PAPER }
+}
+
+/// Every dedup pass with a compaction that fits it, every compaction with a dedup pass that fits it, the host's lists
+/// and the fused draws.
+fn every_pass(base: &Config) -> Vec<Config> {
     let mut configs: Vec<Config> = Vec::new();
     let mut add = |config: Config| {
         if !configs.contains(&config) {
@@ -52,12 +67,12 @@ pub fn variants() -> Vec<(String, Config)> {
     };
     for address in [TileAddress::Level0, TileAddress::OwnLevel] {
         let fits = |&(dedup, compact): &(Dedup, Compaction)| {
-            Config { dedup, compact, address, ..ONE_SAMPLE }.check(&papers_pyramid()).is_ok()
+            Config { dedup, compact, address, ..*base }.check(&papers_pyramid()).is_ok()
         };
         for [block_log2, compact_block_log2, memo] in [[0, 0, 0], [3, 1, 0], [3, 2, 1], [4, 2, 1]] {
-            add(Config { block_log2, compact_block_log2, memo: memo == 1, address, ..ONE_SAMPLE });
+            add(Config { block_log2, compact_block_log2, memo: memo == 1, address, ..*base });
         }
-        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, address, ..ONE_SAMPLE };
+        let of = |pair: (Dedup, Compaction)| Config { dedup: pair.0, compact: pair.1, address, ..*base };
         for dedup in Dedup::staged() {
             Compaction::ALL.iter().map(|&compact| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
@@ -67,13 +82,23 @@ pub fn variants() -> Vec<(String, Config)> {
             staged.into_iter().rev().map(|dedup| (dedup, compact)).find(fits).map(of).map(&mut add);
         }
         for list in [Listing::HostHash, Listing::HostBitmap, Listing::Feedback] {
-            add(Config { list, feedback_log2: 0, address, ..ONE_SAMPLE });
+            add(Config { list, feedback_log2: 0, address, ..*base });
         }
         for (dedup, compact) in FUSED {
-            add(Config { dedup, compact, address, ..ONE_SAMPLE });
+            add(Config { dedup, compact, address, ..*base });
         }
     }
-    configs.into_iter().map(|config| (name(&config), config)).collect()
+    configs
+}
+
+/// The paper's variant; a dedup pass for each layout of the tile mask; the host's lists; the exact fused draw.
+fn every_layout(base: &Config) -> Vec<Config> {
+    let own_level = Config { address: TileAddress::OwnLevel, compact: Compaction::Append, ..*base };
+    let dedups = [Dedup::Runs, Dedup::Bitset, Dedup::MarkBytes, Dedup::FusedExact];
+    let lists = [Listing::HostHash, Listing::HostBitmap];
+    let of_dedups = dedups.map(|dedup| Config { dedup, ..own_level });
+    let of_lists = lists.map(|list| Config { list, ..*base });
+    [*base].into_iter().chain(of_dedups).chain(of_lists).collect()
 }
 
 /// The combinations of fused draws.
@@ -102,11 +127,16 @@ fn name(config: &Config) -> String {
     }
 }
 
-/// Prepares all variants for a pyramid. `stage1` determines the format of the request image.
+/// Prepares all variants of one NA for a pyramid. `stage1` determines the format of the request image.
 ///
 /// # Errors
 /// Errors other than refusals, such as device lost.
-pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::Result<Vec<ExtremeVariant>> {
+pub fn contenders(
+    gpu: &Gpu,
+    pyramid: &Pyramid,
+    stage1: &FootprintPass,
+    na: u32,
+) -> vk::Result<Vec<ExtremeVariant>> {
     let ready = |(name, config): (String, Config)| {
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),
@@ -118,7 +148,7 @@ pub fn contenders(gpu: &Gpu, pyramid: &Pyramid, stage1: &FootprintPass) -> vk::R
         };
         Ok(ExtremeVariant { name, config, way })
     };
-    variants().into_iter().map(ready).collect()
+    variants(na).into_iter().map(ready).collect()
 }
 
 #[cfg(test)]
@@ -127,7 +157,7 @@ mod tests {
 
     #[test]
     fn every_variant_is_included_and_names_are_unique() {
-        let variants = variants();
+        let variants = variants(1);
         for address in [TileAddress::Level0, TileAddress::OwnLevel] {
             let is_there = |is: &dyn Fn(&Config) -> bool| {
                 variants.iter().any(|(_, config)| config.address == address && is(config))
@@ -144,7 +174,8 @@ mod tests {
                 assert!(is_there(&|config| config.list == list), "{list:?}");
             }
         }
-        let names: std::collections::BTreeSet<&str> = variants.iter().map(|(name, _)| &**name).collect();
-        assert_eq!(names.len(), variants.len());
+        let all: Vec<_> = [1, 16].into_iter().flat_map(super::variants).collect();
+        let names: std::collections::BTreeSet<&str> = all.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(names.len(), all.len());
     }
 }

@@ -2,37 +2,39 @@
 //! the settled picture with the ruler.
 
 use super::super::stage1::{Stage1Check, compare_triples};
-use super::contenders::{ExtremeVariant, Way, contenders, is_superset, refused};
+use super::contenders::{ExtremeVariant, Way, base, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::pyramid::{Pyramid, TileId};
+use crate::paper::virtual_texture::dump::read_reaches;
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
+use crate::paper::virtual_texture::reach::neighbours;
 use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::tile_pool::{TilePool, TilePoolError};
-use crate::paper::virtual_texture::{Config, ONE_SAMPLE, TileAddress, reference};
-use crate::paper::virtual_texture::{
-    VirtualTexture, VirtualTextureError, VirtualTextureSettings, read_requests,
-};
+use crate::paper::virtual_texture::{Config, TileAddress, reference};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureError, VirtualTextureSettings};
 use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
 use crate::scene::Scene;
 use crate::texture::source::ruler::Ruler;
 use crate::vk::{self, Format, Gpu, Image, ImageInfo};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// Maximum number of tiles for which a settled picture is made: 170 MB with borders and the next coarser level.
 const MOST_SETTLED: usize = 128;
 
-/// The results at one extreme.
+/// The results at one extreme, with one NA.
 pub struct Examination {
     pub stage1: Stage1Check,
     /// Number of tiles of the reference, computed from the device's own request image.
     pub tiles: usize,
+    /// Tiles among them that no pixel's own triple names: only samples read them.
+    pub of_samples: usize,
     /// In the order of [`super::contenders::variants`].
     pub variants: Vec<(String, ListOutcome)>,
     /// The settled picture. `None` if more than 128 tiles are visible, if the paper's variant is refused, or if the
@@ -74,6 +76,7 @@ struct Drawn {
     triples: Vec<[u32; 3]>,
     /// The sorted tiles.
     visible: Vec<TileId>,
+    of_samples: usize,
     distinct_triples: usize,
 }
 
@@ -82,12 +85,13 @@ pub struct Examiner {
     gpu: Gpu,
     /// True if settled pictures are made too.
     pictures: bool,
-    contenders: Option<(Pyramid, Vec<ExtremeVariant>)>,
+    /// By NA.
+    contenders: HashMap<u32, (Pyramid, Vec<ExtremeVariant>)>,
 }
 
 impl Examiner {
     pub fn new(gpu: Gpu) -> Examiner {
-        Examiner { gpu, pictures: true, contenders: None }
+        Examiner { gpu, pictures: true, contenders: HashMap::new() }
     }
 
     /// Creates an examiner of stages 1 to 3, without settled pictures.
@@ -95,19 +99,19 @@ impl Examiner {
         Examiner { pictures: false, ..Examiner::new(gpu) }
     }
 
-    /// Runs all variants on one extreme, at `size` pixels.
+    /// Runs all variants of one NA on one extreme, at `size` pixels.
     ///
     /// # Errors
     /// Errors such as device lost. What the device does not support is reported as [`ListOutcome::Refused`].
-    pub fn examine(&mut self, extreme: &Extreme, size: [u32; 2]) -> anyhow::Result<Examination> {
-        let sight = extreme.sight(size)?;
+    pub fn examine(&mut self, extreme: &Extreme, size: [u32; 2], na: u32) -> anyhow::Result<Examination> {
+        let (sight, config) = (extreme.sight(size)?, base(na));
         let gpu = self.gpu.clone();
-        let drawn = draw(&gpu, &sight)?;
-        let ready = match self.contenders.take() {
+        let drawn = draw(&gpu, &sight, &config)?;
+        let ready = match self.contenders.remove(&na) {
             Some((pyramid, ready)) if pyramid == sight.pyramid => ready,
-            _ => contenders(&gpu, &sight.pyramid, &drawn.stage1)?,
+            _ => contenders(&gpu, &sight.pyramid, &drawn.stage1, na)?,
         };
-        let (_, contenders) = self.contenders.insert((sight.pyramid, ready));
+        let (_, contenders) = self.contenders.entry(na).or_insert((sight.pyramid, ready));
         let fused = contenders.iter().any(|contender| matches!(contender.way, Ok(Way::Fused)));
         let textured = fused.then(|| Textured::new(&gpu, &sight)).transpose()?;
         let variants = contenders
@@ -117,33 +121,39 @@ impl Examiner {
             })
             .collect::<vk::Result<Vec<_>>>()?;
         // The settled picture is made with the paper's variant.
-        let papers = contenders.iter().position(|contender| contender.config == ONE_SAMPLE);
+        let papers = contenders.iter().position(|contender| contender.config == config);
         let shown = papers.is_some_and(|at| matches!(variants[at].1, ListOutcome::Listed { .. }));
         let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
         Ok(Examination {
-            stage1: stage1(extreme, &sight, &drawn),
+            stage1: stage1(extreme, &sight, &drawn, na),
             tiles: drawn.visible.len(),
+            of_samples: drawn.of_samples,
             variants,
-            settled: settles.then(|| settled(&gpu, extreme, &sight)).transpose()?,
+            settled: settles.then(|| settled(&gpu, extreme, &sight, config)).transpose()?,
             picture: false_colours(&drawn.triples, size),
         })
     }
 }
 
-fn draw(gpu: &Gpu, sight: &Sight) -> vk::Result<Drawn> {
+fn draw(gpu: &Gpu, sight: &Sight, config: &Config) -> vk::Result<Drawn> {
     let pyramid = sight.pyramid;
-    let stage1 = FootprintPass::new(gpu, &pyramid, &ONE_SAMPLE, sight.size)?;
+    let stage1 = FootprintPass::new(gpu, &pyramid, config, sight.size)?;
     // The exact fused draws also need the position-only vertices.
     let shape = Shape::with_depth_alone(gpu, &sight.mesh)?;
     let view = View::new(&sight.pose, sight.size);
     gpu.run_pass("footprint", |cmd| stage1.draw(cmd, &DrawList::new([&shape], view, 0)))?;
-    let triples = read_requests(gpu, &stage1, &pyramid)?;
-    let visible = reference::visible_tiles(&triples, &pyramid).into_iter().collect();
-    let distinct_triples = reference::distinct_triples(&triples, &pyramid).len();
-    Ok(Drawn { pyramid, shape, view, stage1, triples, visible, distinct_triples })
+    let (triples, reaches): (Vec<_>, Vec<_>) = read_reaches(gpu, &stage1, &pyramid)?.into_iter().unzip();
+    let own = reference::visible_tiles(&triples, &pyramid).len();
+    let pairs = triples.iter().zip(&reaches);
+    let beside = pairs.flat_map(|(&triple, &reach)| neighbours(&pyramid, triple, reach));
+    let requested: Vec<[u32; 3]> = triples.iter().copied().chain(beside).collect();
+    let visible: Vec<TileId> = reference::visible_tiles(&requested, &pyramid).into_iter().collect();
+    let distinct_triples = reference::distinct_triples(&requested, &pyramid).len();
+    let of_samples = visible.len() - own;
+    Ok(Drawn { pyramid, shape, view, stage1, triples, visible, of_samples, distinct_triples })
 }
 
-fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
+fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn, na: u32) -> Stage1Check {
     if let Landscape::Noise = extreme.landscape {
         // No sample is near the border of a tile or level, so all triples must be equal.
         let wrong = drawn.triples.iter().enumerate().filter_map(|(pixel, &found)| {
@@ -156,7 +166,7 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn) -> Stage1Check {
     let [width, height] = sight.size;
     let clip = sight.pose.world_to_clip(width, height);
     let view = ReferenceView::new(&sight.source, &clip, sight.pose.eye, sight.size);
-    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, ONE_SAMPLE.filter.max_anisotropy)
+    compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, na)
 }
 
 /// Resources for fused draws. Only the resident tail is present, because the list does not depend on other tiles.
@@ -235,10 +245,15 @@ fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) ->
 }
 
 /// Draws the whole frame on a ruler texture until no tile is missing.
-fn settled(gpu: &Gpu, extreme: &Extreme, sight: &Sight) -> Result<Settled, VirtualTextureError> {
+fn settled(
+    gpu: &Gpu,
+    extreme: &Extreme,
+    sight: &Sight,
+    config: Config,
+) -> Result<Settled, VirtualTextureError> {
     let scene = Scene::embedded("ruler").expect("shipped");
     let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Linear32).expect("shipped");
-    (settings.size, settings.config) = (sight.size, ONE_SAMPLE);
+    (settings.size, settings.config) = (sight.size, config);
     settings.streaming.gpu_tiles = MOST_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));
     let mut session = VirtualTexture::run(gpu.clone(), source, &sight.mesh, settings)?;
@@ -329,6 +344,7 @@ mod tests {
         Examination {
             stage1: Stage1Check { pixels: 4, ..Stage1Check::default() },
             tiles: 3,
+            of_samples: 0,
             variants: vec![("variant".into(), outcome)],
             settled: Some(Settled { bias: 0, verdicts: None, not_finite: 0 }),
             picture: false_colours(&[[0, 0, 0]], [1, 1]),

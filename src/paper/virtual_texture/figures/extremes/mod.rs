@@ -11,17 +11,23 @@ pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
 
 use super::common::{ONE_SAMPLE, setting};
 use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Row, Show, Value};
-use crate::paper::virtual_texture::all_needs;
+use crate::figure::{Bench, Cell, Figure, FigureView, Row, Setting, Show, Value};
+use crate::paper::virtual_texture::{Config, all_needs};
 use anyhow::Context;
 
 /// Names of the rows that belong to no variant.
 const STAGE_1: &str = "stage 1";
 const PICTURE: &str = "settled picture";
+/// The rows with NA = 16.
+const STAGE_1_16: &str = "stage 1, NA = 16";
+const PICTURE_16: &str = "settled picture, NA = 16";
 /// Quantity: pixels whose samples were all compared with the right texel.
 const COMPARED: &str = "compared";
 /// Quantity: pixels of stage 1 that were compared with the f64 reference.
 const LOOKED_AT: &str = "compared with f64";
+/// Quantity: visible tiles, and those among them that only samples read.
+const TILES: &str = "visible tiles";
+const OF_SAMPLES: &str = "visible tiles that only samples read";
 /// Quantity: tiles of a superset beyond the reference.
 const BEYOND: &str = "beyond the reference";
 /// Quantity: refusals that are not one line of at least four words.
@@ -31,16 +37,20 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     id: "vt.extremes",
     title: "Extreme inputs: horizons, poles, seams, zeros, NaN, huge sizes",
     about: "The inputs are at the limits: footprints, coordinates, pictures and textures that are as large, as small \
-            or as invalid as possible, with one sample per pixel (NA = 1). The paper treats two such cases (section \
-            2.1: t = 1 and s = 1). Every variant's list is compared with the exact set from the device's own request \
-            image. Stage 1 is compared with an f64 rasteriser. The settled picture shows a texture whose texels are \
-            all known; each sample of each pixel that the textured surface covers is checked. Quick and full runs are \
-            the same, with at most 360 rows of pixels.",
+            or as invalid as possible. The paper treats two such cases (section 2.1: t = 1 and s = 1). Every variant's \
+            list is compared with the exact set from the device's own request image. Stage 1 is compared with an f64 \
+            rasteriser. The settled picture shows a texture whose texels are all known; each sample of each pixel that \
+            the textured surface covers is checked. All variants run with one sample per pixel (NA = 1). With the \
+            paper's NA = 16 and a border of 4 texels, samples also reach into neighbouring tiles; the methods that list \
+            such tiles in code of their own run too. What NA changes is the number of visible tiles: 8 to 68 at the \
+            pole, 3 to 38 at the texture's corners. At a tilt of 89.999 degrees it falls from 18 to 14. A square footprint \
+            has one sample or two, because nA is rounded up: rounding decides, and with it the level. Quick and full runs \
+            are the same, with at most 360 rows of pixels.",
     scenes: &NAMES,
-    variants: || variants().into_iter().map(|(name, _)| name).collect(),
+    variants: || [1, 16].into_iter().flat_map(variants).map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],
     show: Show::views(views)
-        .variants(|| variants().into_iter().map(|(name, config)| setting(name, &config)).collect()),
+        .variants(|| [1, 16].into_iter().flat_map(settings).collect()),
     measure,
     claims: &[
         Claim::paper(
@@ -61,7 +71,10 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             "stage-1-is-explained",
             "Every triple that differs from the f64 reference lies so close to a tile's or level's border that \
             rounding explains it.",
-            &[Test::value(one("unexplained", STAGE_1), Equal(0.0))],
+            &[
+                Test::value(one("unexplained", STAGE_1), Equal(0.0)),
+                Test::value(one("unexplained", STAGE_1_16), Equal(0.0)),
+            ],
         ),
         Claim::ours(
             "every-texel-is-right",
@@ -69,6 +82,8 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             &[
                 Test::value(one("wrong", PICTURE), Equal(0.0)),
                 Test::value(one("not finite", PICTURE), Equal(0.0)),
+                Test::value(one("wrong", PICTURE_16), Equal(0.0)),
+                Test::value(one("not finite", PICTURE_16), Equal(0.0)),
             ],
         ),
         Claim::ours(
@@ -108,20 +123,35 @@ fn views() -> Vec<FigureView> {
     views.map(|extreme| FigureView::new(extreme.name, extreme.scene, changes(extreme))).collect()
 }
 
+/// The variants of one NA as settings of a scene.
+fn settings(na: u32) -> Vec<Setting> {
+    let of = |(name, config): (String, Config)| {
+        let setting = setting(name, &config);
+        let samples = (na > 1).then(|| format!("surface.land.filter.max_anisotropy={na}"));
+        Setting::new(setting.name, setting.changes.into_iter().chain(samples))
+    };
+    variants(na).into_iter().map(of).collect()
+}
+
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let extreme = Extreme::find(&cell.scene).with_context(|| format!("no extreme {:?}", cell.scene))?;
-    let gpu = bench.gpu(&all_needs())?;
-    let examined = Examiner::new(gpu).examine(extreme, extreme.size)?;
+    let mut examiner = Examiner::new(bench.gpu(&all_needs())?);
+    let examined = examiner.examine(extreme, extreme.size, 1)?;
     let name: String = extreme.name.chars().map(|c| if "^.".contains(c) { '-' } else { c }).collect();
     bench.picture(&format!("vt.extremes-{name}"), &examined.picture)?;
-    Ok(rows(&examined))
+    let mut rows = rows(&examined, [STAGE_1, PICTURE]);
+    if extreme.elongates() {
+        rows.extend(self::rows(&examiner.examine(extreme, extreme.size, 16)?, [STAGE_1_16, PICTURE_16]));
+    }
+    Ok(rows)
 }
 
 fn number(variant: &str, quantity: &str, unit: &str, count: usize) -> Row {
     Row::number(variant, quantity, unit, count as f64)
 }
 
-fn rows(examined: &Examination) -> Vec<Row> {
+/// The rows of one NA; `names` are the names of stage 1's and of the picture's rows.
+fn rows(examined: &Examination, [stage1, picture]: [&str; 2]) -> Vec<Row> {
     let mut rows = Vec::new();
     let check = &examined.stage1;
     let (differing, unexplained) = (check.differing, check.unexplained.len());
@@ -130,15 +160,17 @@ fn rows(examined: &Examination) -> Vec<Row> {
         (_, 0) => format!("{differing} of {} pixels differ, all at a tile's or level's border", check.pixels),
         _ => format!("{unexplained} pixels unexplained: {}", check.unexplained[0]),
     };
-    rows.push(Row::new(STAGE_1, "outcome", "", Value::Text(words)));
-    rows.push(number(STAGE_1, LOOKED_AT, "pixels", check.pixels));
-    rows.push(number(STAGE_1, "differing", "pixels", differing));
-    rows.push(number(STAGE_1, "unexplained", "pixels", unexplained));
+    rows.push(Row::new(stage1, "outcome", "", Value::Text(words)));
+    rows.push(number(stage1, LOOKED_AT, "pixels", check.pixels));
+    rows.push(number(stage1, "differing", "pixels", differing));
+    rows.push(number(stage1, "unexplained", "pixels", unexplained));
+    rows.push(number(stage1, TILES, "tiles", examined.tiles));
+    rows.push(number(stage1, OF_SAMPLES, "tiles", examined.of_samples));
     examined
         .variants
         .iter()
         .for_each(|(name, outcome)| rows.extend(of_variant(name, outcome, examined.tiles)));
-    rows.extend(examined.settled.iter().flat_map(of_picture));
+    rows.extend(examined.settled.iter().flat_map(|settled| of_picture(settled, picture)));
     rows
 }
 
@@ -180,7 +212,7 @@ fn of_variant(name: &str, outcome: &ListOutcome, tiles: usize) -> Vec<Row> {
     }
 }
 
-fn of_picture(settled: &Settled) -> Vec<Row> {
+fn of_picture(settled: &Settled, name: &str) -> Vec<Row> {
     let (wrong, not_finite) = (settled.wrong() as usize, settled.not_finite);
     let coarser = if settled.bias > 0 { format!(", {} levels coarser", settled.bias) } else { String::new() };
     let words = match settled.verdicts {
@@ -191,9 +223,9 @@ fn of_picture(settled: &Settled) -> Vec<Row> {
     };
     let compared = settled.verdicts.map_or(0, |verdicts| verdicts.covered as usize);
     vec![
-        Row::new(PICTURE, "outcome", "", Value::Text(words)),
-        number(PICTURE, "wrong", "pixels", wrong),
-        number(PICTURE, COMPARED, "pixels", compared),
-        number(PICTURE, "not finite", "pixels", not_finite),
+        Row::new(name, "outcome", "", Value::Text(words)),
+        number(name, "wrong", "pixels", wrong),
+        number(name, COMPARED, "pixels", compared),
+        number(name, "not finite", "pixels", not_finite),
     ]
 }

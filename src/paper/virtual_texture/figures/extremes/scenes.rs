@@ -231,6 +231,11 @@ impl Extreme {
         EXTREMES.iter().find(|extreme| extreme.name == name)
     }
 
+    /// True if NA matters. The footprints of [`Landscape::Noise`] are square.
+    pub fn elongates(&self) -> bool {
+        !matches!(self.landscape, Landscape::Noise)
+    }
+
     /// Prepares the extreme at `size` pixels.
     ///
     /// # Errors

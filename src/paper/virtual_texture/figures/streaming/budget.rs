@@ -2,7 +2,7 @@
 
 use super::super::common::{ONE_SAMPLE, linear_picture};
 use super::traces::{ROUNDS, Trace, repeated};
-use super::{session, show_beside};
+use super::{samples, session, show_beside};
 use crate::figure::claim::{Bound::Above, Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
@@ -12,23 +12,27 @@ use crate::paper::virtual_texture::config::{one_sample_scene, open_texture};
 use crate::paper::virtual_texture::streaming::Order;
 use crate::picture::Picture;
 use crate::picture::error::compare;
+use crate::scene::Scene;
 use crate::texture::source::remembered::Remembered;
 use anyhow::Context;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 struct Budget {
     name: &'static str,
     upload_ms: f64,
     order: Order,
+    na: u32,
 }
 
-const BUDGETS: [Budget; 6] = [
-    Budget { name: "0.5 ms", upload_ms: 0.5, order: Order::Finest },
-    Budget { name: "0.5 ms, coarsest first", upload_ms: 0.5, order: Order::Coarsest },
-    Budget { name: "1 ms", upload_ms: 1.0, order: Order::Finest },
-    Budget { name: "2 ms", upload_ms: 2.0, order: Order::Finest },
-    Budget { name: "4 ms", upload_ms: 4.0, order: Order::Finest },
-    Budget { name: "4 ms, coarsest first", upload_ms: 4.0, order: Order::Coarsest },
+const BUDGETS: [Budget; 7] = [
+    Budget { name: "0.5 ms", upload_ms: 0.5, order: Order::Finest, na: 1 },
+    Budget { name: "0.5 ms, coarsest first", upload_ms: 0.5, order: Order::Coarsest, na: 1 },
+    Budget { name: "1 ms", upload_ms: 1.0, order: Order::Finest, na: 1 },
+    Budget { name: "2 ms", upload_ms: 2.0, order: Order::Finest, na: 1 },
+    Budget { name: "4 ms", upload_ms: 4.0, order: Order::Finest, na: 1 },
+    Budget { name: "4 ms, coarsest first", upload_ms: 4.0, order: Order::Coarsest, na: 1 },
+    Budget { name: "4 ms, NA = 16", upload_ms: 4.0, order: Order::Finest, na: 16 },
 ];
 
 const ERROR: &str = "error after the cut";
@@ -37,6 +41,7 @@ const FRAMES_50: &str = "frames until 50 % of the error is gone";
 const FRAMES_95: &str = "frames until 95 % of the error is gone";
 const SUM: &str = "summed error";
 const MS_50: &str = "time until 50 % of the error is gone";
+const COPIED: &str = "copied until the picture is complete";
 const MS_95: &str = "time until 95 % of the error is gone";
 
 /// Frames after which a recovery is given up.
@@ -51,7 +56,8 @@ pub const BUDGET: Figure = Figure {
             95 % of the first frame's error are gone permanently. The tiles are in main memory, so the disk has no \
             influence. The host waits for each frame, so the times are those of this device. Each budget is measured 6 \
             times, in turn, each time with new caches that hold the tiles of the first view. Pictures have 960 x 540 \
-            (quick) or 1920 x 1080 pixels, with one sample each (NA = 1).",
+            (quick) or 1920 x 1080 pixels, with one sample each (NA = 1); one variant has the paper's NA = 16 with a border \
+            of 16 texels. NA = 16 copies 1.9 times the bytes (quick), and takes more frames and longer frames.",
     scenes: &["earth/oblique"],
     variants: || BUDGETS.iter().map(|budget| budget.name.to_owned()).collect(),
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
@@ -91,46 +97,75 @@ pub const BUDGET: Figure = Figure {
 fn settings() -> Vec<Setting> {
     let changes = |budget: &Budget| {
         let order = budget.order.name();
-        [format!("cache.upload_budget_ms={:?}", budget.upload_ms), format!("cache.order={order}")]
+        let own = [format!("cache.upload_budget_ms={:?}", budget.upload_ms), format!("cache.order={order}")];
+        own.into_iter()
+            .chain(samples(budget.na).iter().map(|change| (*change).to_owned()))
+            .collect::<Vec<_>>()
     };
     BUDGETS.iter().map(|budget| Setting::new(budget.name, changes(budget))).collect()
 }
 
+/// The two views of a cut, for one NA.
+struct Views {
+    scene: Scene,
+    source: Arc<Remembered>,
+    from: Pose,
+    to: Pose,
+    /// The settled picture of the second view.
+    truth: Picture,
+}
+
+impl Views {
+    fn of(bench: &Bench, name: &str, na: u32, size: [u32; 2]) -> anyhow::Result<Views> {
+        let (scene, camera) = name.split_once('/').context("a scene and a camera")?;
+        let changes: Vec<String> = samples(na).iter().map(|change| (*change).to_owned()).collect();
+        let scene = one_sample_scene(scene)?.with(&changes)?;
+        let (from, to) = (scene.camera(&scene.view.camera)?.pose(), scene.camera(camera)?.pose());
+        let source = Remembered::new(open_texture(&scene)?);
+        let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
+        settled.settle(&to)?;
+        let truth = linear_picture(&mut settled)?;
+        Ok(Views { scene, source, from, to, truth })
+    }
+}
+
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
-    let scene = one_sample_scene(scene)?;
-    let (from, to) = (scene.camera(&scene.view.camera)?.pose(), scene.camera(camera)?.pose());
     let size = bench.effort_of([960, 540], [1920, 1080]);
-    let source = Remembered::new(open_texture(&scene)?);
-    let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
-    settled.settle(&to)?;
-    let truth = linear_picture(&mut settled)?;
-    drop(settled);
+    let [one, sixteen] = [Views::of(bench, &cell.scene, 1, size)?, Views::of(bench, &cell.scene, 16, size)?];
     let mut shown = false;
-    let traces = Bench::in_turn(ROUNDS, BUDGETS.len(), |at| {
+    let cuts = Bench::in_turn(ROUNDS, BUDGETS.len(), |at| {
         let budget = &BUDGETS[at];
-        let mut session = session(bench, &scene, source.clone(), size, |settings| {
+        let views = if budget.na == 1 { &one } else { &sixteen };
+        let mut session = session(bench, &views.scene, views.source.clone(), size, |settings| {
             settings.streaming.upload_budget_ms = budget.upload_ms;
             settings.streaming.load_budget_ms = 1e3;
             settings.streaming.upload_tiles_per_frame = 64;
             settings.streaming.order = budget.order;
         })?;
-        session.settle(&from)?;
-        let (trace, first) = cut(&mut session, &to, &truth)?;
+        session.settle(&views.from)?;
+        let (cut, first) = cut(&mut session, &views.to, &views.truth)?;
         if !std::mem::replace(&mut shown, true) {
             let name = format!("vt.budget-{}-first-frame", cell.scene.replace('/', "-"));
-            show_beside(bench, &name, &first, &truth)?;
+            show_beside(bench, &name, &first, &views.truth)?;
         }
-        Ok(trace)
+        Ok(cut)
     })?;
-    Ok(BUDGETS.iter().zip(&traces).flat_map(|(budget, traces)| of_cuts(budget.name, traces)).collect())
+    Ok(BUDGETS.iter().zip(&cuts).flat_map(|(budget, cuts)| of_cuts(budget.name, cuts)).collect())
+}
+
+/// The frames after a cut until the picture is complete.
+struct Cut {
+    trace: Trace,
+    /// Bytes copied to the tile pool.
+    copied: u64,
 }
 
 /// Draws frames from `pose` until no tile is missing; returns their errors and the first picture.
-fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyhow::Result<(Trace, Picture)> {
+fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyhow::Result<(Cut, Picture)> {
     let mut trace = Trace::default();
     let mut first = None;
     let mut spent = Duration::ZERO;
+    let before = session.records.len();
     while trace.0.len() < MOST_FRAMES && (trace.0.is_empty() || !session.settled()) {
         let begin = Instant::now();
         session.frame(pose)?;
@@ -140,20 +175,22 @@ fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyho
         trace.0.push([1e3 * spent.as_secs_f64(), compare(&shown, truth)?.nmse()]);
         first.get_or_insert(shown);
     }
-    Ok((trace, first.context("a cut shows a frame")?))
+    let copied = session.records[before..].iter().map(|record| record.streaming.upload_bytes).sum();
+    Ok((Cut { trace, copied }, first.context("a cut shows a frame")?))
 }
 
-fn of_cuts(name: &str, traces: &[Trace]) -> Vec<Row> {
-    let over =
-        |quantity, unit, of: &dyn Fn(&Trace) -> Option<f64>| repeated(name, quantity, unit, traces, of);
-    let (half, most) = (|trace: &Trace| trace.reached(0.5), |trace: &Trace| trace.reached(0.05));
+fn of_cuts(name: &str, cuts: &[Cut]) -> Vec<Row> {
+    let over = |quantity, unit, of: &dyn Fn(&Cut) -> Option<f64>| repeated(name, quantity, unit, cuts, of);
+    let (half, most) = (|cut: &Cut| cut.trace.reached(0.5), |cut: &Cut| cut.trace.reached(0.05));
+    let traces: Vec<Trace> = cuts.iter().map(|cut| cut.trace.clone()).collect();
     vec![
-        Row::new(name, ERROR, "NMSE", Value::Spreads(Trace::by_frame(traces))),
-        Row::new(name, ERROR_MS, "NMSE", Value::Spreads(Trace::by_time(traces))),
-        over(FRAMES_50, "frames", &|trace| Some(half(trace)?.0)),
-        over(FRAMES_95, "frames", &|trace| Some(most(trace)?.0)),
-        over(SUM, "NMSE x frames", &|trace| Some(trace.0.iter().map(|[_, error]| error).sum())),
-        over(MS_50, "ms", &|trace| Some(half(trace)?.1)),
-        over(MS_95, "ms", &|trace| Some(most(trace)?.1)),
+        Row::new(name, ERROR, "NMSE", Value::Spreads(Trace::by_frame(&traces))),
+        Row::new(name, ERROR_MS, "NMSE", Value::Spreads(Trace::by_time(&traces))),
+        over(FRAMES_50, "frames", &|cut| Some(half(cut)?.0)),
+        over(FRAMES_95, "frames", &|cut| Some(most(cut)?.0)),
+        over(SUM, "NMSE x frames", &|cut| Some(cut.trace.0.iter().map(|[_, error]| error).sum())),
+        over(MS_50, "ms", &|cut| Some(half(cut)?.1)),
+        over(MS_95, "ms", &|cut| Some(most(cut)?.1)),
+        over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / 1_048_576.0)),
     ]
 }

@@ -1,8 +1,8 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
 use super::super::common::{ONE_SAMPLE, linear_picture};
-use super::session;
 use super::traces::{ROUNDS, Trace, repeated};
+use super::{samples, session};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
@@ -12,6 +12,7 @@ use crate::paper::virtual_texture::config::{one_sample_scene, open_texture};
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::picture::Picture;
 use crate::picture::error::compare;
+use crate::scene::Scene;
 use crate::stats::median;
 use crate::texture::source::TileSource;
 use crate::texture::source::remembered::Remembered;
@@ -22,6 +23,7 @@ use std::time::{Duration, Instant};
 const HEALTHY: &str = "healthy";
 const SLOW: &str = "50 ms a tile";
 const DOWN: &str = "down for 5 s";
+const SLOW_16: &str = "50 ms a tile, NA = 16";
 const DOWN_S: f64 = 5.0;
 
 const ERROR: &str = "error by time";
@@ -30,6 +32,8 @@ const DURING: &str = "frames while the disk is down";
 const LONGEST: &str = "longest frame while the disk is down";
 const RECOVERY: &str = "recovery";
 const RECOVERY_FRAMES: &str = "frames until recovered";
+const COMPLETE: &str = "time until the picture is complete";
+const READ: &str = "read from disk until the picture is complete";
 
 /// Time limit: ten times the longest measurement on two cores.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -42,10 +46,11 @@ pub const DISK: Figure = Figure {
             are shown. A tile that cannot be read is requested again after a second (cache.retry_after_ms), so the \
             picture recovers by itself; the paper does not treat failed loads. Recovery is the time, and the number of \
             frames, from when the disk works until 95 % of the first frame's error is gone permanently. Each disk is \
-            measured 6 times, in turn. Pictures have 640 x 360 (quick) or 1920 x 1080 pixels, with one sample each (NA \
-            = 1).",
+            measured 6 times, in turn. Pictures have 640 x 360 (quick) or 1920 x 1080 pixels, with one sample each (NA = \
+            1); one variant has the paper's NA = 16 with a border of 16 texels. NA = 16 reads twice the bytes, and the \
+            slow disk takes 1.7 times the time until the picture is complete (quick).",
     scenes: &["earth/oblique"],
-    variants: || [HEALTHY, SLOW, DOWN].map(str::to_owned).to_vec(),
+    variants: || [HEALTHY, SLOW, DOWN, SLOW_16].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],
     show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
@@ -78,32 +83,52 @@ pub const DISK: Figure = Figure {
 
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
-    let down = format!("disk.fails_for_s={DOWN_S:?}");
-    let disks = [(HEALTHY, None), (SLOW, Some("disk.delay_ms=50.0".to_owned())), (DOWN, Some(down))];
-    disks.map(|(name, change)| Setting::new(name, change)).into()
+    let (slow, down) = ("disk.delay_ms=50.0".to_owned(), format!("disk.fails_for_s={DOWN_S:?}"));
+    let of_samples = samples(16).iter().map(|change| (*change).to_owned());
+    let slow_16 = of_samples.chain([slow.clone()]).collect();
+    let disks = [(HEALTHY, vec![]), (SLOW, vec![slow]), (DOWN, vec![down]), (SLOW_16, slow_16)];
+    disks.map(|(name, changes)| Setting::new(name, changes)).into()
+}
+
+/// A scene with one NA, its texture in memory, and its settled picture.
+struct View {
+    scene: Scene,
+    pose: Pose,
+    whole: Arc<Remembered>,
+    truth: Picture,
+}
+
+impl View {
+    fn of(bench: &Bench, name: &str, na: u32, size: [u32; 2]) -> anyhow::Result<View> {
+        let (scene, camera) = name.split_once('/').context("a scene and a camera")?;
+        let changes: Vec<String> = samples(na).iter().map(|change| (*change).to_owned()).collect();
+        let scene = one_sample_scene(scene)?.with(&changes)?;
+        let pose = scene.camera(camera)?.pose();
+        let whole = Remembered::new(open_texture(&scene)?);
+        let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
+        settled.settle(&pose)?;
+        let truth = linear_picture(&mut settled)?;
+        Ok(View { scene, pose, whole, truth })
+    }
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let (scene, camera) = cell.scene.split_once('/').context("a scene and a camera")?;
-    let scene = one_sample_scene(scene)?;
-    let pose = scene.camera(camera)?.pose();
     let size = bench.effort_of([640, 360], [1920, 1080]);
-    let whole = Remembered::new(open_texture(&scene)?);
-    let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
-    settled.settle(&pose)?;
-    let truth = linear_picture(&mut settled)?;
-    drop(settled);
+    let [one, sixteen] = [View::of(bench, &cell.scene, 1, size)?, View::of(bench, &cell.scene, 16, size)?];
+    let slow = Disk { delay_ms: 50.0, ..Disk::default() };
     let disks = [
-        (HEALTHY, Disk::default()),
-        (SLOW, Disk { delay_ms: 50.0, ..Disk::default() }),
-        (DOWN, Disk { fails_for_s: DOWN_S, ..Disk::default() }),
+        (HEALTHY, &one, Disk::default()),
+        (SLOW, &one, slow.clone()),
+        (DOWN, &one, Disk { fails_for_s: DOWN_S, ..Disk::default() }),
+        (SLOW_16, &sixteen, slow),
     ];
     let runs = Bench::in_turn(ROUNDS, disks.len(), |at| {
-        let disk = Arc::new(FaultyDisk::new(whole.clone() as Arc<dyn TileSource>, disks[at].1.clone()));
-        let mut session = session(bench, &scene, disk.clone(), size, |_| ())?;
-        watch(&mut session, &disk, &pose, &truth)
+        let (_, view, disk) = &disks[at];
+        let disk = Arc::new(FaultyDisk::new(view.whole.clone() as Arc<dyn TileSource>, disk.clone()));
+        let mut session = session(bench, &view.scene, disk.clone(), size, |_| ())?;
+        watch(&mut session, &disk, &view.pose, &view.truth)
     })?;
-    Ok(disks.iter().zip(&runs).flat_map(|((name, _), runs)| rows(name, runs)).collect())
+    Ok(disks.iter().zip(&runs).flat_map(|((name, ..), runs)| rows(name, runs)).collect())
 }
 
 /// The first seconds with one disk.
@@ -114,6 +139,8 @@ struct Watched {
     while_down: usize,
     /// The end of the last frame while the disk was down, in milliseconds.
     works_ms: f64,
+    /// Bytes of the tiles that were read.
+    read: usize,
 }
 
 impl Watched {
@@ -132,7 +159,7 @@ fn watch(
     truth: &Picture,
 ) -> anyhow::Result<Watched> {
     let mut watched =
-        Watched { errors: Trace::default(), frames_ms: Vec::new(), while_down: 0, works_ms: 0.0 };
+        Watched { errors: Trace::default(), frames_ms: Vec::new(), while_down: 0, works_ms: 0.0, read: 0 };
     let begin = Instant::now();
     while begin.elapsed() < PATIENCE {
         let frame = Instant::now();
@@ -150,6 +177,8 @@ fn watch(
             break;
         }
     }
+    let loads: usize = session.records.iter().map(|record| record.streaming.loads).sum();
+    watched.read = loads * disk.format().tile_bytes(&disk.pyramid());
     Ok(watched)
 }
 
@@ -162,7 +191,8 @@ fn rows(name: &str, runs: &[Watched]) -> Vec<Row> {
         of(DURING, "frames", &|run| Some(run.while_down as f64)),
         of(RECOVERY, "ms", &|run| Some(run.recovery()?.0)),
         of(RECOVERY_FRAMES, "frames", &|run| Some(run.recovery()?.1)),
-        of("time until the picture is complete", "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
+        of(COMPLETE, "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
+        of(READ, "MiB", &|run| Some(run.read as f64 / 1_048_576.0)),
     ];
     if name == DOWN {
         let longest = |run: &Watched| run.frames_ms[..run.while_down].iter().copied().reduce(f64::max);

@@ -2,8 +2,8 @@
 //!
 //! Lists and caches do not depend on the texels. So the `ruler`, whose tiles take a tenth of the time, replaces the
 //! imagery where only lists and caches matter. Pyramid, mesh and paths stay the same. With tiles of 256 texels, 640 x
-//! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512. All these figures have NA = 1,
-//! one sample per pixel; vt.na measures the number of visible tiles with more samples.
+//! 360 pixels show as many tiles as 1280 x 720 pixels with the paper's tiles of 512. These figures have NA = 1,
+//! one sample per pixel, and all except vt.pop also variants with the paper's NA = 16; vt.na has the values between.
 
 mod budget;
 mod cache;
@@ -58,6 +58,18 @@ const RULER: &[&str] = &[
     "surface.land.texture.source=ruler",
     "surface.land.texture.tile_size=256",
 ];
+
+/// The largest NA, and a border that holds its samples, so that a pixel needs only its own tile.
+const SIXTEEN: [&str; 2] = ["surface.land.filter.max_anisotropy=16", "surface.land.texture.border=16"];
+
+/// The changes that give a scene of one sample NA = 1 or 16.
+fn samples(na: u32) -> &'static [&'static str] {
+    match na {
+        1 => &[],
+        16 => &SIXTEEN,
+        _ => panic!("NA = {na}"),
+    }
+}
 
 /// A cheap variant with an exact list; the figures do not depend on the variant.
 const LISTS: Config =
