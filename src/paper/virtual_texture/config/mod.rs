@@ -103,12 +103,8 @@ settings! {
         map_linear: bool = false;
         /// Texels per pixel of the stochastic filters.
         samples: u32 = 1, in 1..=64;
-<<<<<<< HEAD
-        /// How the two levels of a tile (the tile, and its copy of half the size) are blended. `"ellipse"` and
-        /// `"stochastic-ellipse"` read one level.
-=======
-        /// For paper 1's filters, `"trilinear"`, `"bilinear"` and `"stochastic"`: how a tile's two levels are blended.
->>>>>>> 98cefc6d (Footprints of paper 1's filters can be bounded at a globe's limb: the key `limb`)
+        /// For paper 1's filters, `"trilinear"`, `"bilinear"` and `"stochastic"`: how the two levels of a tile (the
+        /// tile, and its copy of half the size) are blended.
         interpolation: Interpolation = Interpolation::Corrected;
         /// The footprint at the limb of an ellipsoid. If omitted: `"facet"` for paper 1's filters, so that their levels
         /// and lists are the paper's, and `"bounded"` for paper 3's filters. Other surfaces are not bounded: a plane and
