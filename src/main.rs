@@ -47,7 +47,7 @@ enum Command {
     List(list::ListArgs),
     /// Measure figures on this machine, with a verdict for each claim
     Reproduce(reproduce::ReproduceArgs),
-    /// Find a scene's cheapest setting within an error, or its most accurate one within a time
+    /// Find a scene's fastest setting for a given error, or its most accurate one for a given time
     Trade(Box<trade::TradeArgs>),
     /// Merge the parts of a run into one report
     Merge(merge::MergeArgs),

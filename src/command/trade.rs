@@ -47,8 +47,8 @@ pub struct TradeArgs {
     /// Write the chosen setting into the scene file, whose comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// Measure each time in at least 30 runs instead of 12. In both cases, settings with an uncertain median are
-    /// measured again, up to six times as often
+    /// Measure each time in at least 30 runs instead of 12. In both cases, settings with an uncertain median get more
+    /// runs, up to six times as many
     #[arg(long)]
     full: bool,
     /// Print all measurements as JSON

@@ -73,7 +73,7 @@ mod tests {
     use super::{human, tick};
 
     #[test]
-    fn numbers_have_four_digits_and_whole_ones_all() {
+    fn numbers_have_four_digits_but_whole_numbers_have_all_their_digits() {
         for (number, text) in [
             (0.0, "0"),
             (-0.0, "0"),

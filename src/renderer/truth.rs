@@ -259,7 +259,7 @@ pub(super) fn instances(
 
 /// The area-weighted mean of the normals of the faces around each position.
 fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
-    // Adding 0 makes -0 equal to 0.
+    // Adding 0 turns -0 into 0, so that both have the same bits.
     let key = |at: DVec3| (at + 0.0).to_array().map(f64::to_bits);
     let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
     for triangle in triangles {

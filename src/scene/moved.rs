@@ -79,7 +79,8 @@ pub(super) fn message(key: &[&str], now: &str, scene: &Table) -> String {
         "mesh" => "; the kind \"earth\" is now \"ellipsoid\"",
         "progressive_mesh" => "; its kind is \"progressive-mesh\"",
         "surface" => {
-            "; at 60 frames per second, 2.58 is 0.043 pixels per frame, or 1/16 octave at an error of one pixel"
+            "; for example, 2.58 pixels per second is 0.043 pixels per frame at 60 frames per second, or 1/16 octave \
+             per frame at an error of one pixel"
         }
         _ => "",
     };

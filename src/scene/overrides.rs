@@ -117,7 +117,7 @@ impl Override {
     }
 
     /// The keys that this override invalidates. The number says how many leading parts of the override's key form the
-    /// path of the table that holds them. A texture file states its own sizes, so the keys of a generated texture are
+    /// path of the table with these keys. A texture file states its own sizes, so the keys of a generated texture are
     /// dropped. A filter's table replaces `"auto"` and its bound. A filter's kind drops the keys that it does not read;
     /// a later override that states such a key is refused. Without a weight map, its keys are dropped. A relief has no
     /// filter except its method, so stating the method also replaces `"auto"` and its bound.

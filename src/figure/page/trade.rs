@@ -73,8 +73,9 @@ impl Line<'_> {
             spread: format!("{} – {}", human(setting.ms.p5), human(setting.ms.p95)),
             errors: [errors.nmse, errors.flip, errors.max].map(human),
             on_front: setting.on_front,
-            note: (setting.list_frames > 1)
-                .then(|| format!("incomplete list: complete after {} frames", setting.list_frames)),
+            note: (setting.list_frames > 1).then(|| {
+                format!("the list of visible tiles is complete only after {} frames", setting.list_frames)
+            }),
         }
     }
 }

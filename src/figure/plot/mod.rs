@@ -217,7 +217,7 @@ fn group(figure: &Figure, plot: &Plot, cell: &CellRows) -> Group {
     let mut bars: Vec<Bar> = Vec::new();
     for bar in names.into_iter().map(bar) {
         match bars.last_mut() {
-            // Neighbours that are missing for the same reason share it.
+            // Adjacent variants that are missing for the same reason share one bar.
             Some(last) if bar.value.is_err() && last.value == bar.value => {
                 last.name = format!("{}, {}", last.name, bar.name);
             }

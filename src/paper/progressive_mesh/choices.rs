@@ -62,8 +62,8 @@ choices! {
     pub enum ErrorMetric {
         /// Distances between the surfaces.
         Geometry = "geometry",
-        /// Also the radius of the region around a collapse in which the shading differs visibly, and the distance from
-        /// where a texel is shown to where it belongs.
+        /// Also how far from a collapse the shading still differs visibly, and how far a texel is shown from its
+        /// correct place.
         Appearance = "appearance",
     }
 }

@@ -86,7 +86,8 @@ impl Compaction {
 }
 
 impl Config {
-    /// True if one draw marks and textures, without a request image. Lists that the host makes need the request image.
+    /// True if a single draw marks the visible tiles and draws the textured picture, without a request image. Lists
+    /// that the host makes need the request image.
     pub fn fused(&self) -> bool {
         self.list == Listing::Device && self.dedup.fused()
     }

@@ -1,5 +1,5 @@
-//! Silhouettes inside a picture: where a surface hides a part of itself, a pixel's kernel shows two pieces of it that are
-//! not connected. No filter of one footprint can average both.
+//! Silhouettes inside a picture: where a surface hides a part of itself, a pixel's kernel shows two pieces of it that
+//! are not connected. A filter that uses one footprint per pixel cannot average both.
 
 use crate::model::mesh::SourceMesh;
 use crate::reference::PixelTriangles;

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use thiserror::Error;
 
-/// A render report. Version 3 added `run`. In version 4 memory and passes have names instead of the paper's letters, and
-/// the two frames that `plain` compares take one sample per pixel.
+/// A render report. Version 3 added `run`. Since version 4, memory and passes have names instead of the paper's
+/// letters, and the two frames that `plain` compares take one sample per pixel.
 pub const FORMAT: JsonFormat =
     JsonFormat { name: "ortelius-render-report", version: 5, oldest: 3, first_name: None };
 

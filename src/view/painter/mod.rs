@@ -71,8 +71,8 @@ struct Painting {
     uploads: Vec<(TextureId, Buffer, TexelCopy)>,
 }
 
-/// Two rectangles are drawn as one if the union has at most this many additional pixels. On lavapipe, drawing them
-/// takes about as long as one more draw, 10 us.
+/// Two rectangles are drawn as one if the union has at most this many additional pixels. On lavapipe, so many pixels
+/// take about as long as one more draw: 10 us.
 const SLACK: u64 = 2048;
 
 impl Painter {

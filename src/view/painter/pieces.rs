@@ -19,7 +19,7 @@ pub struct Piece {
 pub struct Pieces {
     /// In drawing order.
     list: Vec<Piece>,
-    /// Disjoint rectangles that one piece fills with an opaque colour.
+    /// Disjoint rectangles, each filled by one piece with an opaque colour.
     pub opaque: Vec<Rectangle>,
 }
 

@@ -8,8 +8,8 @@ use super::level::{Growing, LevelFault, LevelRow};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 
 impl Growing<'_> {
-    /// Codes which vertex is the first with the new vertex's position. If that is the new vertex itself, also codes
-    /// the position.
+    /// Encodes or decodes the index of the first vertex that has the new vertex's position. If that is the new vertex
+    /// itself, also codes the position.
     pub(super) fn position(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
         let vertices = self.source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);

@@ -131,8 +131,8 @@ impl Sequence<'_> {
         is_allowed.then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
     }
 
-    /// The cost of a collapse; in the second pass, at least the key of its deviation. Stops early once the
-    /// cost exceeds `limit`.
+    /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to
+    /// the collapse's deviation. Stops early once the cost exceeds `limit`.
     fn paced(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> f64 {
         let (cost, mut most) = self.with_deviation(edge, least, area, limit);
         let Some(pace) = &self.pace else { return cost };
@@ -146,9 +146,9 @@ impl Sequence<'_> {
         cost.max(pace.key(most))
     }
 
-    /// The cost of a collapse with its deviation, and the deviation. It measures vanished positions against
-    /// the new faces, samples of the new faces against the old ones, and the appearance. Stops early, with
-    /// a deviation that is too small, once the cost exceeds `limit`.
+    /// The cost of a collapse including its deviation, and the deviation alone. It measures vanished positions against
+    /// the new faces, samples of the new faces against the old ones, and the appearance. Stops early, with a deviation
+    /// that is too small, once the cost exceeds `limit`.
     fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> (f64, f64) {
         let factor = DEVIATION_WEIGHT * area;
         let enough = |most: f64| least + factor * most > limit;

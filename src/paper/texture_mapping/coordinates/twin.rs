@@ -1,4 +1,4 @@
-//! The GPU's forms in f32 on the CPU, with the same operations.
+//! Each form of the coordinates, computed on the CPU in f32 with the GPU's operations.
 //!
 //! Vulkan allows an `fma` to round once or twice and a division to err by 2.5 ulp, so results differ between devices.
 //! The twins therefore return numerators and denominator, whose arithmetic is fixed except for [`Fma`].

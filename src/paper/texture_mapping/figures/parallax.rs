@@ -20,11 +20,12 @@ pub const PARALLAX: Figure = Figure {
             more accurate (by expert ratings) and 5.1 % slower. The view is parallel, along x. `bricks`, `pillars`, \
             `spikes` and `rock` have 64 texels a side and random colours; `relief-brick` and `relief-rock` have the \
             heights and depths of the scenes with these names, and the luminance of their pictures. A pixel is 4 x 4 \
-            texels of the top plane. `offset` is parallax mapping without tracing: the square is moved by the height \
-            below the pixel's centre (T. Kaneko et al., \"Detailed Shape Representation with Parallax Mapping\", ICAT \
-            2001). The truth is the mean of 16,562 stratified rays per pixel, with exact intersections; its own error \
-            is estimated from two independent halves. Errors are NMSE over one period of the relief. The texel count \
-            includes the filter and the search for hidden texels, but not the search for the footprint's ends.",
+            texels of the top plane. `offset` is parallax mapping without tracing: the pixel's square of texels is \
+            shifted according to the height below the pixel's centre (T. Kaneko et al., \"Detailed Shape \
+            Representation with Parallax Mapping\", ICAT 2001). The truth is the mean of 16,562 stratified rays per \
+            pixel, with exact intersections; its own error is estimated from two independent halves. Errors are NMSE \
+            over one period of the relief. The texel count includes the filter and the search for hidden texels, but \
+            not the search for the footprint's ends.",
     scenes: &["bricks", "pillars", "spikes", "rock", "relief-brick", "relief-rock"],
     variants: || {
         ParallaxFilter::ALL
@@ -64,8 +65,9 @@ pub const PARALLAX: Figure = Figure {
         .timed(),
         Claim::ours(
             "projected-width",
-            "At 30 degrees on bricks and rock, generated and of the shipped scenes, weights by projected width have at \
-             most 1/5 of the error of the visible texels.",
+            "Seen at 30 degrees, the method `projected width` has at most 1/5 of the error of the method `visible \
+             texels`: on the generated reliefs `bricks` and `rock`, and on those of the scenes `relief-brick` and \
+             `relief-rock`.",
             &[Test::ratio(one(ERROR, "projected width"), one(ERROR, "visible texels"), AtMost(0.2))],
         )
         .at(Places::scenes(&["bricks", "rock", "relief-brick", "relief-rock"]).x(30.0, 30.0)),

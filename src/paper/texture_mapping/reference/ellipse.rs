@@ -28,7 +28,8 @@ struct Shaped {
     to_disc: [[f64; 2]; 2],
 }
 
-/// `radius^2 J J^T` in texels of level 0, widened to the greatest axis ratio allowed, and its determinant.
+/// `radius^2 J J^T` in texels of level 0, and its determinant. If the axis ratio exceeds the limit, the minor axis is
+/// lengthened to the limit.
 fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     let square = f64::from(ellipse.kernel.radius_px).powi(2);
     let [[ux, uy], [vx, vy]] = pixel.jacobian;
@@ -300,7 +301,8 @@ struct Texel {
     offset: [f64; 2],
     weight: f64,
     kept: f64,
-    /// Range of the kept part under rounding of r.
+    /// Least and greatest kept part within the rounding error of r, the texel's distance from the centre in units of
+    /// the ellipse.
     least: f64,
     most: f64,
     /// Relative error of the weight.

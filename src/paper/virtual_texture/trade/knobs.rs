@@ -46,7 +46,8 @@ impl Knob {
             Knob::Filter => {
                 // Only an ellipse has a ratio above the other filters' limit.
                 let most = at.max_anisotropy.min(MOST_SAMPLES);
-                // Bilinear samples and few taps are tried at the pixel's centre only, not along the footprint.
+                // Bilinear filtering, and stochastic filtering with few taps, are tried only at the pixel's centre, not
+                // along the footprint.
                 let filters =
                     [(Filtering::Trilinear, at.samples, most), (Filtering::Bilinear, at.samples, 1)];
                 let taps = [(1, 1), (4, 1), (16, most), (64, most)];

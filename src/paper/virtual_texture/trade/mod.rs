@@ -39,7 +39,7 @@ choices! {
     pub enum ErrorMeasure {
         /// Normalised mean squared error.
         Nmse = "nmse",
-        /// Mean FLIP, a visible difference.
+        /// Mean FLIP: the difference that a viewer would see.
         Flip = "flip",
         /// Largest error of a channel, in linear light.
         Max = "max",

@@ -47,8 +47,8 @@ impl Values {
     }
 
     /// The values with a sufficient border, or `None` if they are not to be measured. Samples along a footprint need a
-    /// border of 2 texels, in small tiles one texel for each sample. A generated texture can have any
-    /// border; a file's border is fixed.
+    /// border of 2 texels; in small tiles they need one texel for each sample. A generated texture can have any border;
+    /// a file's border is fixed.
     pub fn drawable(self, own: &Values, texture: &VirtualTextureSource) -> Option<Values> {
         if self == *own {
             return Some(self);
@@ -140,7 +140,8 @@ impl Values {
             if self.weight_map == FilterMap::None { "no map".to_string() } else { format!("{map} map") };
         differs(self.weight_map != own.weight_map, name, &[format!("{surface}.filter.weight_map={map}")]);
         let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
-        // Another kind starts from the scene's own number, or from the default if the scene's kind does not read it.
+        // A setting with another filter kind keeps the scene's number, or gets the default if the scene's own kind does
+        // not read that key.
         let reads = unread_filter_keys(filter).all(|(key, _)| key != "max_anisotropy");
         differs(
             na != own.max_anisotropy && reads,

@@ -21,8 +21,8 @@ pub const EXTREMES: Figure = Figure {
             `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far away (`one \
             NaN`, `one infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` \
             on its edges, or 200 `fins`; with `every face twice`, or with a reversed copy of a tenth of the faces \
-            (`backs`); and as a `soup` of triangles. Its texture `seams` between charts are tested at 1 % of the \
-            faces. Two cases are other meshes: 1000 `tetrahedra`, and `bow-ties`, 20 cubes that touch in corners. \
+            (`backs`); and as a `soup` of triangles. The case `seams` is the bunny with texture seams \
+            between charts, reduced to 1 % of its faces. Two cases are other meshes: 1000 `tetrahedra`, and `bow-ties`, 20 cubes that touch in corners. \
             Except for `seams` the target is a quarter of the faces. Our simplifier first cleans the mesh and reports \
             the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are measured to the intended \
             shape, before damage and rounding to f32, in units of the diagonal of its bounding box; faces that are \
@@ -79,7 +79,7 @@ const CLEANING: &str = "cleaning";
 const OUTCOME: &str = "outcome";
 /// The distance minus the stated error and the loss.
 const EXCESS: &str = "distance beyond the stated error";
-const UNREPORTED: &str = "loss that no words report";
+const UNREPORTED: &str = "loss that is not reported in words";
 
 const MESH: &str = "the mesh";
 const LOST: &str = "lost in reading and cleaning";
@@ -241,7 +241,7 @@ mod tests {
     use crate::figure::{Machine, Table, TableRecord, Verdict};
 
     #[test]
-    fn a_distance_beyond_what_is_stated_and_lost_is_an_excess() {
+    fn a_distance_above_the_stated_error_plus_the_loss_is_an_excess() {
         let excess = |changes: &[(&str, f64)]| {
             let usual = [(HAUSDORFF, 0.1), (LEFT, 0.0), (REMAINING, 0.0), (STATED, 0.2), (LOST, 0.0)];
             // The first row of a quantity counts.

@@ -31,14 +31,14 @@ pub const POP: Figure = Figure {
     title: "Jumps of pixel values when tiles arrive",
     about: "The pop is the largest change of any pixel's channel between two frames, beyond the change in the fully \
             resident sequence. To make that change zero, the camera rests at each pose for four frames, and a pose's \
-            tiles arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in \
-            blends it with the coarser tile that was shown before. The price is a picture that lags: the mean error \
-            compares each pose's last frame with the fully resident one. Levels are those of 8-bit sRGB. The \
-            headline's camera is used without magnification, so that the dive crosses levels. Every pixel of every \
-            frame counts. Quick runs compare 39 poses (every second of the path's first 80) at 320 x 180 pixels, \
-            full runs compare 239 at 1280 x 720. The pictures are the frame after the largest jump and the map of that \
-            jump. Pixels have one sample (NA = 1). The paper's NA = 16 hardly changes the jumps (quick, shown at once: 98 \
-            instead of 89 levels on the pan, 2 on the dive with both), so it is not measured again.",
+            tiles arrive in the last of them. The paper (section 4) shows a tile as soon as it arrives; fade-in blends \
+            it with the coarser tile that was shown before. The price is a picture that lags: the mean error compares \
+            each pose's last frame with the fully resident one. Levels are those of 8-bit sRGB. The camera `headline` \
+            is used without magnification, so that the dive crosses levels. Every pixel of every frame counts. Quick \
+            runs compare 39 poses (every second of the path's first 80) at 320 x 180 pixels, full runs compare 239 at \
+            1280 x 720. The pictures are the frame after the largest jump and the map of that jump. Pixels have one \
+            sample (NA = 1). The paper's NA = 16 hardly changes the jumps (quick, shown at once: 98 instead of 89 \
+            levels on the pan, 2 on the dive with both), so it is not measured again.",
     scenes: &["earth/pan", "earth/dive"],
     variants: || FADES.map(|(_, name)| name.to_owned()).into(),
     paper: &["at once (the paper)"],

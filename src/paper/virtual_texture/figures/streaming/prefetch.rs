@@ -38,11 +38,11 @@ pub const PREFETCH: Figure = Figure {
             reached the host, the disk has been read and the tile has been copied. A coarser tile is shown meanwhile. \
             With prefetch, stages 1 to 3 also run at a sixteenth of the pixels for the camera extrapolated by some \
             frames, and their tiles are loaded with the budget that the visible tiles leave. A tile counts as missing \
-            in each frame whose picture needs it but does not have it. The headline's camera is used without \
+            in each frame whose picture needs it but does not have it. The camera `headline` is used without \
             magnification, so that the dive crosses levels. All frames (quick: every second one) are counted, at 640 x \
-            360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1), or with the paper's NA = 16 where a variant \
-            says so. NA = 16 copies 1 to 4.4 times as many tiles. Prefetch then leaves more misses, and on the dive it \
-            copies 30 % more tiles instead of 4 %.",
+            360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1), or with the paper's NA = 16 where a \
+            variant says so. NA = 16 copies 1 to 4.4 times as many tiles. Prefetch then leaves more misses, and on the \
+            dive it copies 30 % more tiles instead of 4 %.",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants: || AHEAD.map(|(.., name)| name.to_owned()).into(),
     show: Show::scenes(VIEW).variants(settings),
