@@ -21,14 +21,14 @@ pub const EXTREMES: Figure = Figure {
             `scale 1e-9`, `scale 1e15`, `scale 1e30`); with a vertex that is not finite or absurdly far away (`one \
             NaN`, `one infinity`, `one at 1e30`, `one 1000 times out`); with 500 `degenerate faces`, 500 `flat caps` \
             on its edges, or 200 `fins`; with `every face twice`, or with a reversed copy of a tenth of the faces \
-            (`backs`); and as a `soup` of triangles. The case `seams` is the bunny with texture seams \
-            between charts, reduced to 1 % of its faces. Two cases are other meshes: 1000 `tetrahedra`, and `bow-ties`, 20 cubes that touch in corners. \
-            Except for `seams` the target is a quarter of the faces. Our simplifier first cleans the mesh and reports \
-            the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are measured to the intended \
-            shape, before damage and rounding to f32, in units of the diagonal of its bounding box; faces that are \
-            not finite are left out. \
-            The deviation that reading and cleaning cause is shown separately, because the \
-            stated error does not include it. Rows of `the mesh` describe the mesh before cleaning and simplification.",
+            (`backs`); and as a `soup` of triangles. The case `seams` is the bunny with texture seams between charts, \
+            reduced to 1 % of its faces. Two cases are other meshes: 1000 `tetrahedra`, and `bow-ties`, 20 cubes that \
+            touch in corners. Except for `seams` the target is a quarter of the faces. Our simplifier first cleans \
+            the mesh and reports the changes; `meshopt_simplify` gets the mesh unchanged, in f32. Distances are \
+            measured to the intended shape, before damage and rounding to f32, in units of the diagonal of its \
+            bounding box; faces that are not finite are left out. The deviation that reading and cleaning cause is \
+            shown separately, because the stated error does not include it. Rows of `the mesh` describe the mesh \
+            before cleaning and simplification.",
     scenes: &CASES,
     variants: || [OURS, BASELINE].map(String::from).into(),
     ours: &["ours"],
