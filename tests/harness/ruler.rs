@@ -5,7 +5,7 @@ use ortelius::math::pyramid::{Pyramid, TileId};
 use ortelius::model::mesh;
 use ortelius::paper::virtual_texture::ruler::Verdicts;
 use ortelius::paper::virtual_texture::streaming::StreamingConfig;
-use ortelius::paper::virtual_texture::{ONE_SAMPLE, all_needs};
+use ortelius::paper::virtual_texture::{Config, ONE_SAMPLE, PAPER, all_needs};
 use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
 use ortelius::picture::PixelFormat;
 use ortelius::scene::camera::{Camera, GroundPoint};
@@ -44,14 +44,14 @@ impl TileSource for Spoilt {
     }
 }
 
-fn pose() -> Pose {
+fn pose([tilt_deg, vertical_fov_deg]: [f64; 2]) -> Pose {
     let place = GroundPoint::Planet { latitude_deg: 46.0, longitude_deg: 8.0 };
     Camera {
         place,
         altitude_m: 300e3,
         heading_deg: 0.0,
-        tilt_deg: 0.0,
-        vertical_fov_deg: 45.0,
+        tilt_deg,
+        vertical_fov_deg,
         magnification: 1.0,
         near_m: None,
     }
@@ -60,24 +60,29 @@ fn pose() -> Pose {
 
 /// The verdicts on a settled frame of 320 x 180 pixels, straight down on tiles of 64 x 64.
 fn verdicts(spoil: fn(usize, usize, &mut [u8]), instead: fn(TileId) -> TileId) -> Verdicts {
-    let gpu = Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() });
-    let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
-    let mesh = mesh::gpu_mesh(&mesh::earth(97, 49));
-    let streaming = StreamingConfig { deterministic: true, ..StreamingConfig::default() };
-    let settings = VirtualTextureSettings {
-        size: [320, 180],
-        config: ONE_SAMPLE,
-        streaming,
-        target: PixelFormat::Srgb8,
-    };
-    let source = Arc::new(Spoilt { ruler, spoil, instead });
-    let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
-    renderer.settle(&pose()).unwrap();
-    let verdicts = renderer.ruler_verdicts().unwrap();
+    let verdicts = seen(ONE_SAMPLE, [0.0, 45.0], spoil, instead);
     // Straight down from 300 km the ground fills the frame, and no tile is coarse enough for a resident
     // level.
     assert_eq!((verdicts.covered, verdicts.from_g1, verdicts.not_resident), (320 * 180, 0, 0));
     verdicts
+}
+
+/// The verdicts from 300 km; `angles_deg` are the camera's tilt and vertical field of view.
+fn seen(
+    config: Config,
+    angles_deg: [f64; 2],
+    spoil: fn(usize, usize, &mut [u8]),
+    instead: fn(TileId) -> TileId,
+) -> Verdicts {
+    let gpu = Watched::open(&GpuOptions { needs: &all_needs(), ..GpuOptions::default() });
+    let ruler = Ruler::new(Pyramid::new(15, 14, 6, 4, None).unwrap());
+    let mesh = mesh::gpu_mesh(&mesh::earth(97, 49));
+    let streaming = StreamingConfig { deterministic: true, gpu_tiles: 1024, ..StreamingConfig::default() };
+    let settings = VirtualTextureSettings { size: [320, 180], config, streaming, target: PixelFormat::Srgb8 };
+    let source = Arc::new(Spoilt { ruler, spoil, instead });
+    let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
+    renderer.settle(&pose(angles_deg)).unwrap();
+    renderer.ruler_verdicts().unwrap()
 }
 
 /// Flips the lowest bit of red.
@@ -112,6 +117,21 @@ fn a_wrong_border_is_detected() {
     };
     let wrong = verdicts(spoil, |tile| tile);
     assert!(wrong.wrong > 0 && wrong.wrong < wrong.covered / 4, "{wrong:?}");
+}
+
+/// The outer three of a border's four texels. A sample at the pixel's centre reads at most one texel beyond the payload;
+/// samples along the footprint read more. The camera sees the ground at 53 to 80 degrees from its normal, where 2
+/// to 6 samples are taken, and pixels are larger than texels.
+#[test]
+fn a_wrong_texel_that_only_samples_along_the_footprint_read_is_detected() {
+    let spoil = |side: usize, border: usize, bytes: &mut [u8]| {
+        let outer = |at: usize| at + 1 < border || at > side - border;
+        flip(&mut bytes[..side * side * 4], side, |x, y| outer(x) || outer(y));
+    };
+    let of = |config, spoil| seen(config, [60.0, 20.0], spoil, |tile| tile);
+    let [centre, along] = [ONE_SAMPLE, PAPER].map(|config| of(config, spoil));
+    assert!(centre.wrong == 0 && along.wrong > 50 && along.wrong < along.covered / 4, "{along:?}");
+    assert_eq!(of(PAPER, |_, _, _| {}).wrong, 0);
 }
 
 #[test]
