@@ -12,7 +12,7 @@
 //! faces.
 //!
 //! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds
-//!   ([`Estimate`]). With the mean instead, every other frame would exceed the budget.
+//!   (`Estimate`). With the mean instead, every other frame would exceed the budget.
 //! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A
 //!   controller that uses only times reacts two frames late, and must be slow to avoid ringing (`Integral`,
 //!   the simple rule).
