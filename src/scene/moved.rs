@@ -152,7 +152,7 @@ mod tests {
         assert_eq!(key.join("."), "surface.herd.geometry.octaves_per_frame");
         assert!(
             message(&key, &now, &scene)
-                .contains("is now surface.herd.geometry.pixels_per_second; at 60 frames per second")
+                .contains("is now surface.herd.geometry.pixels_per_second; for example")
         );
         let today: Table = "[surface.herd.geometry]\npixels_per_second = 1".parse().unwrap();
         assert!(first_in(&today).is_none());

@@ -16,8 +16,8 @@ pub struct Variant {
 }
 
 /// The scene's own variant, then other filters of a virtual texture, which change the picture. If the scene's own
-/// filter is the ellipse: the weight maps that can replace its Gaussian. Then one variant for each other value of the settings
-/// that the scene's paper compares. For a virtual texture: how visible tiles are listed. For a progressive mesh: which
+/// filter is the ellipse: the weight maps that can replace its Gaussian. Then one variant for each other value of the
+/// settings that its paper compares. For a virtual texture: how visible tiles are listed. For a progressive mesh: which
 /// processor changes the level of detail, and the order of faces. For a relief: its method. For a plain texture: its
 /// filter.
 pub fn own_variants(scene: &Scene) -> Vec<Variant> {

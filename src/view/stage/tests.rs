@@ -7,7 +7,7 @@ use ortelius::vk::{Feature, GpuOptions, Watched};
 
 /// The variants that show the same picture.
 fn methods(scene: &Scene) -> Vec<Variant> {
-    let is_method = |variant: &Variant| !variant.changes.iter().any(|change| change.contains(".filter="));
+    let is_method = |variant: &Variant| !variant.changes.iter().any(|change| change.contains(".filter"));
     own_variants(scene).into_iter().filter(is_method).collect()
 }
 
