@@ -9,9 +9,10 @@ mod truth;
 mod values;
 
 pub use knobs::Knob;
-pub use settings::{SweepPoint, not_turned, settings};
+pub use settings::{not_turned, settings};
 pub use times::{Batch, MOST, levelled};
 pub use truth::{Mosaic, TradeKernel};
+pub use values::SweepPoint;
 
 use crate::figure::{Bench, Contender, Errors, Machine, Refused, Trade};
 use crate::frame::Run;

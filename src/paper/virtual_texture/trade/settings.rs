@@ -1,7 +1,7 @@
 //! The settings of a scene that trade time for accuracy.
 
 use super::knobs::{BORDERS, Knob, RATIOS};
-use super::values::{Values, border_for};
+use super::values::{SweepPoint, Values, border_for};
 use crate::figure::Refused;
 use crate::paper::virtual_texture::config::{
     Filter, TextureError, TextureSource, VirtualTextureSettings, owner, texture,
@@ -9,15 +9,6 @@ use crate::paper::virtual_texture::config::{
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::texture::source::TileFormat;
-
-/// A point of the sweep.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SweepPoint {
-    /// The differences from the scene, in words.
-    pub name: String,
-    /// The differences from the scene, as `KEY=VALUE`.
-    pub changes: Vec<String>,
-}
 
 /// The key of the surface with the scene's virtual texture.
 ///

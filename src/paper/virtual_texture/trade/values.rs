@@ -1,12 +1,22 @@
 //! One value of each knob, and which values are combined.
 
-use super::settings::SweepPoint;
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
     Config, Filter, MOST_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
 };
 use crate::scene::{Choice, unread_filter_keys};
 use crate::texture::source::TileFormat;
+
+use std::fmt::Display;
+
+/// A point of the sweep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SweepPoint {
+    /// The differences from the scene, in words.
+    pub name: String,
+    /// The differences from the scene, as `KEY=VALUE`.
+    pub changes: Vec<String>,
+}
 
 /// The values of all knobs.
 #[derive(Clone, Copy, PartialEq)]
@@ -123,31 +133,24 @@ impl Values {
         };
         let taps = if self.filter.is_random() { format!(" {}", self.samples) } else { String::new() };
         let filter = self.filter.name();
+        let [minor, na, border] = [self.minor_texels, self.max_anisotropy, self.border];
+        let [bias, n1] = [self.level_bias, self.gpu_tiles];
         let mut keys =
             Vec::from_iter((self.filter != own.filter).then(|| format!("{surface}.filter.kind={filter}")));
         keys.extend(
             (self.samples != own.samples).then(|| format!("{surface}.filter.samples={}", self.samples)),
         );
         differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
-        let minor = self.minor_texels;
-        differs(
-            minor != own.minor_texels,
-            format!("minor {minor}"),
-            &[format!("{surface}.filter.minor_texels={minor}")],
-        );
+        let of_filter = |key: &str, value: &dyn Display| [format!("{surface}.filter.{key}={value}")];
+        differs(minor != own.minor_texels, format!("minor {minor}"), &of_filter("minor_texels", &minor));
         let map = self.weight_map.name();
-        let name =
-            if self.weight_map == FilterMap::None { "no map".to_string() } else { format!("{map} map") };
-        differs(self.weight_map != own.weight_map, name, &[format!("{surface}.filter.weight_map={map}")]);
-        let [na, border, bias] = [self.max_anisotropy, self.border, self.level_bias];
+        let word = if self.weight_map == FilterMap::None { "no" } else { map };
+        differs(self.weight_map != own.weight_map, format!("{word} map"), &of_filter("weight_map", &map));
         // A setting with another filter kind keeps the scene's number, or gets the default if the scene's own kind does
         // not read that key.
         let reads = unread_filter_keys(filter).all(|(key, _)| key != "max_anisotropy");
-        differs(
-            na != own.max_anisotropy && reads,
-            format!("NA {na}"),
-            &[format!("{surface}.filter.max_anisotropy={na}")],
-        );
+        let other_na = na != own.max_anisotropy && reads;
+        differs(other_na, format!("NA {na}"), &of_filter("max_anisotropy", &na));
         differs(
             border != own.border,
             format!("border {border}"),
@@ -171,7 +174,6 @@ impl Values {
             format.to_string(),
             &[format!("{surface}.texture.format={format}")],
         );
-        let n1 = self.gpu_tiles;
         differs(n1 != own.gpu_tiles, format!("N1 {n1}"), &[format!("cache.gpu_tiles={n1}")]);
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
         SweepPoint { name, changes }
