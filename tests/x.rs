@@ -321,7 +321,8 @@ fn tests_without_a_browser_are_allowed_with_a_notice_but_not_in_ci() {
     }
 }
 
-/// `.ci/nightly`, with scripts in place of `.ci/run` and `.ci/bare-machine`: they record their environment, and one fails.
+/// `.ci/nightly`, with scripts in place of `.ci/run` and `.ci/bare-machine`: they record their environment, and one
+/// fails.
 #[test]
 fn the_nightly_checks_all_run_and_name_what_failed() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 // Published filters of a pixel (src/paper/texture_mapping/baselines.rs). Needs baseline_level.glsl, weights.glsl,
 // common/hash.glsl and the texture around the pixel: `vec3 texel(ivec2 at, uint level)`, `Spot spot_at(uint level)` and
-// `vec3 trilinear(vec2 offset, float level)`, with an offset in texels of level 0. Each filter sums differences from its
-// first texel or sample, so that a constant texture gives its exact value.
+// `vec3 trilinear(vec2 offset, float level)`, with an offset in texels of level 0. Each filter sums differences from
+// its first texel or sample, so that a constant texture gives its exact value.
 
 vec3 line_mean(Line along, float level, uint most) {
     vec3 sum = vec3(0.0);

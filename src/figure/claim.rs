@@ -12,8 +12,8 @@ pub struct Claim {
     /// another name ("holds here" instead of "reproduced"), because its times do not predict the times of a GPU.
     pub timed: bool,
     pub places: Places,
-    /// True if the claim is that its only test holds in at least one of the places. Otherwise all tests must hold in all
-    /// places.
+    /// True if the claim is that its only test holds in at least one of the places. Otherwise all tests must hold in
+    /// all places.
     pub somewhere: bool,
     pub tests: &'static [Test],
     /// Preconditions. Example: vertices must be the bottleneck before their time counts.

@@ -23,8 +23,8 @@ pub struct Trade {
     /// Fewest timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
     pub runs: usize,
     pub most_runs: usize,
-    /// The scene's own setting is timed again with each batch of settings: the least and the greatest of its medians, in
-    /// milliseconds. They show the drift during the sweep.
+    /// The scene's own setting is timed again with each batch of settings: the least and the greatest of its medians,
+    /// in milliseconds. They show the drift during the sweep.
     pub drift_ms: [f64; 2],
     /// The settings, sorted by the number of scene keys that a setting changes, fewest first.
     pub settings: Vec<Traded>,

@@ -19,8 +19,8 @@ pub struct Run<T: Technique> {
     pub records: Records<T::Record>,
     /// [`Run::settle`] gives up after this wait without a new arrival; by default [`STALL`].
     pub stall: Duration,
-    /// [`View::seconds`] of the next frames; by default [`FRAME_SECONDS`](super::FRAME_SECONDS), so that pictures do not
-    /// depend on the speed of the machine.
+    /// [`View::seconds`] of the next frames; by default [`FRAME_SECONDS`](super::FRAME_SECONDS), so that pictures do
+    /// not depend on the speed of the machine.
     pub frame_seconds: f64,
     target: Target,
     in_flight: PerFrame<Option<Ticket>>,
@@ -61,8 +61,8 @@ impl<T: Technique> Run<T> {
     /// Renders one frame from `pose`.
     ///
     /// # Errors
-    /// Device lost, out of memory. The run must then be dropped: the technique may rely on commands that the device never
-    /// executed.
+    /// Device lost, out of memory. The run must then be dropped: the technique may rely on commands that the device
+    /// never executed.
     pub fn frame(&mut self, pose: &Pose) -> Result<(), T::Error> {
         self.frame_with(pose, &[], &[], |_, _, _, _| Ok(()))
     }
@@ -206,7 +206,8 @@ impl<T: Technique> Run<T> {
         Ok(self.gpu.read_image(&self.target.color)?)
     }
 
-    /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB bytes.
+    /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB
+    /// bytes.
     ///
     /// # Errors
     /// Device lost, out of memory.

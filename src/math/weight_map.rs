@@ -3,8 +3,8 @@
 //! Formula (5) of the thesis computes this position from the Jacobian's entries. The position of formula (5) and the
 //! weight of formula (4) are exact only where the Jacobian is diagonal or a similarity. The corrected position is a
 //! square root of `V^-1` times the texel's offset. `Axes` of paper 3 selects the printed or the corrected position, as
-//! it does for formula (4). Formula (6) is the map's scale. The tables are here because the surfaces of paper 1 use them,
-//! too.
+//! it does for formula (4). Formula (6) is the map's scale. The tables are here because the surfaces of paper 1 use
+//! them, too.
 
 /// The index of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

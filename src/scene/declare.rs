@@ -188,8 +188,8 @@ macro_rules! __settings {
     };
 }
 
-/// Declares an enum whose values have a name in scenes and a one-line description. `refused { "name" = "reason", }` after
-/// it lists known names that are not values; the error for them gives the reason.
+/// Declares an enum whose values have a name in scenes and a one-line description. `refused { "name" = "reason", }`
+/// after it lists known names that are not values; the error for them gives the reason.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! __choices {

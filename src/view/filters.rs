@@ -15,8 +15,8 @@ const FILTERS: [(&str, &str); 6] = [
     ("pbrt's EWA", "{ kind = 'pbrt' }"),
 ];
 
-/// Filters of the scene's virtual texture that differ from its own, with the change that selects each. Unlike the values
-/// of `variant.dedup`, they change the picture.
+/// Filters of the scene's virtual texture that differ from its own, with the change that selects each. Unlike the
+/// values of `variant.dedup`, they change the picture.
 pub fn other_filters(scene: &Scene) -> impl Iterator<Item = (&'static str, String)> {
     let is_virtual = |surface: &&Surface| scene.texture_kind(surface) == Some("virtual");
     let surface = scene.surfaces.values().find(is_virtual);

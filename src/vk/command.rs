@@ -1,4 +1,5 @@
-//! The commands of a pass: bindings and dispatches. Draws are in `render`, copies in `copy`. [`Cmd::sync`] is the barrier inside a pass.
+//! The commands of a pass: bindings and dispatches. Draws are in `render`, copies in `copy`. [`Cmd::sync`] is the
+//! barrier inside a pass.
 
 use super::buffer::Uses;
 use super::descriptors::Descriptors;

@@ -32,8 +32,8 @@ impl PhysicalDevice {
     }
 }
 
-/// The device that `wanted` names: an index, a number in a name (4090), or part of a name. A device may appear under two
-/// drivers; the usable one is preferred. If no device is usable, opening the first reports why.
+/// The device that `wanted` names: an index, a number in a name (4090), or part of a name. A device may appear under
+/// two drivers; the usable one is preferred. If no device is usable, opening the first reports why.
 pub(super) fn choose<'a>(
     devices: &'a [PhysicalDevice],
     wanted: Option<&str>,

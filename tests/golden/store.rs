@@ -96,8 +96,9 @@ pub fn read(text: &str) -> Recorded {
     Recorded { driver: driver.to_owned(), hashes }
 }
 
-/// The record to write after a run that gave `found`. It has the hashes of `found`. It keeps the picture hashes of other
-/// processors from `recorded` for cases of which nothing changed on this processor: neither the picture nor an integer.
+/// The record to write after a run that gave `found`. It has the hashes of `found`. It keeps the picture hashes of
+/// other processors from `recorded` for cases of which nothing changed on this processor: neither the picture nor an
+/// integer.
 pub fn merged(recorded: &Recorded, found: &Recorded, picture: &str) -> Recorded {
     let is_comparable = |what: &str| !what.starts_with("picture@") || what == picture;
     let changed: BTreeSet<&str> = recorded

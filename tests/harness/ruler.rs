@@ -119,9 +119,9 @@ fn a_wrong_border_is_detected() {
     assert!(wrong.wrong > 0 && wrong.wrong < wrong.covered / 4, "{wrong:?}");
 }
 
-/// The outer three of a border's four texels. A sample at the pixel's centre reads at most one texel beyond the payload;
-/// samples along the footprint read more. The camera sees the ground at 53 to 80 degrees from its normal, where 2
-/// to 6 samples are taken, and pixels are larger than texels.
+/// The outer three of a border's four texels. A sample at the pixel's centre reads at most one texel beyond the
+/// payload; samples along the footprint read more. The camera sees the ground at 53 to 80 degrees from its normal,
+/// where 2 to 6 samples are taken, and pixels are larger than texels.
 #[test]
 fn a_wrong_texel_that_only_samples_along_the_footprint_read_is_detected() {
     let spoil = |side: usize, border: usize, bytes: &mut [u8]| {

@@ -114,9 +114,9 @@ fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
     }
 }
 
-/// The maps are smooth: derivatives with an error of 1/256 move a texel by at most 1.5 / 256 of the ellipse's radius, so by
-/// at most one entry of the two-dimensional maps. Coarse maps are compared in tests/virtual_texture, where the device's
-/// derivatives are known.
+/// The maps are smooth: derivatives with an error of 1/256 move a texel by at most 1.5 / 256 of the ellipse's radius,
+/// so by at most one entry of the two-dimensional maps. Coarse maps are compared in tests/virtual_texture, where the
+/// device's derivatives are known.
 #[test]
 fn a_plain_texture_with_a_weight_map_is_the_f64_picture_with_that_map() {
     let folder = tempfile::tempdir().unwrap();
@@ -156,8 +156,8 @@ fn a_weight_map_of_many_entries_shows_the_kernel_on_progressive_meshes() {
         picture(map).iter().zip(&kernel).map(of).collect::<Vec<_>>()
     };
     // Interpolated between entries 1.5 / 256 apart, exp(-2 r^2) has an error of at most h^2 / 8 x 4 = 1.7e-5, below the
-    // first entry's middle of 2 (h / 2)^2 = 1.7e-5. 16 bits add 0.8e-5. The mean weight in the ellipse is 0.43, so a mean
-    // of texels from 0 to 1 is off by at most 2 x 2.5e-5 / 0.43 = 1.2e-4.
+    // first entry's middle of 2 (h / 2)^2 = 1.7e-5. 16 bits add 0.8e-5. The mean weight in the ellipse is 0.43, so a
+    // mean of texels from 0 to 1 is off by at most 2 x 2.5e-5 / 0.43 = 1.2e-4.
     let worst =
         off(", weight_map='radial', map_entries=256, map_linear=true").into_iter().fold(0.0, f32::max);
     assert!(worst < 1.2e-4, "{worst}");

@@ -42,8 +42,8 @@ fn greens(scene: &Scene) -> Vec<f64> {
     picture.rgba.iter().map(|pixel| f64::from(pixel[1])).collect()
 }
 
-/// The NMSE of a green channel, over the pixels whose kernel lies wholly on the surface. There must be more than `least`
-/// of these.
+/// The NMSE of a green channel, over the pixels whose kernel lies wholly on the surface. There must be more than
+/// `least` of these.
 fn nmse(found: &[f64], truth: &Truth, least: usize) -> f64 {
     let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
     assert!(whole().count() > least, "{} whole pixels", whole().count());

@@ -199,9 +199,9 @@ fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
     (square / pairs.iter().map(|[_, right]| right * right).sum::<f64>(), off)
 }
 
-/// Without depth, the filters sum the same texels. With depth, each is nearer to the mean of exact rays than the filters
-/// below it in this order: the projected width, the other filters that trace the footprint's rays, the offset, which
-/// traces no ray, and a plane without relief.
+/// Without depth, the filters sum the same texels. With depth, each is nearer to the mean of exact rays than the
+/// filters below it in this order: the projected width, the other filters that trace the footprint's rays, the offset,
+/// which traces no ray, and a plane without relief.
 #[test]
 fn every_filter_of_a_footprint_is_near_the_mean_of_exact_rays() {
     const FLAT_M: f64 = 1e-6;
@@ -231,8 +231,8 @@ fn every_filter_of_a_footprint_is_near_the_mean_of_exact_rays() {
     for method in ["visible-texels", "whole-footprint", "unperturbed-derivatives", "offset"] {
         let shown = pictures(method);
         let [flat, deep] = errors(&shown);
-        // Seen from 0.7 m, the plane's farthest corner is 4.7 m away, so a ray advances by at most 7 texels per texel of
-        // descent. Without depth these are 4.5e-4 texels or, in steps of 1/32 texel, 0.015 steps. So each of a
+        // Seen from 0.7 m, the plane's farthest corner is 4.7 m away, so a ray advances by at most 7 texels per texel
+        // of descent. Without depth these are 4.5e-4 texels or, in steps of 1/32 texel, 0.015 steps. So each of a
         // footprint's two ends passes a step in at most 1.5 % of the pixels.
         let other = shown[0].iter().zip(&whole[0]).filter(|(a, b)| (*a - *b).abs() > 1e-5).count();
         println!("{method}: flat {flat:.2e}, deep {deep:.2e}, {other} other pixels than the whole footprint");

@@ -83,7 +83,8 @@ fn the_corrected_filter_spreads_by_its_kernels_covariance_up_to_a_ratio_of_64() 
 }
 
 /// Compared with `sigma^2 J J^T`, the reconstruction term widens the minor axis by k / 144 = 0.6 % of the variance at
-/// 12 texels, and by 0.3 % at 16. Counting edge texels as a whole adds 0.25 % at 10 texels, where k already takes 0.8 %.
+/// 12 texels, and by 0.3 % at 16. Counting edge texels as a whole adds 0.25 % at 10 texels, where k already takes 0.8
+/// %.
 #[test]
 fn from_a_minor_axis_of_12_texels_on_the_covariance_is_that_of_the_jacobian_alone() {
     for kernel in kernels() {

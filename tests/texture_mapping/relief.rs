@@ -150,12 +150,12 @@ fn a_refined_distance_is_nowhere_shorter_and_all_rays_together_take_hardly_more_
 /// Donnelly's distances are min(3, n). The ray steps from 9 to 6, 3 and 0, and its fourth step ends below the floor.
 ///
 /// The refined distance of layer 6 is longer than 3, because a ray that reaches this layer between the walls is steep:
-/// behind it, the top of the well is 2 above the layer. Cells of the top begin 5 cells away. The nearest wall cells that
-/// count are beside the middle ones, up to 34 degrees from the wall's normal. At 6 texels in such a direction a point may
-/// still be in a wall cell, 6 cos(34) - 1 < 4; at 7 texels it is not. So the horizon's slope is 2/7, and a wall point at
-/// 3 texels counts only below a drop of 6/7: the distance is sqrt(9 + 36/49) = 3.12. The second step ends at 2.88, 0.12
-/// lower than Donnelly's, but already in layer 2, whose distance is 2 instead of 3. The third step ends at 0.88 instead
-/// of 0, in layer 0, whose distance is 0. Two least steps of 0.5 follow: five steps instead of four.
+/// behind it, the top of the well is 2 above the layer. Cells of the top begin 5 cells away. The nearest wall cells
+/// that count are beside the middle ones, up to 34 degrees from the wall's normal. At 6 texels in such a direction a
+/// point may still be in a wall cell, 6 cos(34) - 1 < 4; at 7 texels it is not. So the horizon's slope is 2/7, and a
+/// wall point at 3 texels counts only below a drop of 6/7: the distance is sqrt(9 + 36/49) = 3.12. The second step ends
+/// at 2.88, 0.12 lower than Donnelly's, but already in layer 2, whose distance is 2 instead of 3. The third step ends
+/// at 0.88 instead of 0, in layer 0, whose distance is 0. Two least steps of 0.5 follow: five steps instead of four.
 #[test]
 fn a_longer_step_into_a_cell_with_a_shorter_distance_costs_a_ray_one_more_step() {
     let inside = |at: usize| (4..=11).contains(&at);

@@ -1,5 +1,6 @@
-//! The ellipse on tiles with the settings that paper 3 has and a scene can choose: the reconstruction term k, the texels
-//! visited, the formula of the determinant, level 0, and axis ratios up to 64. Compared with paper 3's f64 reference.
+//! The ellipse on tiles with the settings that paper 3 has and a scene can choose: the reconstruction term k, the
+//! texels visited, the formula of the determinant, level 0, and axis ratios up to 64. Compared with paper 3's f64
+//! reference.
 
 use crate::TextureSession;
 use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
@@ -176,8 +177,8 @@ fn a_weight_map_gives_the_f64_filter_with_that_map() {
     }
 }
 
-/// A square map holds each entry of a quadrant map of half the side four times. At an edge between two entries, rounding
-/// may take either.
+/// A square map holds each entry of a quadrant map of half the side four times. At an edge between two entries,
+/// rounding may take either.
 #[test]
 fn a_quadrant_map_gives_the_picture_of_the_square_map_with_twice_the_entries() {
     let picture = |weight_map, map_entries| {

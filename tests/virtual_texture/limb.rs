@@ -48,8 +48,8 @@ fn truth(source: &dyn TileSource, view: &ReferenceView, kernel: PixelKernel) -> 
     )
 }
 
-/// Where the limb cuts a pixel's kernel, a bounded footprint is nearer to the truth than the facet's own. Its NMSE is at
-/// most half, except with one round sample, which is far too wide in either case. Its worst pixel is better.
+/// Where the limb cuts a pixel's kernel, a bounded footprint is nearer to the truth than the facet's own. Its NMSE is
+/// at most half, except with one round sample, which is far too wide in either case. Its worst pixel is better.
 #[test]
 fn a_bounded_footprint_is_nearer_to_what_the_pixels_at_the_limb_see() {
     let samples = |max_anisotropy| Filter { max_anisotropy, ..Filter::DEFAULT };

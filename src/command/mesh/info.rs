@@ -25,8 +25,8 @@ pub struct InfoArgs {
     json: bool,
 }
 
-/// In version 1 of this JSON, the key `version` held the version of the .pmesh format. In version 2, one of the sizes had
-/// another name.
+/// In version 1 of this JSON, the key `version` held the version of the .pmesh format. In version 2, one of the sizes
+/// had another name.
 const FORMAT: JsonFormat = JsonFormat::new("ortelius-mesh-info", 3);
 
 /// All printed data, in one shape for both outputs.

@@ -69,8 +69,8 @@ impl Claim {
     }
 
     /// The rows of the place with the best number, and the number of places. As for the best of several variants, every
-    /// second round chooses the place, and the other rounds remain for the judgement. If the same rounds did both, noise
-    /// would favour the chosen place.
+    /// second round chooses the place, and the other rounds remain for the judgement. If the same rounds did both,
+    /// noise would favour the chosen place.
     fn in_best_place(&self, table: &Table) -> Option<(Table, usize)> {
         let [test] = self.tests else { return None };
         let chosen_by = test.items(&every_second_round(table, 0), &self.places).items;

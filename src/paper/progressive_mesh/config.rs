@@ -41,7 +41,8 @@ pub const DEFAULT_ORDER: FaceOrder = FaceOrder::Tail23;
 /// visibly (0.89 %).
 ///
 /// Without geomorphing, new vertices pop, and the limit does not keep the 1 %. It spreads a jump of the wanted error
-/// over the frames of 0.39 seconds, which a wanted error of one pixel needs at most: an approach leaves at most two pixels.
+/// over the frames of 0.39 seconds, which a wanted error of one pixel needs at most: an approach leaves at most two
+/// pixels.
 pub const PIXELS_PER_SECOND: f64 = 2.58;
 
 /// The largest `pixels_per_second`. Errors of up to 16,000 pixels reach the wanted error in one frame of 1/60 second.

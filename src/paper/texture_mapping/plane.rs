@@ -1,11 +1,10 @@
 //! An infinite textured plane in front of a pinhole camera: texture coordinates as a homography of the
 //! pixel position.
 //!
-//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0. x and y
-//! are in pixels from the picture's centre, x to the right and y down. The plane is visible where the denominator is
-//! positive. As in
-//! pictures and in all textures of the project, row 0 of the texture is the upper one: v points down where the plane
-//! faces the camera.
+//! `u = (A x + B y + C) / (G x + H y + I)`, `v = (D x + E y + F) / (G x + H y + I)`, in texels of level 0. x and y are
+//! in pixels from the picture's centre, x to the right and y down. The plane is visible where the denominator is
+//! positive. As in pictures and in all textures of the project, row 0 of the texture is the upper one: v points down
+//! where the plane faces the camera.
 
 /// The orientation of the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -183,8 +183,8 @@ impl FilterKernel {
 }
 
 choices! {
-    /// The index of a table that replaces the evaluation of the Gaussian of the filter `"ellipse"`: step D of paper 3. The
-    /// index is the texel's position, with r = 1 at the ellipse's edge.
+    /// The index of a table that replaces the evaluation of the Gaussian of the filter `"ellipse"`: step D of paper 3.
+    /// The index is the texel's position, with r = 1 at the ellipse's edge.
     pub enum FilterMap {
         /// No table.
         None = "none",
@@ -222,14 +222,15 @@ choices! {
 }
 
 choices! {
-    /// Which method makes the list of visible tiles from the pixels' triples.
+    /// Which method makes the list of visible tiles from the pixels' triples. A pixel's triple is the level, row and
+    /// column of the tile that it needs.
     pub enum Listing {
         /// The paper's: the device makes the list, in stages 2 and 3.
         Device = "device",
         /// Read-back: the host makes the list from a copy of the whole request image, with a hash set.
         HostHash = "host-hash",
-        /// Read-back: as host-hash, but the set is a bitmap with one bit per tile. A pixel with the same tile as the
-        /// pixel before it is skipped.
+        /// Read-back: as host-hash, but the set is a bitmap with one bit for each possible triple. A pixel with the
+        /// same triple as the pixel before it is skipped.
         HostBitmap = "host-bitmap",
         /// Common in engines: in each frame, the host lists the tiles of one pixel in 2^n. The list lags and may lack
         /// tiles.

@@ -1,5 +1,5 @@
-//! Draws egui's triangles into a layer, and the layer over the picture. A new layout is drawn only where it differs from
-//! the last one. Opaque parts of the layer are copied, the others are blended.
+//! Draws egui's triangles into a layer, and the layer over the picture. A new layout is drawn only where it differs
+//! from the last one. Opaque parts of the layer are copied, the others are blended.
 //!
 //! With a layer of 1920 x 1080 pixels, lavapipe on 2 cores takes 4.6 ms. Of these, clearing the layer takes 1.0 ms,
 //! drawing the open panels into it 2.3 ms, and blending it 1.1 ms. Nearly all of this time is work per pixel: without
@@ -104,7 +104,8 @@ impl Painter {
         Ok(())
     }
 
-    /// Uploads new textures, and the triangles that differ from those of the last layout, for a window of `size` pixels.
+    /// Uploads new textures, and the triangles that differ from those of the last layout, for a window of `size`
+    /// pixels.
     ///
     /// # Errors
     /// Out of memory.

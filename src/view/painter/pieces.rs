@@ -164,8 +164,8 @@ fn pixels(
     Rectangle { at: corner(points.min, &at), end: corner(points.max, &end) }
 }
 
-/// The pixels that a shape fills with an opaque colour. egui smooths an edge over half a pixel on both sides, so the centre
-/// of a pixel that lies within the edges has the full colour.
+/// The pixels that a shape fills with an opaque colour. egui smooths an edge over half a pixel on both sides, so the
+/// centre of a pixel that lies within the edges has the full colour.
 fn opaque(shape: &Shape, pixels_per_point: f32) -> Option<Rectangle> {
     let Shape::Rect(shape) = shape else { return None };
     let is_plain = shape.corner_radius == CornerRadius::ZERO

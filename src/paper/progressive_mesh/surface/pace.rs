@@ -46,8 +46,8 @@ impl ErrorPace {
         ErrorPace { coarsest, pixels_per_second: surface.pixels_per_second, ahead }
     }
 
-    /// The error to show next: one step towards `wanted` from `before`, the error shown `seconds` ago in the last frame.
-    /// `None`: the last frame did not draw the instance, so `wanted` is shown at once.
+    /// The error to show next: one step towards `wanted` from `before`, the error shown `seconds` ago in the last
+    /// frame. `None`: the last frame did not draw the instance, so `wanted` is shown at once.
     pub fn next(&self, before: Option<InstanceError>, wanted: InstanceError, seconds: f64) -> f64 {
         let Some(before) = before else { return wanted.error };
         // NaN requests the full mesh.

@@ -107,8 +107,8 @@ settings! {
         /// tile, and its copy of half the size) are blended.
         interpolation: Interpolation = Interpolation::Corrected;
         /// The footprint at the limb of an ellipsoid. If omitted: `"facet"` for paper 1's filters, so that their levels
-        /// and lists are the paper's, and `"bounded"` for paper 3's filters. Other surfaces are not bounded: a plane and
-        /// the inside of a cylinder have no limb, and the curvature of a progressive mesh is not known.
+        /// and lists are the paper's, and `"bounded"` for paper 3's filters. Other surfaces are not bounded: a plane
+        /// and the inside of a cylinder have no limb, and the curvature of a progressive mesh is not known.
         limb: Option<FilterLimb> = None;
     }
     check check_filter;

@@ -49,8 +49,8 @@ impl<'a> SourceTexels<'a> {
         }
     }
 
-    /// The source as a function of level and texel. A texel that cannot be read is black, and [`SourceTexels::picture`] then
-    /// fails.
+    /// The source as a function of level and texel. A texel that cannot be read is black, and [`SourceTexels::picture`]
+    /// then fails.
     pub fn texture(&self) -> MipPyramid<impl Fn(u32, u32, u32) -> [f64; 4] + '_> {
         let pyramid = self.source.pyramid();
         MipPyramid {

@@ -43,30 +43,7 @@ impl Knob {
         let mut all = vec![at];
         match self {
             Knob::LevelBias => all.extend([0, 1, 2].map(|level_bias| Values { level_bias, ..at })),
-            Knob::Filter => {
-                // Only an ellipse has a ratio above the other filters' limit.
-                let most = at.max_anisotropy.min(MOST_SAMPLES);
-                // Bilinear filtering, and stochastic filtering with few taps, are tried only at the pixel's centre, not
-                // along the footprint.
-                let filters =
-                    [(Filtering::Trilinear, at.samples, most), (Filtering::Bilinear, at.samples, 1)];
-                let taps = [(1, 1), (4, 1), (16, most), (64, most)];
-                let turned =
-                    filters.into_iter().chain(taps.map(|(taps, na)| (Filtering::Stochastic, taps, na)));
-                let published = [
-                    (Filtering::Feline, at.samples, 4),
-                    (Filtering::Feline, at.samples, 16),
-                    (Filtering::Mavridis, at.samples, 4),
-                    (Filtering::Pbrt, at.samples, most),
-                    (Filtering::StochasticEllipse, 16, most),
-                ];
-                all.extend(turned.chain(published).map(|(filter, samples, max_anisotropy)| Values {
-                    filter,
-                    samples,
-                    max_anisotropy,
-                    ..at
-                }));
-            }
+            Knob::Filter => all.extend(filters(at)),
             Knob::Anisotropy => all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at })),
             Knob::Ellipse => {
                 let axes = [4, 16].into_iter().flat_map(|ratio| [1, 2, 4].map(|minor| (ratio, minor)));
@@ -81,16 +58,9 @@ impl Knob {
             // A border costs memory and loading time. A border of 0 shows what the border is worth.
             Knob::Border => all.extend(BORDERS.map(|border| Values { border, ..at })),
             Knob::List => {
-                let feedback = FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at });
-                all.extend(feedback);
+                all.extend(FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at }));
             }
-            // The exact fused draw.
-            Knob::Stages => {
-                all.push(Values {
-                    stages: (Dedup::FusedExact, Compaction::FusedAppend, TileAddress::OwnLevel),
-                    ..at
-                });
-            }
+            Knob::Stages => all.push(Values { stages: FUSED, ..at }),
             Knob::Format => all.push(Values { format: TileFormat::Bc1, ..at }),
             // Fewer slots than visible tiles make the picture coarser.
             Knob::GpuTiles => {
@@ -103,6 +73,29 @@ impl Knob {
     }
 }
 
+/// The values `at` with the other filters.
+fn filters(at: Values) -> Vec<Values> {
+    // Only an ellipse has a ratio above the other filters' limit.
+    let most = at.max_anisotropy.min(MOST_SAMPLES);
+    let filters = [
+        (Filtering::Trilinear, at.samples, most),
+        // Bilinear filtering, and stochastic filtering with few taps, are tried only at the pixel's centre, not along
+        // the footprint.
+        (Filtering::Bilinear, at.samples, 1),
+        (Filtering::Stochastic, 1, 1),
+        (Filtering::Stochastic, 4, 1),
+        (Filtering::Stochastic, 16, most),
+        (Filtering::Stochastic, 64, most),
+        (Filtering::Feline, at.samples, 4),
+        (Filtering::Feline, at.samples, 16),
+        (Filtering::Mavridis, at.samples, 4),
+        (Filtering::Pbrt, at.samples, most),
+        (Filtering::StochasticEllipse, 16, most),
+    ];
+    let values = |(filter, samples, max_anisotropy)| Values { filter, samples, max_anisotropy, ..at };
+    filters.map(values).into()
+}
+
 /// Values of NA, the largest number of samples along a footprint.
 pub(super) const RATIOS: [u32; 5] = [1, 2, 4, 8, 16];
 /// With 64 entries per side, a square map has four times the radial map's NMSE, and a quadrant the same NMSE with 64
@@ -112,3 +105,6 @@ const MAPS: [FilterMap; 3] = [FilterMap::None, FilterMap::Radial, FilterMap::Squ
 pub(super) const BORDERS: [u32; 4] = [0, 1, 2, 8];
 /// Values of n: one pixel in 2^n.
 const FEEDBACKS: [u32; 4] = [2, 4, 6, 8];
+/// The exact fused draw.
+const FUSED: (Dedup, Compaction, TileAddress) =
+    (Dedup::FusedExact, Compaction::FusedAppend, TileAddress::OwnLevel);

@@ -63,33 +63,6 @@ impl Values {
         if self == *own {
             return Some(self);
         }
-        let sensible = match self.filter {
-            Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
-            // Trilinear samples along a footprint are better than bilinear ones.
-            Filtering::Bilinear => self.max_anisotropy == 1,
-            // Few taps along a long footprint show only noise. Taps need no border, so other borders are not tried with
-            // them.
-            Filtering::Stochastic => {
-                (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
-            }
-            // A filter of paper 3 that is not the scene's own is not combined with changes of other settings. Some of
-            // these filters ignore max_anisotropy.
-            filter => {
-                let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
-                let distinct = match filter {
-                    Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
-                    Filtering::Mavridis => self.max_anisotropy == 4,
-                    Filtering::Pbrt | Filtering::StochasticEllipse => {
-                        self.max_anisotropy == own.max_anisotropy.min(MOST_SAMPLES)
-                    }
-                    _ => true,
-                };
-                let Values { filter, max_anisotropy, minor_texels, weight_map, samples, .. } = *own;
-                let of_own = Values { filter, max_anisotropy, minor_texels, weight_map, samples, ..self };
-                let alone = of_own == *own;
-                (filter, numbers(own)) == (self.filter, numbers(&self)) || alone && distinct
-            }
-        };
         // A map is tried with the scene's own ellipse. In a scene with another filter, it is tried with the ellipses
         // whose axes have a ratio of up to 16.
         let replaces = match own.filter {
@@ -119,7 +92,39 @@ impl Values {
                 && border.is_multiple_of(4));
         let fewer = self.gpu_tiles == own.gpu_tiles || Values { gpu_tiles: own.gpu_tiles, ..self } == *own;
         let alone = listed && bordered && fewer;
-        (sensible && mapped && sampled && stages && format && alone).then_some(Values { border, ..self })
+        (self.has_sensible_filter(own) && mapped && sampled && stages && format && alone)
+            .then_some(Values { border, ..self })
+    }
+
+    /// False for filters that are not to be measured with the other values.
+    fn has_sensible_filter(&self, own: &Values) -> bool {
+        match self.filter {
+            Filtering::Trilinear => self.border > 0 || self.max_anisotropy == 1,
+            // Trilinear samples along a footprint are better than bilinear ones.
+            Filtering::Bilinear => self.max_anisotropy == 1,
+            // Few taps along a long footprint show only noise. Taps need no border, so other borders are not tried with
+            // them.
+            Filtering::Stochastic => {
+                (self.max_anisotropy == 1 || self.samples == 16) && self.border == own.border
+            }
+            // A filter of paper 3 that is not the scene's own is not combined with changes of other settings. Some of
+            // these filters ignore max_anisotropy.
+            filter => {
+                let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
+                let distinct = match filter {
+                    Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
+                    Filtering::Mavridis => self.max_anisotropy == 4,
+                    Filtering::Pbrt | Filtering::StochasticEllipse => {
+                        self.max_anisotropy == own.max_anisotropy.min(MOST_SAMPLES)
+                    }
+                    _ => true,
+                };
+                let Values { filter, max_anisotropy, minor_texels, weight_map, samples, .. } = *own;
+                let of_own = Values { filter, max_anisotropy, minor_texels, weight_map, samples, ..*self };
+                let alone = of_own == *own;
+                (filter, numbers(own)) == (self.filter, numbers(self)) || alone && distinct
+            }
+        }
     }
 
     /// The setting with these values. `surface` is the key of the surface with the texture.
