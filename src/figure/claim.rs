@@ -266,6 +266,16 @@ impl Test {
         Test { term: Term::Difference(of, less), bound }
     }
 
+    /// The first variant's quantity divided by the second's.
+    pub const fn ratio_of(quantity: &'static str, [of, to]: [&'static str; 2], bound: Bound) -> Test {
+        Test::ratio(one(quantity, of), one(quantity, to), bound)
+    }
+
+    /// The first variant's quantity less the second's.
+    pub const fn difference_of(quantity: &'static str, [of, less]: [&'static str; 2], bound: Bound) -> Test {
+        Test::difference(one(quantity, of), one(quantity, less), bound)
+    }
+
     pub const fn growth(of: Pick, power: f64, bound: Bound) -> Test {
         Test { term: Term::Growth(of, power), bound }
     }

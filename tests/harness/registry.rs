@@ -179,12 +179,12 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "stage 1 against f64 footprints",
-        function: ("src/paper/virtual_texture/figures/stage1.rs", "compare_triples"),
+        function: ("src/paper/virtual_texture/reference/stage1.rs", "compare_triples"),
         rejects: &[(TRUTH, "a_tenth_of_a_pixel_is_not_explained")],
     },
     Comparer {
         judges: "stage 1 of several surfaces against f64 footprints",
-        function: ("src/paper/virtual_texture/figures/stage1.rs", "compare_surfaces"),
+        function: ("src/paper/virtual_texture/reference/stage1.rs", "compare_surfaces"),
         rejects: &[("tests/renderer/main.rs", "a_texel_behind_another_surface_asks_for_no_tile")],
     },
     Comparer {

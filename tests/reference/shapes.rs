@@ -4,7 +4,7 @@ use crate::{on_plane, over_earth, over_plane, ray, view};
 use glam::{DMat4, DVec2, DVec3};
 use ortelius::math::geodesy;
 use ortelius::model::mesh::{self, SourceMesh};
-use ortelius::paper::virtual_texture::figures::stage1::snapping;
+use ortelius::paper::virtual_texture::reference::stage1::snapping;
 use ortelius::reference::{ReferenceView, Sample};
 
 #[test]

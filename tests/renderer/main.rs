@@ -11,7 +11,7 @@ use ortelius::frame::Technique;
 use ortelius::model::mesh::SourceMesh;
 use ortelius::paper::progressive_mesh::{self, LoadedMesh};
 use ortelius::paper::virtual_texture::config::one_sample_scene;
-use ortelius::paper::virtual_texture::figures::stage1::{Stage1Check, compare_surfaces};
+use ortelius::paper::virtual_texture::reference::stage1::{Stage1Check, compare_surfaces};
 use ortelius::paper::virtual_texture::reference::visible_tiles;
 use ortelius::picture::PixelFormat;
 use ortelius::reference::ReferenceView;

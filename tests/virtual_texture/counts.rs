@@ -1,9 +1,7 @@
 //! The counts of stages 2 and 3 in figures, compared with the device: its list, and its pipeline statistics.
 
 use crate::{bordered, open, pose};
-use ortelius::paper::virtual_texture::figures::counts::{
-    ATOMICS, Requests, TESTS, TEXELS, WORDS, WRITTEN, of_list,
-};
+use ortelius::paper::virtual_texture::counts::{ATOMICS, Requests, TESTS, TEXELS, WORDS, WRITTEN, of_list};
 use ortelius::paper::virtual_texture::{Again, Compaction, Config, Dedup, PAPER, TileAddress, all_needs};
 use ortelius::vk::{Feature, Gpu, GpuOptions, Watched, Work};
 use std::collections::BTreeSet;

@@ -3,8 +3,8 @@
 use crate::{bordered, device, landscapes, open, pose, scene};
 use ortelius::math::camera::Pose;
 use ortelius::paper::virtual_texture::config::source_mesh;
-use ortelius::paper::virtual_texture::figures::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels};
+use ortelius::paper::virtual_texture::reference::stage1::{self, compare_triples};
 use ortelius::paper::virtual_texture::reference::{Tolerance, visible_tiles};
 use ortelius::paper::virtual_texture::{Interpolation, VirtualTextureSettings};
 use ortelius::picture::PixelFormat;

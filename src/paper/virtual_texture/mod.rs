@@ -18,6 +18,7 @@
 //! - [`shown`]: each pixel's shown and requested levels;
 //! - [`prefetch`]: the tiles that the camera will see soon (optional, not in the paper);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
+//! - [`counts`]: the work of stages 2 and 3 in texels, atomics and bytes, which are equal on every device;
 //! - [`trade`]: time and error of combinations of settings, for `ortelius trade` and `auto`;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
@@ -48,6 +49,7 @@ pub mod choices;
 pub mod compact;
 mod compare;
 pub mod config;
+pub mod counts;
 pub mod dedup;
 pub mod disk;
 mod dump;

@@ -87,13 +87,13 @@ pub const FILTERS: Figure = Figure {
             "Within 3 pixels of the globe's outline, the NMSE is at most 1.1 times that of one f64 ellipse per pixel \
              with the ellipsoid's exact gradient. So facets and f32 add little to the error of an ellipse where the \
              surface curves away within a pixel.",
-            &[Test::ratio(one(OUTLINE, TWO), one(OUTLINE, EXACT), AtMost(1.1))],
+            &[Test::ratio_of(OUTLINE, [TWO, EXACT], AtMost(1.1))],
         )
         .at(Places::scenes(&["globe/africa"])),
         Claim::ours(
             "limb-of-paper-1",
             "Where the globe's limb cuts a pixel's kernel, the bound at least halves the NMSE of paper 1's filter.",
-            &[Test::ratio(one(CUT, BOUNDED), one(CUT, SIXTEEN), AtMost(0.5))],
+            &[Test::ratio_of(CUT, [BOUNDED, SIXTEEN], AtMost(0.5))],
         )
         .at(Places::scenes(&["globe/africa"])),
         Claim::ours(
@@ -138,14 +138,14 @@ pub const FILTERS: Figure = Figure {
             "Against its own kernel, the Gaussian, the ellipse has a smaller NMSE than one trilinear sample and than \
              anisotropic 16.",
             &[
-                Test::ratio(one(NMSE, TWO), one(NMSE, TRILINEAR), Below(1.0)),
-                Test::ratio(one(NMSE, TWO), one(NMSE, SIXTEEN), Below(1.0)),
+                Test::ratio_of(NMSE, [TWO, TRILINEAR], Below(1.0)),
+                Test::ratio_of(NMSE, [TWO, SIXTEEN], Below(1.0)),
             ],
         ),
         Claim::ours(
             "nearer-to-a-box",
             "Against a box, too, the ellipse has a smaller NMSE than anisotropic 16.",
-            &[Test::ratio(one(BOX, TWO), one(BOX, SIXTEEN), Below(1.0))],
+            &[Test::ratio_of(BOX, [TWO, SIXTEEN], Below(1.0))],
         ),
     ],
     ..Figure::BASE

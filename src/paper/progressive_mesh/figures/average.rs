@@ -144,12 +144,8 @@ pub const AVERAGE: Figure = Figure {
             &[
                 Test::value(one(BATCHES, IN_PLACE_23), AtMost(1.70)),
                 Test::value(one(BATCHES, IN_PLACE_10), AtMost(1.70)),
-                Test::ratio(one(BATCHES, IN_PLACE_23), one(BATCHES, OrderBaseline::Compacted.name()), AtMost(1.0)),
-                Test::ratio(
-                    one(BATCHES, IN_PLACE_23),
-                    one(BATCHES, FaceOrder::SkipLists.name()),
-                    AtMost(1.0),
-                ),
+                Test::ratio_of(BATCHES, [IN_PLACE_23, OrderBaseline::Compacted.name()], AtMost(1.0)),
+                Test::ratio_of(BATCHES, [IN_PLACE_23, FaceOrder::SkipLists.name()], AtMost(1.0)),
             ],
         )
         .at(Places::mean(&CLOSED)),

@@ -74,8 +74,8 @@ const HAUSDORFF: &str = "Hausdorff distance";
 
 /// The bounds of the distances, on the models and on the scans.
 const AS_NEAR: &[Test] = &[
-    Test::ratio(one(MEAN, BEST), one(MEAN, FAST), AtMost(1.02)),
-    Test::ratio(one(HAUSDORFF, BEST), one(HAUSDORFF, FAST), AtMost(0.85)),
+    Test::ratio_of(MEAN, [BEST, FAST], AtMost(1.02)),
+    Test::ratio_of(HAUSDORFF, [BEST, FAST], AtMost(0.85)),
 ];
 
 /// Ratio of successive wanted errors.

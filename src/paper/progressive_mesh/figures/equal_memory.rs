@@ -7,7 +7,7 @@ use super::super::mesh::ProgressiveMesh;
 use super::super::run::Program;
 use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, TAIL_23, number};
 use crate::figure::Row;
-use crate::figure::claim::{Bound::Below, Claim, Places, Test, one};
+use crate::figure::claim::{Bound::Below, Claim, Places, Test};
 use crate::vk::IndexType;
 
 /// Memory that all instances share: an order's commands, the tables for jumps over many levels, the faces drawn at each
@@ -68,8 +68,8 @@ pub const EQUAL_MEMORY: Claim = Claim::ours(
     "With births in place, fewer vertices are transformed than with multi-level skip lists of the same \
      memory (FIFO-16, mean over the models).",
     &[
-        Test::ratio(one(FIFO_16, AT_MEMORY_OF[0].0), one(FIFO_16, AT_MEMORY_OF[0].1), Below(1.0)),
-        Test::ratio(one(FIFO_16, AT_MEMORY_OF[1].0), one(FIFO_16, AT_MEMORY_OF[1].1), Below(1.0)),
+        Test::ratio_of(FIFO_16, [AT_MEMORY_OF[0].0, AT_MEMORY_OF[0].1], Below(1.0)),
+        Test::ratio_of(FIFO_16, [AT_MEMORY_OF[1].0, AT_MEMORY_OF[1].1], Below(1.0)),
     ],
 )
 .at(Places::mean(&CLOSED));

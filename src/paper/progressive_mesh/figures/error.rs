@@ -44,14 +44,14 @@ pub const ERROR: Figure = Figure {
         Claim::ours(
             "mean",
             "On each closed model at 50 to 5 % of the faces, our mean distance is at most 0.95 times meshoptimizer's.",
-            &[Test::ratio(one(MEAN, OURS), one(MEAN, BASELINE), AtMost(0.95))],
+            &[Test::ratio_of(MEAN, [OURS, BASELINE], AtMost(0.95))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(
             "hausdorff",
             "On each closed model at 50 to 5 % of the faces, our Hausdorff distance is at most 1.25 times \
              meshoptimizer's.",
-            &[Test::ratio(one(HAUSDORFF, OURS), one(HAUSDORFF, BASELINE), AtMost(1.25))],
+            &[Test::ratio_of(HAUSDORFF, [OURS, BASELINE], AtMost(1.25))],
         )
         .at(Places::scenes(&CLOSED).x(5.0, 50.0)),
         Claim::ours(

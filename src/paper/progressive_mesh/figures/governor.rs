@@ -91,8 +91,8 @@ pub const GOVERNOR: Figure = Figure {
             "If the view jumps, the governor keeps the budget in more frames than the integral controller does, also \
              if that controller keeps a reserve of a tenth.",
             &[
-                Test::ratio(one(WITHIN, PLANNED), one(WITHIN, INTEGRAL), Above(1.0)),
-                Test::ratio(one(WITHIN, PLANNED), one(WITHIN, RESERVED), Above(1.0)),
+                Test::ratio_of(WITHIN, [PLANNED, INTEGRAL], Above(1.0)),
+                Test::ratio_of(WITHIN, [PLANNED, RESERVED], Above(1.0)),
             ],
         )
         .at(Places::scenes(&[CUTS]))
@@ -102,8 +102,8 @@ pub const GOVERNOR: Figure = Figure {
             "On a walk, where nothing changes quickly, the governor keeps the budget in at least as many frames as the \
              integral controller with a reserve does, with at most 1.1 times its mean error.",
             &[
-                Test::ratio(one(WITHIN, PLANNED), one(WITHIN, RESERVED), AtLeast(1.0)),
-                Test::ratio(one(PRICE, PLANNED), one(PRICE, RESERVED), AtMost(1.1)),
+                Test::ratio_of(WITHIN, [PLANNED, RESERVED], AtLeast(1.0)),
+                Test::ratio_of(PRICE, [PLANNED, RESERVED], AtMost(1.1)),
             ],
         )
         .at(Places::scenes(&[WALK]))

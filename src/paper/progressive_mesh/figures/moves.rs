@@ -52,7 +52,7 @@ pub const MOVES: Figure = Figure {
         Claim::ours(
             "one-ratio",
             "At budgets of 10 to 23, groups of one ratio need fewer transforms than equal groups.",
-            &[Test::ratio(one(COST, RATIO), one(COST, EQUAL), Below(1.0))],
+            &[Test::ratio_of(COST, [RATIO, EQUAL], Below(1.0))],
         )
         .at(Places::mean(&CLOSED).x(10.0, 23.0)),
         Claim::ours(

@@ -73,7 +73,7 @@ pub const POP: Figure = Figure {
         Claim::ours(
             "geomorph-tames",
             "Geomorphing at least halves the largest change of a frame.",
-            &[Test::ratio(one(LARGEST_FRAME, AT_ONCE), one(LARGEST_FRAME, GEOMORPH), AtLeast(2.0))],
+            &[Test::ratio_of(LARGEST_FRAME, [AT_ONCE, GEOMORPH], AtLeast(2.0))],
         ),
         Claim::ours(
             "few-see-it",

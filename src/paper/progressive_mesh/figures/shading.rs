@@ -85,25 +85,25 @@ pub const SHADING: Figure = Figure {
             "equal-faces-inside",
             "At equal numbers of faces, normal-aware collapses leave at most 0.75 times as many pixels inside the \
              outline that differ visibly, at wanted errors of 1 to 8 pixels.",
-            &[Test::ratio(one(INSIDE, AWARE), one(INSIDE, PAPER_AS_MANY), AtMost(0.75))],
+            &[Test::ratio_of(INSIDE, [AWARE, PAPER_AS_MANY], AtMost(0.75))],
         )
         .at(Places::ALL.x(1.0, 8.0)),
         Claim::ours(
             "equal-faces",
             "At equal numbers of faces, normal-aware collapses leave no more pixels that differ visibly, outline \
              included.",
-            &[Test::ratio(one(VISIBLE, AWARE), one(VISIBLE, PAPER_AS_MANY), AtMost(1.0))],
+            &[Test::ratio_of(VISIBLE, [AWARE, PAPER_AS_MANY], AtMost(1.0))],
         ),
         Claim::ours(
             "equal-faces-rms",
             "At equal numbers of faces, normal-aware collapses do not raise the root mean square of the difference.",
-            &[Test::ratio(one(RMS, AWARE), one(RMS, PAPER_AS_MANY), AtMost(1.0))],
+            &[Test::ratio_of(RMS, [AWARE, PAPER_AS_MANY], AtMost(1.0))],
         ),
         Claim::ours(
             "level-normals",
             "Normals of the level suffice: with the paper's collapses and as many faces as the normal-aware ones, they \
              leave no more pixels inside the outline that differ visibly.",
-            &[Test::ratio(one(INSIDE, LEVEL_AS_MANY), one(INSIDE, AWARE), AtMost(1.0))],
+            &[Test::ratio_of(INSIDE, [LEVEL_AS_MANY, AWARE], AtMost(1.0))],
         ),
     ],
 };

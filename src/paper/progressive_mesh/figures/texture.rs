@@ -55,7 +55,7 @@ pub const TEXTURE: Figure = Figure {
         Claim::ours(
             "equal-faces",
             "At equal numbers of faces, counting the shift does not raise it.",
-            &[Test::ratio(one(SHIFT, AWARE), one(SHIFT, BY_DISTANCE), AtMost(1.0))],
+            &[Test::ratio_of(SHIFT, [AWARE, BY_DISTANCE], AtMost(1.0))],
         ),
     ],
 };

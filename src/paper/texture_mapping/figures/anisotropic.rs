@@ -6,7 +6,7 @@ use super::lab::Lab;
 use super::methods::{PAPER_BY_LEVEL, THESIS};
 use super::shown::tilted_boards;
 use crate::figure::claim::Bound::{AtLeast, AtMost};
-use crate::figure::claim::{Claim, Places, Test, each, one};
+use crate::figure::claim::{Claim, Places, Test, each};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::method::Coordinates;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
@@ -44,14 +44,14 @@ pub const ANISOTROPIC: Figure = Figure {
             "claim 5, figure 18",
             "18-percent",
             "Incremental ellipse parameters are 18 % faster than textbook coordinates.",
-            &[Test::ratio(one(TIME, TEXTBOOK), one(TIME, INCREMENTAL), AtLeast(THESIS_GAIN))],
+            &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(THESIS_GAIN))],
         )
         .timed(),
         Claim::paper(
             "claim 5, figure 18",
             "8-percent",
             "Incremental ellipse parameters are 8 % faster than modified coordinates alone.",
-            &[Test::ratio(one(TIME, MODIFIED), one(TIME, INCREMENTAL), AtLeast(1.08))],
+            &[Test::ratio_of(TIME, [MODIFIED, INCREMENTAL], AtLeast(1.08))],
         )
         .timed(),
         Claim::paper(
@@ -59,7 +59,7 @@ pub const ANISOTROPIC: Figure = Figure {
             "40-percent",
             "In some views with small tilts, incremental ellipse parameters are 40 % faster than textbook \
             coordinates (the thesis: \"up to 40 %\").",
-            &[Test::ratio(one(TIME, TEXTBOOK), one(TIME, INCREMENTAL), AtLeast(1.4))],
+            &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(1.4))],
         )
         .at(Places::scenes(&["tilt 0", "tilt 30"]))
         .somewhere()

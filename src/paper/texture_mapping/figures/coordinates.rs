@@ -94,11 +94,7 @@ pub const COORDINATES: Figure = Figure {
         Claim::ours(
             "derivatives",
             "Derivatives with numerators from the row's constants are faster than differences of coordinates.",
-            &[Test::ratio(
-                one(DERIVATIVES, "differences derivatives"),
-                one(DERIVATIVES, "incremental derivatives"),
-                AtLeast(1.0),
-            )],
+            &[Test::ratio_of(DERIVATIVES, ["differences derivatives", "incremental derivatives"], AtLeast(1.0))],
         )
         .timed(),
     ],

@@ -75,11 +75,7 @@ pub const DRIFT: Figure = Figure {
             "derivatives",
             "The error of incremental ellipse parameters is at most 1/100 of that of differences of f32 \
              coordinates.",
-            &[Test::ratio(
-                one(DERIVATIVE, "differences derivatives"),
-                one(DERIVATIVE, "incremental derivatives"),
-                AtLeast(100.0),
-            )],
+            &[Test::ratio_of(DERIVATIVE, ["differences derivatives", "incremental derivatives"], AtLeast(100.0))],
         ),
     ],
     ..Figure::BASE

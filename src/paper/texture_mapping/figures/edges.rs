@@ -41,7 +41,7 @@ pub const EDGES: Figure = Figure {
             "accuracy",
             "Weighting edge texels by their cut-off volume is more accurate than counting them as whole \
              texels.",
-            &[Test::ratio(one(NMSE, EXACT), one(NMSE, NONE), Below(1.0))],
+            &[Test::ratio_of(NMSE, [EXACT, NONE], Below(1.0))],
         ),
         Claim::paper(
             "claim 3, figure 5",
@@ -57,7 +57,7 @@ pub const EDGES: Figure = Figure {
             "area",
             "Under the EWA filter's kernel, the texel's covered area is as good as the exact volume: its NMSE is \
              at most 1.1 times as large.",
-            &[Test::ratio(one(NMSE_EWA, "area ramp"), one(NMSE_EWA, EXACT), AtMost(1.1))],
+            &[Test::ratio_of(NMSE_EWA, ["area ramp", EXACT], AtMost(1.1))],
         ),
     ],
     ..Figure::BASE

@@ -56,7 +56,7 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
             "30-percent",
             "In some views object-space texturing is 30 % faster than the thesis's anisotropic filter (the thesis: \
             \"on average up to 30 %\").",
-            &[Test::ratio(one(TIME, PAPERS_EWA), one(TIME, SPACING_1), AtLeast(THESIS_GAIN))],
+            &[Test::ratio_of(TIME, [PAPERS_EWA, SPACING_1], AtLeast(THESIS_GAIN))],
         )
         .somewhere()
         .timed(),

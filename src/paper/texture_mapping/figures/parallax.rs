@@ -3,7 +3,7 @@
 use super::contender::pass;
 use super::shown::{relief_methods, reliefs};
 use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
-use crate::figure::claim::{Places, Test, one};
+use crate::figure::claim::{Places, Test};
 use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMap};
 use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
@@ -54,13 +54,13 @@ pub const PARALLAX: Figure = Figure {
             "claim 6",
             "accurate",
             "Filtering only the visible texels of the footprint is more accurate than filtering all of them.",
-            &[Test::ratio(one(ERROR, "visible texels"), one(ERROR, "whole footprint"), Below(1.0))],
+            &[Test::ratio_of(ERROR, ["visible texels", "whole footprint"], Below(1.0))],
         ),
         Claim::paper(
             "claim 6, figure 25",
             "5-percent",
             "Finding the visible texels costs at most 5.1 % of the speed.",
-            &[Test::ratio(one(TIME, "whole footprint"), one(TIME, "visible texels"), AtLeast(0.949))],
+            &[Test::ratio_of(TIME, ["whole footprint", "visible texels"], AtLeast(0.949))],
         )
         .timed(),
         Claim::ours(
@@ -68,7 +68,7 @@ pub const PARALLAX: Figure = Figure {
             "Seen at 30 degrees, the method `projected width` has at most 1/5 of the error of the method `visible \
              texels`: on the generated reliefs `bricks` and `rock`, and on those of the scenes `relief-brick` and \
              `relief-rock`.",
-            &[Test::ratio(one(ERROR, "projected width"), one(ERROR, "visible texels"), AtMost(0.2))],
+            &[Test::ratio_of(ERROR, ["projected width", "visible texels"], AtMost(0.2))],
         )
         .at(Places::scenes(&["bricks", "rock", "relief-brick", "relief-rock"]).x(30.0, 30.0)),
     ],

@@ -55,7 +55,7 @@ pub const SHAPE: Figure = Figure {
             "claim 2, figures 1-3",
             "accuracy",
             "Weights that follow the footprint's shape, as printed, are more accurate than no weights.",
-            &[Test::ratio(one(NMSE, ROWS), one(NMSE, NONE), Below(1.0))],
+            &[Test::ratio_of(NMSE, [ROWS, NONE], Below(1.0))],
         ),
         // At tilt 0 the blind and the printed weights equal the exact weights, hence the bound of 1.001.
         Claim::ours(
@@ -63,31 +63,31 @@ pub const SHAPE: Figure = Figure {
             "At every tilt, weights with the exact axes are more accurate than none, and at least as \
              accurate as blind and printed ones.",
             &[
-                Test::ratio(one(NMSE, FORMULA), one(NMSE, NONE), Below(1.0)),
-                Test::ratio(one(NMSE, FORMULA), one(NMSE, BLIND), Below(1.001)),
-                Test::ratio(one(NMSE, FORMULA), one(NMSE, ROWS), Below(1.001)),
-                Test::ratio(one(NMSE, FORMULA), one(NMSE, COLUMNS), Below(1.001)),
+                Test::ratio_of(NMSE, [FORMULA, NONE], Below(1.0)),
+                Test::ratio_of(NMSE, [FORMULA, BLIND], Below(1.001)),
+                Test::ratio_of(NMSE, [FORMULA, ROWS], Below(1.001)),
+                Test::ratio_of(NMSE, [FORMULA, COLUMNS], Below(1.001)),
             ],
         ),
         Claim::paper(
             "claim 2, figure 24",
             "cost",
             "Computing the weights costs at most 5 %.",
-            &[Test::ratio(one(TIME, ROWS), one(TIME, NONE), AtMost(1.05))],
+            &[Test::ratio_of(TIME, [ROWS, NONE], AtMost(1.05))],
         )
         .timed(),
         Claim::paper(
             "claim 4, figure 24",
             "map-speed",
             "At some tilt a weight map is 25 % faster than the formula (the thesis: \"up to 25 %\").",
-            &[Test::ratio(one(TIME, ROWS), one(TIME, ROWS_MAP), AtLeast(1.25))],
+            &[Test::ratio_of(TIME, [ROWS, ROWS_MAP], AtLeast(1.25))],
         )
         .somewhere()
         .timed(),
         Claim::ours(
             "our-map-speed",
             "With the exact axes, a radial map of 64 entries is 25 % faster than the formula at some tilt.",
-            &[Test::ratio(one(TIME, FORMULA), one(TIME, RADIAL), AtLeast(1.25))],
+            &[Test::ratio_of(TIME, [FORMULA, RADIAL], AtLeast(1.25))],
         )
         .somewhere()
         .timed(),

@@ -1,8 +1,8 @@
 //! vt.address: length and cost of the list with level-0 and with own-level tile addresses.
 
+use super::super::counts::{Requests, of_list};
 use super::common::{PAPERS, pixels_of, setting};
 use super::cost::ON_THE_HOST;
-use super::counts::{Requests, of_list};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
@@ -51,13 +51,13 @@ pub const ADDRESS: Figure = Figure {
             "globe-500",
             "Seen from 20 000 km at 1920 x 1080, the list of own-level addresses is at least 500 times shorter than \
              the paper's.",
-            &[Test::ratio(one(LENGTH, "level-0"), one(LENGTH, "own-level"), AtLeast(500.0))],
+            &[Test::ratio_of(LENGTH, ["level-0", "own-level"], AtLeast(500.0))],
         )
         .at(Places::scenes(&["globe/africa"]).x(1080.0, 1080.0)),
         Claim::ours(
             "host-work",
             "Own-level addresses also reduce the host's work on the list.",
-            &[Test::ratio(one(ON_THE_HOST, "level-0"), one(ON_THE_HOST, "own-level"), Above(1.0))],
+            &[Test::ratio_of(ON_THE_HOST, ["level-0", "own-level"], Above(1.0))],
         )
         .timed(),
     ],

@@ -8,7 +8,7 @@ use crate::model::mesh;
 use crate::paper::virtual_texture::config::{open_texture, papers_scene, source_mesh};
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextureSettings, needs};
-use crate::picture::{Picture, PixelFormat};
+use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
 use anyhow::Context;
@@ -22,6 +22,16 @@ pub const PAPERS: &[&str] = &["surface.land.filter={}", PAPERS_BORDER];
 
 /// One sample per pixel, as `one_sample_scene`.
 pub const ONE_SAMPLE: &[&str] = &["surface.land.filter={max_anisotropy=1}"];
+
+/// The changes that give a scene NA = `na`, and its tiles a border of `border` texels.
+pub fn sampled(na: u32, border: u32) -> [String; 2] {
+    [format!("surface.land.filter.max_anisotropy={na}"), format!("surface.land.texture.border={border}")]
+}
+
+/// The changes that give a scene of one sample NA = `na`, with a border that contains the samples: none if `na` is 1.
+pub fn samples(na: u32) -> Vec<String> {
+    if na == 1 { Vec::new() } else { sampled(na, na).into() }
+}
 
 /// The keys of `[variant]` in which `config` differs from the paper's variant, as a setting.
 pub fn setting(name: impl Into<String>, config: &Config) -> Setting {
@@ -119,11 +129,6 @@ impl ViewSession {
         self.session.drain()?;
         Ok(frames)
     }
-}
-
-/// The last frame's picture; the session's target is [`PixelFormat::Linear32`].
-pub fn linear_picture(session: &mut Run<VirtualTexture>) -> anyhow::Result<Picture> {
-    Ok(session.linear_picture()?)
 }
 
 /// Triples of own-level tile addresses as sorted tiles. Repeats are kept.

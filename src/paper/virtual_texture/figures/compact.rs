@@ -1,7 +1,7 @@
 //! vt.compact: stage 3 in all its variants.
 
+use super::super::counts::{of_stage_3, reference_list};
 use super::common::{self, SceneView, setting};
-use super::counts::{of_stage_3, reference_list};
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
 use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};

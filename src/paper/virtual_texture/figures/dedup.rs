@@ -1,7 +1,7 @@
 //! vt.dedup: stage 2 in all its variants.
 
+use super::super::counts::{Requests, of_stage_2};
 use super::common::{PAPERS, setting};
-use super::counts::{Requests, of_stage_2};
 use super::stages::{NOISE, SCENES, Stage1};
 use crate::figure::claim::{
     Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,

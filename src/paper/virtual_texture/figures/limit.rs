@@ -1,8 +1,8 @@
 //! vt.limit: the time of stages 2 and 3 relative to a lower bound, one copy of the request image.
 
+use super::super::counts::{Requests, of_list};
 use super::common::{PAPERS, SceneView, own_level_tiles, pixels_of, setting};
 use super::cost::{LIST, ON_THE_HOST, list_of_rounds, list_row};
-use super::counts::{Requests, of_list};
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
 use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};

@@ -1,10 +1,10 @@
-//! All figures and tables of paper 1. Only this module and [`super::trade`] use both the GPU's steps and the reference.
+//! All figures and tables of paper 1. Only this module, [`super::trade`] and
+//! [`super::counts`] use both the GPU's steps and the reference.
 
 mod address;
 pub mod common;
 mod compact;
 mod cost;
-pub mod counts;
 mod dedup;
 pub mod extremes;
 mod feedback;
@@ -14,7 +14,6 @@ mod limit;
 mod pipeline;
 pub mod side_by_side;
 mod sizes;
-pub mod stage1;
 mod stages;
 mod streaming;
 

@@ -2,9 +2,9 @@
 
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
+use super::super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
 use super::common::{SceneView, setting};
 use super::cost::{self, FRAME, ON_THE_HOST};
-use super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
 use crate::figure::{Bench, Contender, Row, Setting};
 use crate::frame::Run;
 use crate::frame::{DrawList, FrameSlot, Shape, View};

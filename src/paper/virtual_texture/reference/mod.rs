@@ -2,6 +2,7 @@
 //! Plain and slow; shares no code with the shaders.
 
 pub mod picture;
+pub mod stage1;
 
 use crate::math::pyramid::{Pyramid, TileId};
 use std::collections::BTreeSet;

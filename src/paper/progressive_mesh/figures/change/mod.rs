@@ -62,8 +62,8 @@ pub const CHANGE: Figure = Figure {
             "With 23 moved faces per split, a split writes at most 138 bytes (23 faces of 6 bytes) more than without \
              tswaps. With births in place it also writes at most 3 corners of unborn faces, 6 bytes more.",
             &[
-                Test::difference(one(WRITTEN, TAIL_23), one(WRITTEN, CLASSICAL), AtMost(138.0)),
-                Test::difference(one(WRITTEN, IN_PLACE_23), one(WRITTEN, CLASSICAL), AtMost(144.0)),
+                Test::difference_of(WRITTEN, [TAIL_23, CLASSICAL], AtMost(138.0)),
+                Test::difference_of(WRITTEN, [IN_PLACE_23, CLASSICAL], AtMost(144.0)),
             ],
         )
         .at(SINGLE),
@@ -79,8 +79,8 @@ pub const CHANGE: Figure = Figure {
             "On a walk through all levels by single splits, skip lists write less than tail-23 and \
              in-place-23.",
             &[
-                Test::ratio(one(WRITTEN, SKIP_LISTS), one(WRITTEN, TAIL_23), Below(1.0)),
-                Test::ratio(one(WRITTEN, SKIP_LISTS), one(WRITTEN, IN_PLACE_23), Below(1.0)),
+                Test::ratio_of(WRITTEN, [SKIP_LISTS, TAIL_23], Below(1.0)),
+                Test::ratio_of(WRITTEN, [SKIP_LISTS, IN_PLACE_23], Below(1.0)),
             ],
         )
         .at(SINGLE),
@@ -89,8 +89,8 @@ pub const CHANGE: Figure = Figure {
             "For steps of up to 1 % of all splits, tail-23 and in-place-23 write less than a copy of all \
              live faces.",
             &[
-                Test::ratio(one(WRITTEN, TAIL_23), one(WRITTEN, COPY), Below(1.0)),
-                Test::ratio(one(WRITTEN, IN_PLACE_23), one(WRITTEN, COPY), Below(1.0)),
+                Test::ratio_of(WRITTEN, [TAIL_23, COPY], Below(1.0)),
+                Test::ratio_of(WRITTEN, [IN_PLACE_23, COPY], Below(1.0)),
             ],
         )
         .at(Places::ALL.x(0.0, 1.0)),
@@ -99,10 +99,10 @@ pub const CHANGE: Figure = Figure {
             "For steps of any size, tail-23 and in-place-23 write at most 1.1 times a copy of all live faces, in the \
              mean and in the worst change.",
             &[
-                Test::ratio(one(WRITTEN, TAIL_23), one(WRITTEN, COPY), AtMost(1.1)),
-                Test::ratio(one(WRITTEN, IN_PLACE_23), one(WRITTEN, COPY), AtMost(1.1)),
-                Test::ratio(one(WORST, TAIL_23), one(WORST, COPY), AtMost(1.1)),
-                Test::ratio(one(WORST, IN_PLACE_23), one(WORST, COPY), AtMost(1.1)),
+                Test::ratio_of(WRITTEN, [TAIL_23, COPY], AtMost(1.1)),
+                Test::ratio_of(WRITTEN, [IN_PLACE_23, COPY], AtMost(1.1)),
+                Test::ratio_of(WORST, [TAIL_23, COPY], AtMost(1.1)),
+                Test::ratio_of(WORST, [IN_PLACE_23, COPY], AtMost(1.1)),
             ],
         ),
         Claim::ours(

@@ -81,7 +81,7 @@ pub const DRAW: Figure = Figure {
             "device-counts",
             "The cache alone gains a factor of 2 to 3.5: by this factor the device shades fewer vertices \
              with the paper's order than with the classical order.",
-            &[Test::ratio(one(SHADED, CLASSICAL), one(SHADED, PAPER), Within(2.0, 3.5, Better::More))],
+            &[Test::ratio_of(SHADED, [CLASSICAL, PAPER], Within(2.0, 3.5, Better::More))],
         )
         .at(Places::scenes(&["vertices"])),
         Claim::ours(
@@ -89,9 +89,9 @@ pub const DRAW: Figure = Figure {
             "With tail-23, in-place-23 and in-place-10, the device shades at most half as many \
              vertices as with the classical order.",
             &[
-                Test::ratio(one(SHADED, CLASSICAL), one(SHADED, TAIL_23), AtLeast(2.0)),
-                Test::ratio(one(SHADED, CLASSICAL), one(SHADED, IN_PLACE_23), AtLeast(2.0)),
-                Test::ratio(one(SHADED, CLASSICAL), one(SHADED, IN_PLACE_10), AtLeast(2.0)),
+                Test::ratio_of(SHADED, [CLASSICAL, TAIL_23], AtLeast(2.0)),
+                Test::ratio_of(SHADED, [CLASSICAL, IN_PLACE_23], AtLeast(2.0)),
+                Test::ratio_of(SHADED, [CLASSICAL, IN_PLACE_10], AtLeast(2.0)),
             ],
         )
         .at(Places::scenes(&["vertices"])),
@@ -99,7 +99,7 @@ pub const DRAW: Figure = Figure {
             "headline",
             "vertex-bound-draw",
             "If vertices are the bottleneck, the draw is up to 2 times faster.",
-            &[Test::ratio(one(TIME, CLASSICAL), one(TIME, PAPER), AtLeast(2.0))],
+            &[Test::ratio_of(TIME, [CLASSICAL, PAPER], AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
         .given(VERTEX_BOUND)
@@ -107,7 +107,7 @@ pub const DRAW: Figure = Figure {
         Claim::ours(
             "tail-vertex-bound-draw",
             "If vertices are the bottleneck, the draw is at least 2 times faster with tail-23.",
-            &[Test::ratio(one(TIME, CLASSICAL), one(TIME, TAIL_23), AtLeast(2.0))],
+            &[Test::ratio_of(TIME, [CLASSICAL, TAIL_23], AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
         .given(VERTEX_BOUND)
@@ -128,7 +128,7 @@ pub const DRAW: Figure = Figure {
         Claim::ours(
             "pixel-bound-draw",
             "If pixels are the bottleneck, the draw times of tail-23 and the classical order differ by at most 10 %.",
-            &[Test::ratio(one(TIME, CLASSICAL), one(TIME, TAIL_23), Within(0.9, 1.1, Better::Neither))],
+            &[Test::ratio_of(TIME, [CLASSICAL, TAIL_23], Within(0.9, 1.1, Better::Neither))],
         )
         .at(Places::scenes(&["pixels"]))
         .timed(),

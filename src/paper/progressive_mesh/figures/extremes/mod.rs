@@ -51,12 +51,12 @@ pub const EXTREMES: Figure = Figure {
         Claim::ours(
             "target",
             "Every mesh is simplified to its target.",
-            &[Test::ratio(one(FACES, OURS), one(FACES, TARGET), AtMost(1.0))],
+            &[Test::ratio_of(FACES, [OURS, TARGET], AtMost(1.0))],
         ),
         Claim::ours(
             "crowded",
             "Simplification never increases the number of non-manifold edges (edges with more than two faces).",
-            &[Test::difference(one(CROWDED, OURS), one(CROWDED, MESH), AtMost(0.0))],
+            &[Test::difference_of(CROWDED, [OURS, MESH], AtMost(0.0))],
         ),
     ],
     ..Figure::BASE

@@ -1,7 +1,6 @@
 //! Examines one extreme: compares stage 1 with the f64 reference, every variant's list with the integer reference, and
 //! the settled picture with the ruler.
 
-use super::super::stage1::{Stage1Check, compare_triples};
 use super::contenders::{ExtremeVariant, Way, base, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
 use crate::frame::{DrawList, FrameSlot, Shape, View};
@@ -11,6 +10,7 @@ use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
 use crate::paper::virtual_texture::reach::neighbours;
+use crate::paper::virtual_texture::reference::stage1::{Stage1Check, compare_triples};
 use crate::paper::virtual_texture::ruler::Verdicts;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::tile_pool::{TilePool, TilePoolError};

@@ -42,10 +42,9 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             rasteriser. The settled picture shows a texture whose texels are all known; each sample of each pixel that \
             the textured surface covers is checked. All variants run with one sample per pixel (NA = 1). With the \
             paper's NA = 16 and a border of 4 texels, samples also reach into neighbouring tiles; the methods that list \
-            such tiles in code of their own run too. What NA changes is the number of visible tiles: 8 to 68 at the \
-            pole, 3 to 38 at the texture's corners. At a tilt of 89.999 degrees it falls from 18 to 14. A square footprint \
-            has one sample or two, because nA is rounded up: rounding decides, and with it the level. Quick and full runs \
-            are the same, with at most 360 rows of pixels.",
+            such tiles in code of their own run too. NA changes the number of visible tiles. A square footprint has one \
+            sample or two, because nA is rounded up: rounding decides, and with it the level. Quick and full runs are the \
+            same, with at most 360 rows of pixels.",
     scenes: &NAMES,
     variants: || [1, 16].into_iter().flat_map(variants).map(|(name, _)| name).collect(),
     paper: &["geometry p=3 memo, transform-feedback, level-0 tile addresses"],

@@ -1,12 +1,12 @@
 //! vt.na: the cost of NA, the largest number of samples along a footprint, at any tilt.
 
-use super::super::common::{ONE_SAMPLE, SceneView};
+use super::super::common::{ONE_SAMPLE, SceneView, sampled};
 use super::super::cost::{self, FRAME, LIST};
 use super::super::side_by_side::{Combination, SideBySide};
 use super::super::streaming::Route;
 use super::{Shown, Variant};
 use crate::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every, one,
+    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every,
 };
 use crate::figure::{self, Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
 use crate::paper::virtual_texture::config::Filter;
@@ -59,21 +59,21 @@ pub const NA: Figure = Figure {
              footprint that is hardly longer than wide takes two samples of the next finer level. More samples change \
              nothing.",
             &[
-                Test::ratio(one(VISIBLE, "NA 2"), one(VISIBLE, "NA 1"), AtLeast(2.0)),
-                Test::ratio(one(VISIBLE, LARGEST), one(VISIBLE, "NA 2"), Equal(1.0)),
+                Test::ratio_of(VISIBLE, ["NA 2", "NA 1"], AtLeast(2.0)),
+                Test::ratio_of(VISIBLE, [LARGEST, "NA 2"], Equal(1.0)),
             ],
         )
         .at(Places::scenes(&["earth/pan"]).x(0.0, 0.0)),
         Claim::ours(
             "tilted",
             "At a tilt of 80 degrees NA = 16 needs at least twice the tiles of NA = 1.",
-            &[Test::ratio(one(VISIBLE, LARGEST), one(VISIBLE, "NA 1"), AtLeast(2.0))],
+            &[Test::ratio_of(VISIBLE, [LARGEST, "NA 1"], AtLeast(2.0))],
         )
         .at(Places::ALL.x(80.0, 80.0)),
         Claim::ours(
             "border",
             "Facing the surface, a border of 16 texels needs more memory than one of 4 with neighbouring tiles.",
-            &[Test::ratio(one(WORKING_SET, WITHIN), one(WORKING_SET, LARGEST), Above(1.0))],
+            &[Test::ratio_of(WORKING_SET, [WITHIN, LARGEST], Above(1.0))],
         )
         .at(Places::ALL.x(0.0, 0.0)),
     ],
@@ -135,10 +135,6 @@ fn changes(camera: &str, tilt: f64, tile: u32) -> Vec<String> {
         "variant.compact=append".into(),
         "variant.address=own-level".into(),
     ]
-}
-
-fn sampled(na: u32, border: u32) -> [String; 2] {
-    [format!("surface.land.filter.max_anisotropy={na}"), format!("surface.land.texture.border={border}")]
 }
 
 /// The figure's views for the window: both paths with the tilts and the tiles of a quick run.

@@ -1,7 +1,8 @@
 //! vt.cache: sizes of the two caches, and the replacement policy.
 
+use super::super::common::samples;
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
-use super::{Blank, PATHS, RULER, Route, extent, samples};
+use super::{Blank, PATHS, RULER, Route, extent};
 use crate::figure::claim::{
     Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, one,
 };
@@ -48,8 +49,7 @@ pub const CACHE: Figure = Figure {
             also runs each path with N1 = half of the largest visible set. If the visible set exceeds N1, all tiles \
             are coarser than listed by a level bias, which each frame reports. Pixels have one sample (NA = 1); three \
             variants have the paper's NA = 16 with a border of 16 texels. NA changes nothing on the pan and on the dive, \
-            which show level 0, and is not measured there. On the other paths it enlarges the visible set 2.7 to 10 \
-            times and the reads 2.6 to 11 times, and a tile pool that is large enough for NA = 1 forces a level bias.",
+            which show level 0, and is not measured there.",
     scenes: &PATHS,
     variants: || {
         let rules = Replacement::ALL.iter().map(|rule| rule.name());
@@ -67,11 +67,7 @@ pub const CACHE: Figure = Figure {
             "lru-near-the-optimum",
             "At twice the largest visible set, LRU copies at most 10 % more tiles than Belady's optimum (on the orbit: \
              no other path returns to a tile that it has left).",
-            &[Test::ratio(
-                one(FAULTS_AT_DOUBLE, Replacement::LeastRecentlyShown.name()),
-                one(FAULTS_AT_DOUBLE, Replacement::Optimum.name()),
-                AtMost(1.1),
-            )],
+            &[Test::ratio_of(FAULTS_AT_DOUBLE, [Replacement::LeastRecentlyShown.name(), Replacement::Optimum.name()], AtMost(1.1))],
         )
         .at(Places::scenes(&["earth/orbit"])),
         Claim::ours(
@@ -138,7 +134,7 @@ struct Path {
 
 impl Path {
     fn record(bench: &Bench, name: &str, na: u32) -> anyhow::Result<Path> {
-        let route = Route::of_ruler(name, samples(na))?;
+        let route = Route::of_ruler(name, &samples(na))?;
         let (size, step) = extent(bench);
         let records = route.records(bench, size, step, 0)?;
         let lists: Vec<Vec<TileId>> = records.into_iter().map(|record| record.visible).collect();

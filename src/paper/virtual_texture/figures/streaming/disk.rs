@@ -1,22 +1,18 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
-use super::super::common::{ONE_SAMPLE, linear_picture};
+use super::super::common::{ONE_SAMPLE, samples};
 use super::traces::{ROUNDS, Trace, repeated};
-use super::{samples, session};
+use super::{SettledView, session};
 use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
-use crate::paper::virtual_texture::config::{one_sample_scene, open_texture};
 use crate::paper::virtual_texture::disk::{Disk, FaultyDisk};
 use crate::picture::Picture;
 use crate::picture::error::compare;
-use crate::scene::Scene;
 use crate::stats::median;
 use crate::texture::source::TileSource;
-use crate::texture::source::remembered::Remembered;
-use anyhow::Context;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -47,8 +43,7 @@ pub const DISK: Figure = Figure {
             picture recovers by itself; the paper does not treat failed loads. Recovery is the time, and the number of \
             frames, from when the disk works until 95 % of the first frame's error is gone permanently. Each disk is \
             measured 6 times, in turn. Pictures have 640 x 360 (quick) or 1920 x 1080 pixels, with one sample each (NA = \
-            1); one variant has the paper's NA = 16 with a border of 16 texels. NA = 16 reads twice the bytes, and the \
-            slow disk takes 1.7 times the time until the picture is complete (quick).",
+            1). One variant has the paper's NA = 16 with a border of 16 texels: it reads more and larger tiles.",
     scenes: &["earth/oblique"],
     variants: || [HEALTHY, SLOW, DOWN, SLOW_16].map(str::to_owned).to_vec(),
     paper: &[HEALTHY, SLOW, DOWN],
@@ -66,7 +61,7 @@ pub const DISK: Figure = Figure {
             "The loader has its own threads, so frames do not wait for the disk. (A frame that waited would take 50 ms \
              more with the slow disk, and seconds while the disk is down.)",
             &[
-                Test::difference(one(FRAME, SLOW), one(FRAME, HEALTHY), AtMost(50.0)),
+                Test::difference_of(FRAME, [SLOW, HEALTHY], AtMost(50.0)),
                 Test::value(one(LONGEST, DOWN), AtMost(1e3)),
             ],
         )
@@ -74,7 +69,7 @@ pub const DISK: Figure = Figure {
         Claim::ours(
             "the-picture-recovers",
             "After 5 s without a disk, recovery takes at most 3 s longer than with a healthy disk.",
-            &[Test::difference(one(RECOVERY, DOWN), one(RECOVERY, HEALTHY), AtMost(3e3))],
+            &[Test::difference_of(RECOVERY, [DOWN, HEALTHY], AtMost(3e3))],
         )
         .timed(),
     ],
@@ -84,37 +79,15 @@ pub const DISK: Figure = Figure {
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
     let (slow, down) = ("disk.delay_ms=50.0".to_owned(), format!("disk.fails_for_s={DOWN_S:?}"));
-    let of_samples = samples(16).iter().map(|change| (*change).to_owned());
-    let slow_16 = of_samples.chain([slow.clone()]).collect();
+    let slow_16 = [vec![slow.clone()], samples(16)].concat();
     let disks = [(HEALTHY, vec![]), (SLOW, vec![slow]), (DOWN, vec![down]), (SLOW_16, slow_16)];
     disks.map(|(name, changes)| Setting::new(name, changes)).into()
 }
 
-/// A scene with one NA, its texture in memory, and its settled picture.
-struct View {
-    scene: Scene,
-    pose: Pose,
-    whole: Arc<Remembered>,
-    truth: Picture,
-}
-
-impl View {
-    fn of(bench: &Bench, name: &str, na: u32, size: [u32; 2]) -> anyhow::Result<View> {
-        let (scene, camera) = name.split_once('/').context("a scene and a camera")?;
-        let changes: Vec<String> = samples(na).iter().map(|change| (*change).to_owned()).collect();
-        let scene = one_sample_scene(scene)?.with(&changes)?;
-        let pose = scene.camera(camera)?.pose();
-        let whole = Remembered::new(open_texture(&scene)?);
-        let mut settled = session(bench, &scene, whole.clone(), size, |_| ())?;
-        settled.settle(&pose)?;
-        let truth = linear_picture(&mut settled)?;
-        Ok(View { scene, pose, whole, truth })
-    }
-}
-
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = bench.effort_of([640, 360], [1920, 1080]);
-    let [one, sixteen] = [View::of(bench, &cell.scene, 1, size)?, View::of(bench, &cell.scene, 16, size)?];
+    let one = SettledView::of(bench, &cell.scene, 1, size)?;
+    let sixteen = SettledView::of(bench, &cell.scene, 16, size)?;
     let slow = Disk { delay_ms: 50.0, ..Disk::default() };
     let disks = [
         (HEALTHY, &one, Disk::default()),
@@ -124,7 +97,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     ];
     let runs = Bench::in_turn(ROUNDS, disks.len(), |at| {
         let (_, view, disk) = &disks[at];
-        let disk = Arc::new(FaultyDisk::new(view.whole.clone() as Arc<dyn TileSource>, disk.clone()));
+        let disk = Arc::new(FaultyDisk::new(view.source.clone() as Arc<dyn TileSource>, disk.clone()));
         let mut session = session(bench, &view.scene, disk.clone(), size, |_| ())?;
         watch(&mut session, &disk, &view.pose, &view.truth)
     })?;
@@ -171,7 +144,7 @@ fn watch(
             watched.while_down += 1;
             watched.works_ms = now_ms;
         }
-        watched.errors.0.push([now_ms, compare(&linear_picture(session)?, truth)?.nmse()]);
+        watched.errors.0.push([now_ms, compare(&session.linear_picture()?, truth)?.nmse()]);
         let failed = session.records.last().is_some_and(|record| record.streaming.failed_tiles > 0);
         if session.settled() && !failed && !disk.is_down() {
             break;

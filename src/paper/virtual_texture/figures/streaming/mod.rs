@@ -19,8 +19,10 @@ pub use disk::DISK;
 pub use pop::POP;
 pub use prefetch::PREFETCH;
 
+use super::common::samples;
 use crate::figure::Bench;
 use crate::frame::Run;
+use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::model::mesh;
 use crate::paper::virtual_texture::config::{one_sample_scene, open_texture, source_mesh, texture};
@@ -34,6 +36,7 @@ use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
+use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileError, TileSource};
 use anyhow::Context;
 use std::sync::Arc;
@@ -58,18 +61,6 @@ const RULER: &[&str] = &[
     "surface.land.texture.source=ruler",
     "surface.land.texture.tile_size=256",
 ];
-
-/// The largest NA, and a border that holds its samples, so that a pixel needs only its own tile.
-const SIXTEEN: [&str; 2] = ["surface.land.filter.max_anisotropy=16", "surface.land.texture.border=16"];
-
-/// The changes that give a scene of one sample NA = 1 or 16.
-fn samples(na: u32) -> &'static [&'static str] {
-    match na {
-        1 => &[],
-        16 => &SIXTEEN,
-        _ => panic!("NA = {na}"),
-    }
-}
 
 /// A cheap variant with an exact list; the figures do not depend on the variant.
 const LISTS: Config =
@@ -110,6 +101,31 @@ fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) 
     bench.picture(&format!("{name}-errors"), &map)
 }
 
+/// A scene with its texture in memory, and the settled picture of one of its cameras.
+struct SettledView {
+    scene: Scene,
+    source: Arc<Remembered>,
+    pose: Pose,
+    truth: Picture,
+}
+
+impl SettledView {
+    /// The view `name`, such as `earth/oblique`, with NA = `na`.
+    ///
+    /// # Errors
+    /// No shipped scene or camera has this name; the device lacks a feature; tiles do not arrive.
+    fn of(bench: &Bench, name: &str, na: u32, size: [u32; 2]) -> anyhow::Result<SettledView> {
+        let (scene, camera) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/CAMERA"))?;
+        let scene = one_sample_scene(scene)?.with(&samples(na))?;
+        let pose = scene.camera(camera)?.pose();
+        let source = Remembered::new(open_texture(&scene)?);
+        let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
+        settled.settle(&pose)?;
+        let truth = settled.linear_picture()?;
+        Ok(SettledView { scene, source, pose, truth })
+    }
+}
+
 /// A path of a scene.
 pub(super) struct Route {
     pub scene: Scene,
@@ -132,9 +148,9 @@ impl Route {
     ///
     /// # Errors
     /// As [`Route::find`].
-    fn of_ruler(name: &str, changes: &[&str]) -> anyhow::Result<Route> {
-        let changes = RULER.iter().chain(changes);
-        Route::find(name, &changes.map(|change| change.to_string()).collect::<Vec<_>>())
+    fn of_ruler(name: &str, changes: &[String]) -> anyhow::Result<Route> {
+        let ruler = RULER.iter().map(|change| (*change).to_owned());
+        Route::find(name, &ruler.chain(changes.iter().cloned()).collect::<Vec<_>>())
     }
 
     pub fn pyramid(&self) -> anyhow::Result<Pyramid> {

@@ -37,8 +37,7 @@ pub const POP: Figure = Figure {
             is used without magnification, so that the dive crosses levels. Every pixel of every frame counts. Quick \
             runs compare 39 poses (every second of the path's first 80) at 320 x 180 pixels, full runs compare 239 at \
             1280 x 720. The pictures are the frame after the largest jump and the map of that jump. Pixels have one \
-            sample (NA = 1). The paper's NA = 16 hardly changes the jumps (quick, shown at once: 98 instead of 89 \
-            levels on the pan, 2 on the dive with both), so it is not measured again.",
+            sample (NA = 1).",
     scenes: &["earth/pan", "earth/dive"],
     variants: || FADES.map(|(_, name)| name.to_owned()).into(),
     paper: &["at once (the paper)"],

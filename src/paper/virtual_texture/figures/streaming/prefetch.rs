@@ -1,8 +1,9 @@
 //! vt.prefetch: the number of visible tiles that are missing, without and with prefetch.
 
+use super::super::common::samples;
 use super::cache::Nowhere;
-use super::{Blank, RULER, Route, UNMAGNIFIED, extent, samples};
-use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
+use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
+use crate::figure::claim::{Bound::AtMost, Claim, Test};
 use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::TextureFrameRecord;
@@ -41,8 +42,7 @@ pub const PREFETCH: Figure = Figure {
             in each frame whose picture needs it but does not have it. The camera `headline` is used without \
             magnification, so that the dive crosses levels. All frames (quick: every second one) are counted, at 640 x \
             360 (quick) or 1920 x 1080 pixels, with one sample each (NA = 1), or with the paper's NA = 16 where a \
-            variant says so. NA = 16 copies 1 to 4.4 times as many tiles. Prefetch then leaves more misses, and on the \
-            dive it copies 30 % more tiles instead of 4 %.",
+            variant says so.",
     scenes: &["earth/pan", "earth/dive", "earth/orbit"],
     variants: || AHEAD.map(|(.., name)| name.to_owned()).into(),
     show: Show::scenes(VIEW).variants(settings),
@@ -53,16 +53,16 @@ pub const PREFETCH: Figure = Figure {
             "prefetch-halves-misses",
             "8 frames of prefetch at least halve the missing tiles on pan, dive and orbit.",
             &[
-                Test::ratio(one(MISSING, EIGHT), one(MISSING, NONE), AtMost(0.5)),
-                Test::ratio(one(MISSING, EIGHT_16), one(MISSING, NONE_16), AtMost(0.5)),
+                Test::ratio_of(MISSING, [EIGHT, NONE], AtMost(0.5)),
+                Test::ratio_of(MISSING, [EIGHT_16, NONE_16], AtMost(0.5)),
             ],
         ),
         Claim::ours(
             "prefetch-is-cheap",
             "8 frames of prefetch copy at most a quarter more tiles.",
             &[
-                Test::ratio(one(COPIES, EIGHT), one(COPIES, NONE), AtMost(1.25)),
-                Test::ratio(one(COPIES, EIGHT_16), one(COPIES, NONE_16), AtMost(1.25)),
+                Test::ratio_of(COPIES, [EIGHT, NONE], AtMost(1.25)),
+                Test::ratio_of(COPIES, [EIGHT_16, NONE_16], AtMost(1.25)),
             ],
         ),
     ],
@@ -73,10 +73,7 @@ const VIEW: &[&str] = &[RULER[0], RULER[1], RULER[2], UNMAGNIFIED];
 
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
-    let changes = |frames, na| {
-        let samples = samples(na).iter().map(|change| (*change).to_owned());
-        samples.chain([format!("cache.prefetch_frames={frames}")]).collect::<Vec<_>>()
-    };
+    let changes = |frames, na| [samples(na), vec![format!("cache.prefetch_frames={frames}")]].concat();
     AHEAD.map(|(frames, na, name)| Setting::new(name, changes(frames, na))).into()
 }
 
@@ -84,7 +81,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (size, step) = extent(bench);
     let mut rows = Vec::new();
     for na in [1, 16] {
-        let route = Route::of_ruler(&cell.scene, &[&[UNMAGNIFIED], samples(na)].concat())?;
+        let route = Route::of_ruler(&cell.scene, &[vec![UNMAGNIFIED.into()], samples(na)].concat())?;
         let pyramid = route.pyramid()?;
         let variants = AHEAD.iter().filter(|(_, of, _)| *of == na).map(|(frames, _, name)| (*frames, *name));
         let mut none = None;
