@@ -417,6 +417,7 @@ const COMPARERS: &[Comparer] = &[
 /// Functions named like a comparer that compare nothing.
 const NOT_COMPARERS: &[(Place, &str)] = &[
     (("src/figure/claim.rs", "difference"), "states a claim's test; src/figure/judge evaluates it"),
+    (("src/figure/claim.rs", "difference_of"), "states a claim's test; src/figure/judge evaluates it"),
     (("src/paper/virtual_texture/compare.rs", "compare_plain"), "measures times, which no test asserts"),
     (
         ("src/paper/texture_mapping/coordinates/reference.rs", "differences"),
