@@ -1,4 +1,4 @@
-//! pm.governor: frame time and error along a path, without a governor and with each of two rules.
+//! pm.governor: frame time and error along two paths, without a governor and with each of two rules.
 
 use super::scene;
 use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};

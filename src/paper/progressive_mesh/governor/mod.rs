@@ -13,9 +13,10 @@
 //!
 //! - Nine of ten frames must keep the budget, so the plan uses a time per face that one of ten frames exceeds
 //!   (`Estimate`). With the mean instead, every other frame would exceed the budget.
-//! - If the machine becomes slower, the estimate follows within five finished frames. Then it is too high, by at most
-//!   36 % of the change of its logarithm, for about 20 frames. If the machine becomes faster, the estimate needs about
-//!   16 frames for half of the change. So after a change of speed the factor may rise too far and fall again, once.
+//! - If the machine becomes slower, the estimate reaches the new time within five finished frames. It then overshoots
+//!   for about 20 frames, in logarithms by at most 36 % of the change. If the machine becomes faster, the estimate
+//!   falls by half of the change within 16 frames. So after a change of speed the factor may rise too far and fall
+//!   again, once.
 //! - Camera motion causes no delay: a crowd that comes into view reduces the detail of the same frame. A
 //!   controller that uses only times reacts two frames late, and must be slow to avoid ringing (`Integral`,
 //!   the simple rule).

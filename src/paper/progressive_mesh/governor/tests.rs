@@ -78,6 +78,25 @@ fn a_fixed_time_of_half_the_budget_delays_the_plan_and_does_not_make_it_ring() {
 }
 
 #[test]
+fn the_estimate_follows_a_slower_machine_in_five_frames_and_a_faster_one_in_sixteen_by_half() {
+    // The estimate after each of 60 frames with values `step` above those of 100 frames before.
+    let after = |step: f64| {
+        let mut estimate = Estimate::new(0.0);
+        (0..99).for_each(|_| estimate.add(0.0));
+        let mut follow = || {
+            estimate.add(step);
+            estimate.nine_of_ten() / step
+        };
+        (0..60).map(|_| follow()).collect::<Vec<f64>>()
+    };
+    let slower = after(1.0);
+    assert!(slower[3] < 1.0 && slower[4] >= 1.0, "{slower:?}");
+    assert!(slower.iter().all(|part| *part < 1.36) && slower[30] < 1.1, "{slower:?}");
+    let faster = after(-1.0);
+    assert!(faster[14] < 0.5 && faster[15] >= 0.5 && faster.iter().all(|part| *part < 1.0), "{faster:?}");
+}
+
+#[test]
 fn a_crowd_that_comes_into_view_exceeds_the_budget_in_no_frame() {
     let frames = plant(0.7).run(200, |n| if (50..120).contains(&n) { 60_000.0 } else { 20_000.0 });
     assert!(frames[3..].iter().all(|(ms, _)| *ms <= BUDGET_MS));

@@ -1,10 +1,10 @@
 //! Compares stage 1 of a frame with the f64 reference, pixel by pixel. A difference is explained if the pixel is so
 //! close to the border of a tile or level that f32 and fixed-point errors can cause it.
 
+use super::picture::footprint;
+use super::{Tolerance, possible_triples, triple};
 use crate::math::pyramid::Pyramid;
 use crate::model::mesh::SourceMesh;
-use crate::paper::virtual_texture::reference::picture::footprint;
-use crate::paper::virtual_texture::reference::{Tolerance, possible_triples, triple};
 use crate::reference::{ReferenceView, Sample};
 
 /// How stage 1 compares with the reference.
