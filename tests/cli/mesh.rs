@@ -104,6 +104,10 @@ fn an_order_is_chosen_and_reported() {
         let all = moved(&["--groups", many]);
         assert!(all.1 < tail.1, "{many} groups: {all:?}");
     }
+    for cache in ["batches", "meshlets"] {
+        let far_from_16 = moved(&["--order", "in-place-23", "--cache", cache]);
+        assert!((10.0..=23.0).contains(&far_from_16.0) && far_from_16.1 < 2.2, "{cache}: {far_from_16:?}");
+    }
     for wrong in [["--groups", "0"], ["--cache", "3"], ["--moves-budget", "-1"], ["--order", "best"]] {
         let ran = run(&folder, &[&["mesh", "build", "bunny", "-o", "x.pmesh"][..], &wrong].concat());
         assert_eq!(ran.status.code(), Some(2), "{wrong:?}");
@@ -203,7 +207,7 @@ fn damage_is_reported_with_its_chunk() {
 fn invalid_commands_are_reported_in_one_line() {
     let folder = built();
     write(&folder, "text.pmesh", "a text, and no mesh");
-    let cases: [(&[&str], i32, &[&str]); 21] = [
+    let cases: [(&[&str], i32, &[&str]); 22] = [
         (&["info", "none.pmesh"], 1, &["none.pmesh", "cannot read"]),
         (&["info", "."], 1, &["not a regular file"]),
         (&["info", "text.pmesh"], 3, &["text.pmesh: not a .pmesh file"]),
@@ -235,6 +239,11 @@ fn invalid_commands_are_reported_in_one_line() {
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--cache", "16"],
             2,
             &["--cache has no effect with --order classical"],
+        ),
+        (
+            &["build", "bunny", "-o", "x.pmesh", "--order", "tail-23", "--cache", "batches"],
+            2,
+            &["--cache batches: --order tail-23 is optimised for a FIFO only", "in-place-23"],
         ),
         (
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--groups", "9"],

@@ -8,8 +8,10 @@ use anyhow::{Result, bail};
 use clap::Args;
 use clap::builder::TypedValueParser;
 use ortelius::model::Model;
+use ortelius::paper::progressive_mesh::cache::Cache;
 use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
+use ortelius::paper::progressive_mesh::mesh::Births;
 use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, order_or_classical};
 use ortelius::paper::progressive_mesh::simplify::{SimplifyOptions, SimplifyReport, simplify};
 use std::path::{Path, PathBuf};
@@ -55,9 +57,10 @@ pub struct BuildArgs {
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
-    /// Entries of the FIFO vertex cache for which the order is optimised (default: 16)
-    #[arg(long, value_name = "ENTRIES", value_parser = clap::value_parser!(u32).range(4..=1024), allow_negative_numbers = true)]
-    cache: Option<u32>,
+    /// The vertex cache for which the order is optimised. N: a FIFO with N entries. `batches`: at most 32 vertices and 32
+    /// triangles share vertices. `meshlets`: 64 vertices and 126 triangles (default: 16)
+    #[arg(long, value_name = "N|batches|meshlets", value_parser = cache, allow_negative_numbers = true)]
+    cache: Option<Cache>,
 
     /// Write the results of cleaning and building, the time of each step and the peak memory, as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -124,6 +127,14 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
             "{option} has no effect with --order classical, in which no face moves; omit it"
         )));
     }
+    let in_place = OrderOptions::of(args.order).is_some_and(|options| options.births == Births::InPlace);
+    if let Some(cache) = args.cache.filter(|cache| cache.triangles().is_some() && !in_place) {
+        bail!(Usage(format!(
+            "--cache {}: --order {} is optimised for a FIFO only; name its entries, or use in-place-23 or in-place-10",
+            cache.name(),
+            args.order.name()
+        )));
+    }
     let path = &args.output;
     if !ending(path).eq_ignore_ascii_case("pmesh") {
         bail!(Usage(format!("-o {}: the name must end in .pmesh", path.display())));
@@ -160,7 +171,7 @@ fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
         (None, Some(moves)) => options = options.with_moves(moves),
         (None, None) => {}
     }
-    options.cache_entries = args.cache.unwrap_or(options.cache_entries);
+    options.cache = args.cache.unwrap_or(options.cache);
     Some(options)
 }
 
@@ -192,6 +203,16 @@ fn groups(text: &str) -> Result<Groups, String> {
     }
 }
 
+/// Parses a number of FIFO entries, `batches` or `meshlets`.
+fn cache(text: &str) -> Result<Cache, String> {
+    match (text, text.parse()) {
+        ("batches", _) => Ok(Cache::Batches),
+        ("meshlets", _) => Ok(Cache::Meshlets),
+        (_, Ok(entries @ 4..=1024)) => Ok(Cache::Fifo(entries)),
+        _ => Err("expected 4 to 1024 entries of a FIFO, `batches` or `meshlets`".into()),
+    }
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     // With much less, the ratio 1 + P/100 rounds to 1, and no group would end.
     let usable = |number: &f64| number.is_finite() && *number >= 1e-6;
@@ -207,6 +228,17 @@ fn phase<'a>(bar: &'a ProgressLine, name: &str) -> impl FnMut(usize, usize) + us
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cache_is_a_number_of_entries_or_a_kind_of_batch() {
+        assert_eq!(cache("4"), Ok(Cache::Fifo(4)));
+        assert_eq!(cache("1024"), Ok(Cache::Fifo(1024)));
+        assert_eq!(cache("batches"), Ok(Cache::Batches));
+        assert_eq!(cache("meshlets"), Ok(Cache::Meshlets));
+        for wrong in ["", "3", "1025", "-16", "16.0", "Batches", "meshlet"] {
+            assert!(cache(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn groups_are_a_number_or_a_growth() {

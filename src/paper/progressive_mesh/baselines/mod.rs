@@ -7,6 +7,7 @@
 //! selects a baseline with `order`: see `surface/baseline.rs`, and [`compaction`] for the baseline that runs on the
 //! device.
 
+mod clusters;
 pub mod compaction;
 mod lists;
 mod skip;
@@ -17,6 +18,7 @@ use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::vk::IndexType;
 use rayon::prelude::*;
 
+pub use clusters::clustered_costs;
 pub use lists::PreparedBaseline;
 pub use skip::SkipList;
 

@@ -64,6 +64,24 @@ impl Cache {
             Cache::Meshlets => "meshlets".into(),
         }
     }
+
+    /// Vertices that the FIFO or a batch holds.
+    pub const fn entries(self) -> u32 {
+        match self {
+            Cache::Fifo(entries) => entries,
+            Cache::Batches => 32,
+            Cache::Meshlets => 64,
+        }
+    }
+
+    /// Triangles that a batch holds; `None` for a FIFO.
+    pub const fn triangles(self) -> Option<u32> {
+        match self {
+            Cache::Fifo(_) => None,
+            Cache::Batches => Some(32),
+            Cache::Meshlets => Some(126),
+        }
+    }
 }
 
 /// Counts the transforms of many lists, and reuses its memory without clearing it.
@@ -89,10 +107,10 @@ impl Counter {
     /// # Panics
     /// If a face names a vertex beyond the counter's range.
     pub fn count(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
-        match self.cache {
-            Cache::Fifo(entries) => self.fifo(u64::from(entries), faces),
-            Cache::Batches => self.batches([32, 32], faces),
-            Cache::Meshlets => self.batches([64, 126], faces),
+        let entries = u64::from(self.cache.entries());
+        match self.cache.triangles() {
+            None => self.fifo(entries, faces),
+            Some(triangles) => self.batches(entries, u64::from(triangles), faces),
         }
     }
 
@@ -113,15 +131,20 @@ impl Counter {
         Transforms { transforms: self.clock - start, vertices }
     }
 
-    /// A face whose new vertices do not fit starts a new batch; `most` vertices and triangles fit.
-    fn batches(&mut self, most: [u64; 2], faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
+    /// A face that does not fit starts a new batch; a batch holds `most_vertices` and `most_triangles`.
+    fn batches(
+        &mut self,
+        most_vertices: u64,
+        most_triangles: u64,
+        faces: impl IntoIterator<Item = [u32; 3]>,
+    ) -> Transforms {
         let start = self.clock;
         let mut count = Transforms::default();
         // Vertices that entered after `batch` are in the current batch.
         let (mut batch, mut triangles) = (self.clock, 0);
         for face in faces {
             let new = face.iter().filter(|&&vertex| self.entered[vertex as usize] <= batch).count() as u64;
-            if triangles == most[1] || self.clock - batch + new > most[0] {
+            if triangles == most_triangles || self.clock - batch + new > most_vertices {
                 (batch, triangles) = (self.clock, 0);
             }
             triangles += 1;

@@ -107,7 +107,7 @@ impl<'a> GroupLayout<'a> {
         let patch = self.patch(&faces, u32::MAX);
         greedy(
             &patch,
-            self.options.simulated_entries(),
+            self.options.simulated().entries as u32,
             &self.options.weights,
             &[],
             &mut Lines::new(faces.len()),
@@ -119,8 +119,7 @@ impl<'a> GroupLayout<'a> {
         let live = self.near.iter().copied().filter(|&face| self.born[face as usize] <= end);
         let faces: Vec<u32> = live.collect();
         let patch = self.patch(&faces, start + 3 * (end - start) / 4);
-        let entries = self.options.simulated_entries() as usize;
-        let order = rollouts(&patch.faces, patch.vertices, entries);
+        let order = rollouts(&patch.faces, patch.vertices, self.options.simulated());
         order.into_iter().map(|face| faces[face as usize]).collect()
     }
 

@@ -8,7 +8,8 @@
 //! next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from the
 //! first level of the group, and are degenerate until they are born. The mesh format is the same in both cases.
 //!
-//! Costs are transforms per position, measured on the five closed shipped models at 513 levels each. "Mean", "95 %"
+//! Costs are transforms per position, measured on the five closed shipped models at 513 levels each (the last four rows:
+//! pm.average). "Mean", "95 %"
 //! (the cost that 95 % of the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches"
 //! is the mean for batches of 32 vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per
 //! live face, and "moved" is the number of faces that change their slot per split. The 513 levels fall on the same few
@@ -23,8 +24,10 @@
 //! | + optimized for half-way to the next tswap ([`OrderOptions::TAIL_23`]) | 1.49 | 1.65 | 1.26 | 1.81 | | 22.7 |
 //! | the same with fewer groups | 1.74 | 2.07 | 1.26 | 2.01 | | 9.8 |
 //! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.5 |
-//! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.26 | 1.29 | 1.26 | 1.67 | 0.05 | 22.7 |
-//! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.28 | 1.31 | 1.28 | 1.70 | 0.12 | 10.0 |
+//! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.24 | 1.26 | | 1.66 | 0.05 | 22.7 |
+//! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.27 | 1.30 | | 1.69 | 0.12 | 10.0 |
+//! | births in place, optimized for batches ([`OrderOptions::cache`]) | | | | 1.58 | 0.05 | 22.7 |
+//! | the same with fewer groups | | | | 1.62 | 0.12 | 10.0 |
 //!
 //! Why the tail orders are made this way (FIFO of 16 entries; collapses from one pass of the simplifier):
 //! - There are as many groups as the budget allows, and each multiplies the number of faces by the same ratio, because
@@ -56,11 +59,13 @@ mod rollout;
 pub(super) mod scratch;
 mod turns;
 
+use super::cache::Cache;
 use super::mesh::{Births, ProgressiveMesh};
 use super::simplify::Collapses;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use assemble::{Arrangement, assemble};
+use rollout::Simulated;
 
 pub use greedy::Weights;
 pub use groups::Groups;
@@ -68,10 +73,11 @@ pub use groups::Groups;
 /// How [`order`] arranges faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderOptions {
-    /// Entries of the FIFO vertex cache that the order is optimized for, at least 4.
-    pub cache_entries: u32,
-    /// Cache entries that the optimizer leaves unused: an order that fills the cache completely gets worse with the
-    /// first split after it. The paper spares no entry (0).
+    /// The vertex cache that the order is optimized for; a FIFO has at least 4 entries. Only orders with births in place
+    /// are optimized for batches and meshlets.
+    pub cache: Cache,
+    /// Entries of a FIFO or a batch that the optimizer leaves unused: an order that fills the cache completely gets
+    /// worse with the first split after it. The paper spares no entry (0).
     pub spare_entries: u32,
     pub groups: Groups,
     /// Where faces are drawn between two tswaps. With births in place, `regions` and `ahead` have no effect.
@@ -103,7 +109,7 @@ impl OrderOptions {
     /// At most 23 moved faces per split: in a file, 10 bytes of permutations per split, and 5 bytes per split of
     /// everything else except positions (pm.size, bunny).
     pub const TAIL_23: OrderOptions = OrderOptions {
-        cache_entries: 16,
+        cache: Cache::Fifo(16),
         spare_entries: 1,
         groups: Groups::Budget(23.0),
         births: Births::Tail,
@@ -154,16 +160,18 @@ impl OrderOptions {
         OrderOptions { groups: Groups::Budget(moves), regions, ..self }
     }
 
-    /// The cache entries that the optimizer simulates.
-    fn simulated_entries(&self) -> u32 {
-        let entries = self.cache_entries.saturating_sub(self.spare_entries);
-        assert!(
-            entries >= 3,
-            "a cache of {} entries, {} of them spare",
-            self.cache_entries,
-            self.spare_entries
-        );
-        entries
+    /// The cache that the optimizer simulates.
+    fn simulated(&self) -> Simulated {
+        let (entries, triangles) = match self.cache {
+            // An order that fills the meshlets of one level does not fill those of other levels, because each split adds
+            // a vertex to a meshlet. A FIFO of 19 entries needs 1.32 transforms per vertex in meshlets, a FIFO of 15 and
+            // simulated meshlets 1.33 (in-place-23). Batches are full at 32 triangles, at all levels of a group.
+            Cache::Meshlets => (20, None),
+            cache => (cache.entries(), cache.triangles()),
+        };
+        let entries = entries.saturating_sub(self.spare_entries);
+        assert!(entries >= 3, "{:?} with {} spare entries", self.cache, self.spare_entries);
+        Simulated { entries: entries as usize, triangles: triangles.map(|most| most as usize) }
     }
 }
 
@@ -177,8 +185,8 @@ impl Default for OrderOptions {
 /// of live faces so far and the total.
 ///
 /// # Panics
-/// If `collapses` do not belong to `model` (see [`classical`]), or the options are invalid: see [`Groups`]
-/// and [`OrderOptions::regions`].
+/// If `collapses` do not belong to `model` (see [`classical`]), or the options are invalid: see [`Groups`],
+/// [`OrderOptions::cache`] and [`OrderOptions::regions`].
 pub fn order(
     model: &Model,
     collapses: &Collapses,
@@ -186,7 +194,10 @@ pub fn order(
     progress: &mut dyn FnMut(usize, usize),
 ) -> ProgressiveMesh {
     let plan = match options.births {
-        Births::Tail => plan::plan,
+        Births::Tail => {
+            assert_eq!(options.cache.triangles(), None, "the greedy optimizer simulates a FIFO only");
+            plan::plan
+        }
         Births::InPlace => births::plan,
     };
     let arrangement = plan(model, collapses, options, base(model, collapses), progress);
@@ -232,7 +243,7 @@ fn base(model: &Model, collapses: &Collapses) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::model::named;
-    use crate::paper::progressive_mesh::cache::{Cache, level_costs, live_faces, sampled_levels};
+    use crate::paper::progressive_mesh::cache::{level_costs, live_faces, sampled_levels};
     use crate::paper::progressive_mesh::run::Program;
     use crate::paper::progressive_mesh::simplify::{SimplifyOptions, simplify};
     use std::collections::HashSet;

@@ -9,7 +9,7 @@ use super::patch::{Numbering, Patch};
 use super::{OrderOptions, Weights};
 use crate::math::ragged::Ragged;
 use crate::model::Model;
-use crate::paper::progressive_mesh::cache::{Cache, Counter};
+use crate::paper::progressive_mesh::cache::Counter;
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use std::ops::Range;
@@ -178,7 +178,7 @@ impl<'a> RefinementState<'a> {
                     warm.push(vertex);
                 }
             }
-            if warm.len() >= self.options.cache_entries as usize {
+            if warm.len() >= self.options.cache.entries() as usize {
                 break;
             }
         }
@@ -211,10 +211,11 @@ impl<'a> RefinementState<'a> {
     /// A greedy order; for the last level, the best of several greedy orders.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
+        let spared = options.simulated().entries as u32;
         if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
-            return greedy(patch, options.simulated_entries(), &options.weights, stretches, lines);
+            return greedy(patch, spared, &options.weights, stretches, lines);
         }
-        let mut counter = Counter::new(Cache::Fifo(options.cache_entries), patch.vertices);
+        let mut counter = Counter::new(options.cache, patch.vertices);
         let count = patch.faces.len();
         let begins = (LAST_FACES / count.max(1)).clamp(1, 7);
         // One greedy order of the dragon takes a second.
@@ -225,7 +226,7 @@ impl<'a> RefinementState<'a> {
             let turned = patch.turned(begin);
             for &valence in valences {
                 // No split follows, so the whole cache is tried too, without spare entries.
-                for entries in [options.simulated_entries(), options.cache_entries] {
+                for entries in [spared, options.cache.entries()] {
                     let weights = Weights { valence, ..options.weights };
                     let order = greedy(&turned, entries, &weights, stretches, &mut Lines::new(self.at.len()));
                     let drawn = counter.count(order.iter().map(|&face| turned.faces[face as usize]));

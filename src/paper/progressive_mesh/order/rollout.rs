@@ -1,27 +1,31 @@
-//! Rollouts: an optimizer with lookahead. From the current state of the cache, several greedy optimizers draw some
-//! faces each. The first half of the best attempt is kept, and the next rollouts begin where this half ends.
+//! Rollouts: an optimizer with lookahead. From the current state of the cache, a greedy optimizer draws some faces in
+//! several attempts, with other noise in each. The first faces of the best attempt are kept, and the next rollouts begin
+//! where these end.
 //!
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
-//! Rollouts take 16 greedy steps per face and save 0.06 transforms per vertex.
+//! Rollouts take 16 greedy steps per face and save 0.09 transforms per vertex.
+//!
+//! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no face fits that touches it, and
+//! the next batch begins beside it.
 
 use super::patch::MOST_FACES;
 
-/// Faces that an attempt draws, and how many of them are kept.
+/// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
-/// More work hardly pays. With 64 and 32, the full meshes of the five closed models need 1.234 transforms per vertex
-/// (mean, FIFO of 16 entries). 64 and 8 need 1.235 in 3.8 times the time; 96 and 32: 1.235 in 1.6; 128 and 64: 1.241 in
-/// 1.0; 128 and 16: 1.231 in 4.1.
-const DRAWN: usize = 64;
-const KEPT: usize = 32;
+/// Mean over the levels of bunny, sphere and torus in the order `in-place-23` (FIFO of 16 entries): 1.243 transforms per
+/// vertex. With as much work, 8 attempts of 64 faces, 32 of them kept, need 1.26. More work pays slowly: 1.237 with 16
+/// attempts, 40 and 24 (1.7 times the work), 1.232 with 20, 32 and 20 (2 times).
+const ATTEMPTS: u32 = 12;
+const DRAWN: usize = 32;
+const KEPT: usize = 24;
 
 /// Scores are integers in units of 1 / [`TRANSFORM`] transforms, so the order is the same on every machine.
 const TRANSFORM: i32 = 1 << 16;
 
-/// Valence weights of the greedy optimizers, in percent (see [`super::Weights::valence`]). Each weight is tried without
-/// and with noise.
-const VALENCES_PERCENT: [i32; 4] = [60, 45, 80, 100];
-/// The noise is at most a tenth of a transform.
-const NOISE: i32 = TRANSFORM / 10;
+/// The optimizers' valence weight in percent: see [`super::Weights::valence`]. With 70, in-place-23 needs 1.248.
+const VALENCE_PERCENT: i32 = 50;
+/// All attempts but the first add noise to the scores: at most 0.15 transforms. With 0.05, orders need 0.01 more.
+const NOISE: i32 = TRANSFORM * 15 / 100;
 
 /// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex must be
 /// transformed again, but other orders may transform it twice, too, so it costs less than a transform.
@@ -30,17 +34,22 @@ const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 /// Larger valences are reduced to this.
 const MOST_LEFT: usize = 63;
 
-/// The order in which to draw `faces` for a FIFO of `entries`, as indices into `faces`. All vertices are
-/// below `vertices`. Equal corners of a degenerate face count once. If no cached vertex has an undrawn face,
-/// the first undrawn face is drawn.
-pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, entries: usize) -> Vec<u32> {
-    let mut search = Search::new(faces, vertices, entries);
+/// A cache that the optimizer simulates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Simulated {
+    /// Vertices that a FIFO or a batch holds, at least 3.
+    pub entries: usize,
+    /// Triangles that a batch holds; `None` for a FIFO.
+    pub triangles: Option<usize>,
+}
+
+/// The order in which to draw `faces` for a cache, as indices into `faces`. All vertices are below `vertices`. Equal
+/// corners of a degenerate face count once. If no cached vertex has an undrawn face, the first undrawn face is drawn.
+pub(super) fn rollouts(faces: &[[u32; 3]], vertices: usize, cache: Simulated) -> Vec<u32> {
+    let mut search = Search::new(faces, vertices, cache);
     search.run();
     search.drawn
 }
-
-/// A number for each of [`VALENCES_PERCENT`].
-type PerValence = [i32; VALENCES_PERCENT.len()];
 
 #[derive(Clone)]
 struct Face {
@@ -50,12 +59,11 @@ struct Face {
     seen: u32,
 }
 
-/// Everything that a search reads of a vertex, in half of a CPU cache line.
+/// Everything that a search reads of a vertex.
 #[derive(Clone, Default)]
 struct Vertex {
-    /// What the vertex now adds to the score of its faces, for each of [`VALENCES_PERCENT`]. During an attempt, only
-    /// the score for the attempt's own weight is up to date.
-    scores: PerValence,
+    /// What the vertex now adds to the score of its faces.
+    score: i32,
     /// `around[begin .. end]` are the vertex's faces. Some faces that are already drawn and kept are missing.
     begin: u32,
     end: u32,
@@ -70,18 +78,22 @@ struct Search {
     vertices: Vec<Vertex>,
     none: u32,
     around: Vec<u32>,
-    entries: usize,
+    cache: Simulated,
     /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
-    worths: [PerValence; MOST_LEFT + 1],
+    worths: [i32; MOST_LEFT + 1],
     /// For each vertex, true if the vertex is in the cache.
     cached: Vec<bool>,
     searches: u32,
     /// The faces drawn so far, in order.
     drawn: Vec<u32>,
     undrawn: Undrawn,
-    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached.
+    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached. Those from
+    /// `previous` to `oldest` are the last batch before the current one; with a FIFO, none.
     entered: Vec<u32>,
     oldest: usize,
+    previous: usize,
+    /// Triangles in the current batch.
+    triangles: usize,
     transforms: i64,
     /// Uncached vertices with some faces drawn and some not.
     half_finished: i64,
@@ -97,6 +109,8 @@ struct Mark {
     drawn: usize,
     entered: usize,
     oldest: usize,
+    previous: usize,
+    triangles: usize,
     transforms: i64,
     half_finished: i64,
 }
@@ -135,7 +149,7 @@ impl Undrawn {
 }
 
 impl Search {
-    fn new(faces: &[[u32; 3]], vertices: usize, entries: usize) -> Self {
+    fn new(faces: &[[u32; 3]], vertices: usize, cache: Simulated) -> Self {
         let none = vertices as u32;
         let distinct = |&[a, b, c]: &[u32; 3]| {
             [a, if b == a { none } else { b }, if c == a || c == b { none } else { c }]
@@ -159,11 +173,9 @@ impl Search {
             vertex.end += 1;
             vertex.left += 1;
         }
-        let worths = std::array::from_fn(|left| {
-            VALENCES_PERCENT.map(|percent| match left as i32 {
-                0 => 0,
-                left => TRANSFORM * percent / 100 / left,
-            })
+        let worths = std::array::from_fn(|left| match left as i32 {
+            0 => 0,
+            left => TRANSFORM * VALENCE_PERCENT / 100 / left,
         });
         let mut search = Self {
             drawn: Vec::with_capacity(faces.len()),
@@ -172,17 +184,19 @@ impl Search {
             vertices: list,
             none,
             around,
-            entries,
+            cache,
             worths,
             cached: vec![false; vertices],
             searches: 0,
             entered: Vec::new(),
             oldest: 0,
+            previous: 0,
+            triangles: 0,
             transforms: 0,
             half_finished: 0,
             looks: 0,
         };
-        (0..vertices).for_each(|vertex| search.score_all(vertex));
+        (0..vertices).for_each(|vertex| search.score(vertex));
         search
     }
 
@@ -193,34 +207,46 @@ impl Search {
             let end = self.faces.len().min(self.drawn.len() + DRAWN);
             let kept = self.faces.len().min(self.drawn.len() + KEPT);
             let mut best: Option<(i64, Vec<u32>)> = None;
-            for attempt in 0..2 * VALENCES_PERCENT.len() {
-                let noise = (attempt >= VALENCES_PERCENT.len()).then_some(round + attempt as u32);
-                let valence = attempt % VALENCES_PERCENT.len();
+            for attempt in 0..ATTEMPTS {
+                let noise = (attempt > 0).then_some(round + attempt);
                 while self.drawn.len() < end {
-                    let face = self.best(valence, noise);
-                    self.draw(face, |search, vertex| search.score(vertex, valence));
+                    self.step(noise);
                 }
                 let cost = HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished;
                 if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                     best = Some((cost, self.drawn[start.drawn..kept].to_vec()));
                 }
-                self.back(&start, valence);
+                self.back(&start);
             }
-            round += 2 * VALENCES_PERCENT.len() as u32;
+            round += ATTEMPTS;
             for face in best.expect("there are attempts").1 {
-                self.draw(face, Self::score_all);
+                self.draw(face);
                 self.pass(face);
             }
         }
     }
 
+    /// Draws the best face. If the current batch has no room for any face nearby, a new batch begins.
+    fn step(&mut self, noise: Option<u32>) {
+        let face = self.best(noise).or_else(|| {
+            self.end_batch();
+            self.best(noise)
+        });
+        self.draw(face.expect("a face fits into an empty batch"));
+    }
+
     /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the face found first.
-    fn best(&mut self, valence: usize, noise: Option<u32>) -> u32 {
+    /// An empty batch takes the faces around the batch before it. `None` if the current batch has room for none.
+    fn best(&mut self, noise: Option<u32>) -> Option<u32> {
         self.searches += 1;
         let first = self.undrawn.first();
         self.faces[first as usize].seen = self.searches;
-        let mut best = (self.worth(first, valence, noise), first);
-        for at in self.oldest..self.entered.len() {
+        let mut best = self.fits(first).then(|| (self.worth(first, noise), first));
+        let near = match self.triangles {
+            0 if self.cache.triangles.is_some() => self.previous,
+            _ => self.oldest,
+        };
+        for at in near..self.entered.len() {
             let Vertex { begin, end, left, .. } = self.vertices[self.entered[at] as usize];
             if left == 0 {
                 continue;
@@ -233,13 +259,21 @@ impl Search {
                     continue;
                 }
                 *seen = self.searches;
-                let worth = self.worth(face, valence, noise);
-                if worth > best.0 {
-                    best = (worth, face);
+                let worth = self.worth(face, noise);
+                if best.is_none_or(|(most, _)| worth > most) && self.fits(face) {
+                    best = Some((worth, face));
                 }
             }
         }
-        best.1
+        best.map(|(_, face)| face)
+    }
+
+    /// True if the current batch has room for the face; a FIFO always has.
+    fn fits(&self, face: u32) -> bool {
+        self.cache.triangles.is_none_or(|most| {
+            let new = self.corners(face).filter(|&vertex| !self.cached[vertex]).count();
+            self.triangles < most && self.entered.len() - self.oldest + new <= self.cache.entries
+        })
     }
 
     /// The corners of a face, without the dummy vertex.
@@ -259,27 +293,25 @@ impl Search {
         }
     }
 
-    fn worth(&self, face: u32, valence: usize, noise: Option<u32>) -> i32 {
-        let scores =
-            self.faces[face as usize].corners.map(|vertex| self.vertices[vertex as usize].scores[valence]);
+    fn worth(&self, face: u32, noise: Option<u32>) -> i32 {
+        let corners = self.faces[face as usize].corners;
         let noise = noise.map_or(0, |seed| (scattered(face, seed) as i32 * NOISE) >> 15);
-        scores.into_iter().sum::<i32>() + noise
+        corners.map(|vertex| self.vertices[vertex as usize].score).into_iter().sum::<i32>() + noise
     }
 
-    /// Updates what a vertex adds to the score of its faces, for one valence.
-    fn score(&mut self, vertex: usize, valence: usize) {
+    /// Updates what a vertex adds to the score of its faces.
+    fn score(&mut self, vertex: usize) {
         let missed = if self.cached[vertex] { 0 } else { TRANSFORM };
-        let Vertex { scores, left, .. } = &mut self.vertices[vertex];
-        scores[valence] = self.worths[(*left as usize).min(MOST_LEFT)][valence] - missed;
+        let Vertex { score, left, .. } = &mut self.vertices[vertex];
+        *score = self.worths[(*left as usize).min(MOST_LEFT)] - missed;
     }
 
-    /// As [`Search::score`], for all valences.
-    fn score_all(&mut self, vertex: usize) {
-        (0..VALENCES_PERCENT.len()).for_each(|valence| self.score(vertex, valence));
-    }
-
-    /// Draws a face. Calls `score` for each vertex whose score changes.
-    fn draw(&mut self, face: u32, score: impl Fn(&mut Self, usize)) {
+    /// Draws a face, in a new batch if the current one has no room for it.
+    fn draw(&mut self, face: u32) {
+        if !self.fits(face) {
+            self.end_batch();
+        }
+        self.triangles += 1;
         self.faces[face as usize].seen = IS_DRAWN;
         self.undrawn.take(face);
         self.drawn.push(face);
@@ -289,17 +321,29 @@ impl Search {
                 let Vertex { left, valence, .. } = self.vertices[vertex];
                 self.half_finished -= i64::from(left + 1 < valence);
                 self.transforms += 1;
-                if self.entered.len() - self.oldest == self.entries {
-                    let leaves = self.entered[self.oldest] as usize;
-                    self.oldest += 1;
-                    self.cached[leaves] = false;
-                    self.half_finished += i64::from(self.vertices[leaves].left > 0);
-                    score(self, leaves);
+                if self.entered.len() - self.oldest == self.cache.entries {
+                    self.evict();
                 }
                 self.entered.push(vertex as u32);
                 self.cached[vertex] = true;
             }
-            score(self, vertex);
+            self.score(vertex);
+        }
+    }
+
+    /// Takes the oldest vertex out of the cache.
+    fn evict(&mut self) {
+        let leaves = self.entered[self.oldest] as usize;
+        self.oldest += 1;
+        self.cached[leaves] = false;
+        self.half_finished += i64::from(self.vertices[leaves].left > 0);
+        self.score(leaves);
+    }
+
+    fn end_batch(&mut self) {
+        (self.previous, self.triangles) = (self.oldest, 0);
+        while self.oldest < self.entered.len() {
+            self.evict();
         }
     }
 
@@ -308,13 +352,15 @@ impl Search {
             drawn: self.drawn.len(),
             entered: self.entered.len(),
             oldest: self.oldest,
+            previous: self.previous,
+            triangles: self.triangles,
             transforms: self.transforms,
             half_finished: self.half_finished,
         }
     }
 
-    /// Takes back all draws since `mark`. These draws must have kept only the scores of `valence` up to date.
-    fn back(&mut self, mark: &Mark, valence: usize) {
+    /// Takes back all draws since `mark`.
+    fn back(&mut self, mark: &Mark) {
         let drawn = self.drawn.split_off(mark.drawn);
         for &face in drawn.iter().rev() {
             self.undrawn.put_back(face);
@@ -326,12 +372,12 @@ impl Search {
         for at in mark.oldest..mark.entered {
             let vertex = self.entered[at] as usize;
             self.cached[vertex] = true;
-            self.score(vertex, valence);
+            self.score(vertex);
         }
-        self.oldest = mark.oldest;
+        (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
         for face in drawn {
-            self.corners(face).for_each(|vertex| self.score(vertex, valence));
+            self.corners(face).for_each(|vertex| self.score(vertex));
         }
     }
 }
@@ -349,8 +395,10 @@ mod tests {
     use crate::paper::progressive_mesh::cache::{Cache, transforms};
     use crate::paper::progressive_mesh::order::scratch::{fan, torus};
 
+    const FIFO_15: Simulated = Simulated { entries: 15, triangles: None };
+
     fn drawn(faces: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
-        let order = rollouts(faces, vertices, 15);
+        let order = rollouts(faces, vertices, FIFO_15);
         let mut each = order.clone();
         each.sort_unstable();
         assert_eq!(each, (0..faces.len() as u32).collect::<Vec<_>>(), "each face is drawn once");
@@ -362,6 +410,25 @@ mod tests {
         // The greedy optimizer with a valence term needs 1.30.
         let found = transforms(Cache::Fifo(16), &drawn(&torus(40).faces, 1600)).per_vertex();
         assert!(found < 1.27, "{found}");
+    }
+
+    #[test]
+    fn orders_for_batches_need_fewer_transforms_in_batches_and_more_in_a_fifo() {
+        let faces = torus(40).faces;
+        let order_for = |cache: Cache| {
+            let triangles = cache.triangles().map(|most| most as usize);
+            let simulated = Simulated { entries: cache.entries() as usize, triangles };
+            let order = rollouts(&faces, 1600, simulated);
+            order.into_iter().map(|face| faces[face as usize]).collect::<Vec<_>>()
+        };
+        let fifo = order_for(Cache::Fifo(16));
+        for (cache, most) in [(Cache::Batches, 1.65), (Cache::Meshlets, 1.37)] {
+            let order = order_for(cache);
+            let [batches, before] = [&order, &fifo].map(|order| transforms(cache, order).per_vertex());
+            assert!(batches < most && batches < before, "{cache:?}: {batches} instead of {before}");
+            let [worse, best] = [&order, &fifo].map(|order| transforms(Cache::Fifo(16), order).per_vertex());
+            assert!(best < worse, "{cache:?}: {worse} in a FIFO instead of {best}");
+        }
     }
 
     #[test]
@@ -377,7 +444,7 @@ mod tests {
     #[test]
     fn a_fan_takes_work_in_proportion_to_its_faces() {
         let looks = [4_000, 40_000].map(|n| {
-            let mut search = Search::new(&fan(n), n as usize + 1, 15);
+            let mut search = Search::new(&fan(n), n as usize + 1, FIFO_15);
             search.run();
             search.looks
         });
@@ -387,18 +454,22 @@ mod tests {
 
     #[test]
     fn an_attempt_leaves_no_trace() {
-        let mut search = Search::new(&torus(12).faces, 144, 15);
+        for cache in [FIFO_15, Simulated { entries: 24, triangles: Some(32) }] {
+            leaves_no_trace(Search::new(&torus(12).faces, 144, cache));
+        }
+    }
+
+    fn leaves_no_trace(mut search: Search) {
         let go = |search: &mut Search| {
             (0..100).for_each(|_| {
-                let face = search.best(0, None);
-                search.draw(face, |search, vertex| search.score(vertex, 0));
+                search.step(None);
             });
             (search.drawn.clone(), search.transforms, search.half_finished)
         };
         go(&mut search);
         let start = search.mark();
         let first = go(&mut search);
-        search.back(&start, 0);
+        search.back(&start);
         assert_eq!(go(&mut search), first);
     }
 }
