@@ -113,6 +113,17 @@ impl Bench {
         Ok(gpu)
     }
 
+    /// Opens the run's device with those features of `needs` that it offers.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`].
+    pub fn gpu_with_offered(&self, needs: &[Need]) -> vk::Result<Gpu> {
+        let offered = self.gpu(&[])?.physical().features.clone();
+        let granted: Vec<Need> =
+            needs.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
+        self.gpu(&granted)
+    }
+
     /// Validation messages of this cell's devices so far; empty without validation.
     pub fn messages(&self) -> Vec<Message> {
         self.opened.borrow().iter().flat_map(Gpu::messages).collect()

@@ -58,12 +58,12 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "a filter's picture against the f64 reference",
-        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare"),
+        function: ("src/paper/texture_mapping/agreement.rs", "compare"),
         rejects: &[("tests/texture_mapping/methods.rs", "a_changed_setting_is_not_explained_by_rounding")],
     },
     Comparer {
         judges: "a picture of object-space texturing against the f64 reference",
-        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare_fragments"),
+        function: ("src/paper/texture_mapping/agreement.rs", "compare_fragments"),
         rejects: &[(
             "tests/texture_mapping/object_space.rs",
             "another_spacing_or_a_moved_polygon_is_not_explained_by_rounding",

@@ -2,8 +2,8 @@
 
 use super::{SIZE, device, dumped, methods};
 use ortelius::math::weight_map::{MapShape, WeightMap};
+use ortelius::paper::texture_mapping::agreement::compare;
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
-use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::Dumped;

@@ -30,6 +30,7 @@
 //! - (9) prints the denominator of d/dx in all four derivatives, and uses increments that the thesis does not define.
 //! - V1's operator is illegible. We take V1 as the volume on the inner side of the cut.
 
+pub mod agreement;
 pub mod baselines;
 pub mod config;
 pub mod coordinates;

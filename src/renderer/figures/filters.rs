@@ -2,8 +2,7 @@
 
 use super::kernel_truth::{CoordinateMap, TexturedView};
 use super::silhouettes::shows_one_piece;
-use crate::figure::claim::{Bound::Above, Bound::AtMost, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Timed};
+use crate::figure::prelude::*;
 use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
 use crate::paper::progressive_mesh;
@@ -23,7 +22,6 @@ use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
 use crate::texture::source::TileSource;
 use crate::vk::Gpu;
-use anyhow::Context;
 use glam::DVec4;
 use std::sync::Arc;
 use tempfile::TempDir;

@@ -14,10 +14,7 @@ use super::orders::{
     WITH_SCANS, moved_per_split, number, ordered, orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
-use crate::figure::claim::{
-    Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places, Test, best, one,
-};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use rayon::prelude::*;

@@ -7,9 +7,7 @@ use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::{number, ordered};
 use super::surfaces::{Size, distances};
 use super::{models, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
-use anyhow::Context;
+use crate::figure::prelude::*;
 
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",

@@ -8,8 +8,7 @@ use super::orders::{
     orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
-use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 
 pub const ORDER: Figure = Figure {
     id: "pm.order",

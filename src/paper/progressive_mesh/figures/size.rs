@@ -4,8 +4,7 @@ use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
 use super::orders::{CLASSICAL, CLOSED, IN_PLACE_23, ORDERS, TAIL_23, WITH_SCANS, ordered, simplified};
 use super::{face_orders, models, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 
 pub const SIZE: Figure = Figure {
     id: "pm.size",

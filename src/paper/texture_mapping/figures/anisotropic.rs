@@ -5,14 +5,11 @@ use super::coordinates::size_of;
 use super::lab::Lab;
 use super::methods::{PAPER_BY_LEVEL, THESIS};
 use super::shown::tilted_boards;
-use crate::figure::claim::Bound::{AtLeast, AtMost};
-use crate::figure::claim::{Claim, Places, Test, each};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::Coordinates;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::error::compare;
 use crate::reference::pattern::Pattern;
-use anyhow::Context;
 
 pub const ANISOTROPIC: Figure = Figure {
     id: "tm.18",
@@ -40,21 +37,19 @@ pub const ANISOTROPIC: Figure = Figure {
     measure,
     plots: &[Plot::sweep(TIME).floor("empty pass"), Plot::sweep(GAIN).floor(THESIS), Plot::sweep(TEXELS)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "claim 5, figure 18",
             "18-percent",
             "Incremental ellipse parameters are 18 % faster than textbook coordinates.",
             &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 5, figure 18",
             "8-percent",
             "Incremental ellipse parameters are 8 % faster than modified coordinates alone.",
             &[Test::ratio_of(TIME, [MODIFIED, INCREMENTAL], AtLeast(1.08))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 5, figure 18",
             "40-percent",
             "In some views with small tilts, incremental ellipse parameters are 40 % faster than textbook \
@@ -62,8 +57,7 @@ pub const ANISOTROPIC: Figure = Figure {
             &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(1.4))],
         )
         .at(Places::scenes(&["tilt 0", "tilt 30"]))
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::ours(
             "same-picture",
             "All forms give the same picture: an NMSE of at most 1e-3 against the analytic derivatives.",

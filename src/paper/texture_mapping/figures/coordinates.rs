@@ -3,14 +3,11 @@
 use super::contender::{gains, pass};
 use super::methods::THESIS;
 use super::shown::tilted_boards;
-use crate::figure::claim::Bound::AtLeast;
-use crate::figure::claim::{Pick, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, RowWalk};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
-use anyhow::Context;
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -50,30 +47,27 @@ pub const COORDINATES: Figure = Figure {
     measure,
     plots: &[plot(TIME), Plot::sweep(GAIN).log_y().floor(THESIS), plot(DERIVATIVES)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "claim 5, figure 17",
             "26-percent",
             "In a fragment shader, modified Heckbert coordinates (the row's constants) are 26 % faster than textbook \
              coordinates, in all tests.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "E, formula (7)",
             "sequential",
             "One thread per row, which adds from pixel to pixel by formula (7), is faster than a fragment shader with \
              textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "26-percent-noperspective",
             "In a fragment shader that takes numerators and denominator from the rasteriser (`noperspective`), \
              coordinates are 26 % faster than textbook coordinates, in all tests.",
             &[Test::ratio(TEXTBOOK, one(TIME, "noperspective"), AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "not-slower",
             "The row's constants, which are more accurate, are at most 3 % slower than textbook coordinates, if a \
              thread reads them once for 64 pixels: compared with textbook coordinates in a fragment shader, and in the \
@@ -82,21 +76,22 @@ pub const COORDINATES: Figure = Figure {
                 Test::ratio(TEXTBOOK, ROW_CONSTANTS, AtLeast(0.97)),
                 Test::ratio(one(TIME, "textbook, runs of 64"), ROW_CONSTANTS, AtLeast(0.97)),
             ],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "not-slower-in-fragments",
             "In a fragment shader, which reads the row's constants for each pixel, they are at most 3 % slower than \
              textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(0.97))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "derivatives",
             "Derivatives with numerators from the row's constants are faster than differences of coordinates.",
-            &[Test::ratio_of(DERIVATIVES, ["differences derivatives", "incremental derivatives"], AtLeast(1.0))],
-        )
-        .timed(),
+            &[Test::ratio_of(
+                DERIVATIVES,
+                ["differences derivatives", "incremental derivatives"],
+                AtLeast(1.0),
+            )],
+        ),
     ],
     ..Figure::BASE
 };

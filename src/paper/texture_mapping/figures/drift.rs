@@ -2,15 +2,12 @@
 
 use super::coordinates::noise;
 use super::shown::NONE;
-use crate::figure::claim::Bound::{AtLeast, AtMost};
-use crate::figure::claim::{Pick, Places, Test, one};
-use crate::figure::{Bench, Cell, Claim, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::stats::percentile;
 use crate::vk::{Error, Gpu, Image, Sampler};
-use anyhow::Context;
 
 pub const DRIFT: Figure = Figure {
     id: "tm.drift",

@@ -4,8 +4,7 @@
 use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, errors};
 use super::shape::pattern_of;
 use super::shown::patterns;
-use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::reference::ellipse::kept;

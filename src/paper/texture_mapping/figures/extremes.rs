@@ -1,13 +1,12 @@
 //! tm.extremes: planes on which filters fail.
 
-use super::agreement::{Agreement, compare_fragments};
 use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors, own_errors};
 use super::methods::other_weights;
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128};
 use super::shown::ellipse_and_trilinear;
-use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::weight_map::WeightMap;
+use crate::paper::texture_mapping::agreement::{Agreement, compare_fragments};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::footprint::{Axes, Determinant};
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};

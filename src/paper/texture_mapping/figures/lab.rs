@@ -1,7 +1,7 @@
 //! Shared by the filter figures: a pattern in video memory, its truth, and a method's picture and time.
 
-use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Errors, Row, Timed};
+use crate::paper::texture_mapping::agreement::{Agreement, compare};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};

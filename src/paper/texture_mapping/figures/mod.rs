@@ -1,6 +1,5 @@
 //! Every figure of paper 3: the only module that uses both the GPU's steps and the reference.
 
-pub mod agreement;
 mod anisotropic;
 mod contender;
 mod coordinates;

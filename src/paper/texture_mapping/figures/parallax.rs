@@ -2,16 +2,13 @@
 
 use super::contender::pass;
 use super::shown::{relief_methods, reliefs};
-use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
-use crate::figure::claim::{Places, Test};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMap};
 use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
 use crate::paper::texture_mapping::relief::pass::FilteredRelief;
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
 use crate::scene::{Geometry, Scene};
-use anyhow::Context;
 
 pub const PARALLAX: Figure = Figure {
     id: "tm.25",
@@ -56,13 +53,12 @@ pub const PARALLAX: Figure = Figure {
             "Filtering only the visible texels of the footprint is more accurate than filtering all of them.",
             &[Test::ratio_of(ERROR, ["visible texels", "whole footprint"], Below(1.0))],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 6, figure 25",
             "5-percent",
             "Finding the visible texels costs at most 5.1 % of the speed.",
             &[Test::ratio_of(TIME, ["whole footprint", "visible texels"], AtLeast(0.949))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "projected-width",
             "Seen at 30 degrees, the method `projected width` has at most 1/5 of the error of the method `visible \

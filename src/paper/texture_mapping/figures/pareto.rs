@@ -3,8 +3,7 @@
 use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean, own_errors};
 use super::methods::{self, OURS};
 use super::shown::{ellipses_and_trilinear, filtered_surfaces};
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, best, every, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};

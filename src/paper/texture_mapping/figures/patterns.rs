@@ -5,8 +5,7 @@ use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, SIDE, errors, geometric_mean, ow
 use super::methods::{self, OURS};
 use super::pareto::plain;
 use super::shown::{ellipse_and_trilinear, patterns};
-use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Errors, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::relief::shipped::CLIFF;
@@ -14,7 +13,6 @@ use crate::picture::Picture;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, Truth};
-use anyhow::Context;
 
 pub const PATTERNS: Figure = Figure {
     id: "tm.patterns",
@@ -88,12 +86,11 @@ pub const PATTERNS: Figure = Figure {
             &[Test::ratio(one(FLIP, OURS), best(FLIP, others), AtMost(1.0))],
         )
         .at(Places::ALL.x(0.0, 85.0)),
-        Claim::ours(
+        Claim::ours_timed(
             "faster-than-the-paper",
             "Our filter takes less time than the paper's.",
             &[Test::ratio_of(TIME, [OURS, "paper's rows"], Below(1.0))],
         )
-        .timed()
         .at(Places::scenes(&[TIMED])),
         Claim::ours(
             "truth",

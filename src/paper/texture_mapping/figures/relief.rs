@@ -2,16 +2,13 @@
 
 use super::contender::pass;
 use super::shown::{method, traced_reliefs};
-use crate::figure::claim::Bound::{AtLeast, AtMost, Equal};
-use crate::figure::claim::{Pick, Test, every, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use crate::vk::{Cmd, Gpu};
-use anyhow::Context;
 use std::sync::{Arc, Mutex};
 
 const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
@@ -52,14 +49,13 @@ pub const RELIEF: Figure = Figure {
             "The refined map takes fewer steps than Donnelly's (by at least 1 %).",
             &[Test::ratio_of(STEPS, [DONNELLY_AT_CENTRES, REFINED_AT_CENTRES], AtLeast(1.01))],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 7, figure 26",
             "11-percent",
             "In some views the refined map is 11 % faster than Donnelly's (the thesis: \"up to 11 %\").",
             &[Test::ratio_of(TIME, [DONNELLY_AT_CENTRES, REFINED_AT_CENTRES], AtLeast(1.11))],
         )
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::ours(
             "no-more-steps-at-centres",
             "In every view the refined map at centres takes on average no more steps than Donnelly's.",
@@ -108,12 +104,11 @@ pub const MAP_BUILD: Figure = Figure {
     show: Show::nothing("it times the building of distance maps", "relief-rock"),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
-    claims: &[Claim::ours(
+    claims: &[Claim::ours_timed(
         "refined-price",
         "Building the refined map (at centres) takes at most 4 times as long as building Donnelly's.",
         &[Test::ratio_of(BUILD, [REFINED_AT_CENTRES, DONNELLY_AT_CENTRES], AtMost(4.0))],
-    )
-    .timed()],
+    )],
 };
 
 const STEPS: &str = "steps per ray";

@@ -4,8 +4,7 @@ use super::lab::{FLOOR, FORMULA_4, Lab, errors};
 use super::map_error::{self, BY_ENTRIES, THESIS_NMSE};
 use super::methods::{PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128, THESIS};
 use super::shown::patterns;
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
+use crate::figure::prelude::*;
 use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
@@ -69,28 +68,25 @@ pub const SHAPE: Figure = Figure {
                 Test::ratio_of(NMSE, [FORMULA, COLUMNS], Below(1.001)),
             ],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 2, figure 24",
             "cost",
             "Computing the weights costs at most 5 %.",
             &[Test::ratio_of(TIME, [ROWS, NONE], AtMost(1.05))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 4, figure 24",
             "map-speed",
             "At some tilt a weight map is 25 % faster than the formula (the thesis: \"up to 25 %\").",
             &[Test::ratio_of(TIME, [ROWS, ROWS_MAP], AtLeast(1.25))],
         )
-        .somewhere()
-        .timed(),
-        Claim::ours(
+        .somewhere(),
+        Claim::ours_timed(
             "our-map-speed",
             "With the exact axes, a radial map of 64 entries is 25 % faster than the formula at some tilt.",
             &[Test::ratio_of(TIME, [FORMULA, RADIAL], AtLeast(1.25))],
         )
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::paper(
             "claim 4, figure 24",
             "map-error",

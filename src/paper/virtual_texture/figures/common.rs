@@ -1,6 +1,6 @@
 //! Shared by this paper's figures: scenes by name, sessions on the run's device, single passes to be timed.
 
-use crate::figure::{Bench, Setting};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
@@ -11,7 +11,6 @@ use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextur
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use anyhow::Context;
 
 /// A border that contains the paper's 16 samples. As in the paper, a pixel then needs the tile of its triple alone: no
 /// sample lies in a neighbouring tile.

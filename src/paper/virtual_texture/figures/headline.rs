@@ -2,8 +2,7 @@
 
 use super::common::{PAPERS, SceneView, pixels_of};
 use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations, settings};
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
@@ -33,25 +32,20 @@ pub const HEADLINE: Figure = Figure {
     ours: &["fused, exact"],
     show: Show::scenes(PAPERS).variants(|| settings(&contenders())),
     measure,
-    plots: &[
-        Plot::bars(STANDING),
-        Plot::curves(ALONG, "frame along the path").log_y(),
-    ],
+    plots: &[Plot::bars(STANDING), Plot::curves(ALONG, "frame along the path").log_y()],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "introduction",
             "150-fps",
             "The paper's frame is drawn about 150 times a second (on a GeForce GTX 285).",
             &[Test::value(one(STANDING_FPS, THE_PAPER), AtLeast(150.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "streaming",
             "Moving along `pan`, with tiles synthesised, loaded and copied within the scene's budgets, the median \
              frame takes at most twice as long as with the camera at rest in the same round.",
             &[Test::value(each(SLOWER, names), AtMost(2.0))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "memory",
             "The paper's frame needs at most the 1 GiB of device memory of a GTX 285.",

@@ -9,7 +9,6 @@ use crate::figure::{Bench, Contender, Row, Setting};
 use crate::frame::Run;
 use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::camera::Pose;
-use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
@@ -18,11 +17,11 @@ use crate::paper::virtual_texture::texturing::PlainBaseline;
 use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
-use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs, texels_per_pixel};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, lacks, texels_per_pixel};
 use crate::picture::PixelFormat;
+use crate::texture::source::TileSource;
 use crate::texture::source::remembered::Remembered;
-use crate::texture::source::{TileFormat, TileSource};
-use crate::vk::{Gpu, Need, PassTime};
+use crate::vk::{Gpu, PassTime};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -104,25 +103,6 @@ pub struct SideBySide {
     pub missing: Vec<(String, String)>,
 }
 
-/// Opens the run's device with those features of `needs` that it offers; [`lacks`] then reports what cannot run.
-///
-/// # Errors
-/// No device.
-pub fn device(bench: &Bench, needs: &[Need]) -> anyhow::Result<Gpu> {
-    let offered = bench.gpu(&[])?.physical().features.clone();
-    let granted: Vec<Need> = needs.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
-    Ok(bench.gpu(&granted)?)
-}
-
-/// Why `config` cannot run here; `None` if it can.
-pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) -> Option<String> {
-    if let Err(unfit) = config.check(pyramid) {
-        return Some(unfit.to_string());
-    }
-    let missing = needs(config, format).into_iter().find(|need| !gpu.has(need.feature))?;
-    Some(format!("the device lacks {}, which pass {:?} needs", missing.feature.name(), missing.pass))
-}
-
 impl SideBySide {
     /// Settled sessions of `combinations` at `size` pixels. `floors` names the baselines that are timed with them
     /// ([`PLAIN`], [`UNLISTED`]). `change` edits the settings last; it must not change the variant.
@@ -137,7 +117,7 @@ impl SideBySide {
         change: impl Fn(&mut VirtualTextureSettings),
     ) -> anyhow::Result<SideBySide> {
         let SceneView { scene, pose, .. } = place;
-        let gpu = device(bench, &all_needs())?;
+        let gpu = bench.gpu_with_offered(&all_needs())?;
         let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {

@@ -4,8 +4,7 @@
 use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
-use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
@@ -46,13 +45,12 @@ pub const RESOLUTION: Figure = Figure {
         Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY),
     ],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "linear",
             "From the smallest to the largest picture, the time of the paper's stages 2 and 3 grows at most a quarter \
              more than the number of pixels.",
             &[Test::growth(one(LIST, THE_PAPER), 2.0, AtMost(1.25))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "tiles",
             "The number of visible tiles grows no faster than the number of pixels.",
@@ -121,29 +119,27 @@ pub const TEXTURE_SIZE: Figure = Figure {
         Plot::sweep("page table").log_y().floor(EMPTY),
     ],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "introduction",
             "10^6",
             "Textures of the order of 10^6 x 10^6 texels are shown in real time (here: 30 frames a second of 2^20 x \
              2^19 texels).",
             &[Test::value(one(FRAME, THE_PAPER), AtMost(1e3 / 30.0))],
         )
-        .at(LARGEST)
-        .timed(),
-        Claim::ours(
+        .at(LARGEST),
+        Claim::ours_timed(
             "our-10^6",
             "The fastest exact variant shows a texture of 2^20 x 2^19 texels at 30 frames a second.",
             &[Test::value(best(FRAME, names), AtMost(1e3 / 30.0))],
         )
-        .at(LARGEST)
-        .timed(),
+        .at(LARGEST),
         Claim::ours(
             "memory",
             "At 2^20 x 2^19 texels a frame needs at most 1 GiB of device memory, the memory of the paper's GTX 285.",
             &[Test::value(one(MEMORY, THE_PAPER), AtMost(1024.0))],
         )
         .at(LARGEST),
-        Claim::ours(
+        Claim::ours_timed(
             "flat",
             "A texture 16 times as large (2^20 against 2^18) makes the fastest frame at most a quarter slower.",
             &[Test::ratio(
@@ -151,8 +147,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
                 best(FRAME, names).x(At::X(18.0)),
                 AtMost(1.25),
             )],
-        )
-        .timed(),
+        ),
     ],
     ..SIZES
 };

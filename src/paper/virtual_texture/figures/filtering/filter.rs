@@ -2,8 +2,7 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels, sides};
@@ -60,12 +59,11 @@ pub const FILTER: Figure = Figure {
              footprint than one trilinear sample.",
             &[Test::ratio_of(AREA_NMSE, ["trilinear", "16 taps along NA 8"], Above(1.0))],
         ),
-        Claim::ours(
+        Claim::ours_timed(
             "one-tap",
             "One random texel takes no more time than a trilinear sample.",
             &[Test::ratio_of(TIME, ["1 tap", "trilinear"], AtMost(1.0))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };

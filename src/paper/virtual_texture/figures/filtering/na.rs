@@ -5,16 +5,13 @@ use super::super::cost::{self, FRAME, LIST};
 use super::super::side_by_side::{Combination, SideBySide};
 use super::super::streaming::Route;
 use super::{Shown, Variant};
-use crate::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every,
-};
-use crate::figure::{self, Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::figure;
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::streaming::replay::{Replacement, replay, steps};
 use crate::paper::virtual_texture::{Config, Filtering, PAPER};
 use crate::picture::error::compare;
 use crate::texture::source::TileFormat;
-use anyhow::Context;
 
 pub const NA: Figure = Figure {
     id: "vt.na",

@@ -2,8 +2,7 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
-use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Claim, Pick, Test, each};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;

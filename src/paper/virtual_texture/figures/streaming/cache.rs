@@ -3,17 +3,13 @@
 use super::super::common::samples;
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
 use super::{Blank, PATHS, RULER, Route, extent};
-use crate::figure::claim::{
-    Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, one,
-};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::streaming::replay::{Replacement, Replayed, replay, steps};
 use crate::paper::virtual_texture::streaming::{
     Order, Streaming, StreamingConfig, StreamingCounts, Uploader,
 };
 use crate::texture::source::TileFormat;
-use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 

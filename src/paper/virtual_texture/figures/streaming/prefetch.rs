@@ -3,13 +3,11 @@
 use super::super::common::samples;
 use super::cache::Nowhere;
 use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
-use crate::figure::claim::{Bound::AtMost, Claim, Test};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::TextureFrameRecord;
 use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
 use crate::vk::FRAMES_IN_FLIGHT;
-use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 

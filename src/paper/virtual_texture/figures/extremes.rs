@@ -1,19 +1,11 @@
 //! vt.extremes: every variant against the reference for extreme pictures, textures and cameras.
 
-mod contenders;
-mod examine;
-mod scenes;
-mod shapes;
-
-pub use contenders::variants;
-pub use examine::{Examination, Examiner, ListOutcome, Settled};
-pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
-
 use super::common::{ONE_SAMPLE, setting};
-use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
+use crate::paper::virtual_texture::extremes::{
+    EXTREMES, Examination, Examiner, Expected, Extreme, Landscape, ListOutcome, SIZE, Settled, variants,
+};
 use crate::paper::virtual_texture::{Config, all_needs};
-use anyhow::Context;
 
 /// Names of the rows that belong to no variant.
 const STAGE_1: &str = "stage 1";
@@ -115,7 +107,7 @@ const NAMES: [&str; EXTREMES.len()] = {
 fn views() -> Vec<FigureView> {
     let shown = |extreme: &&Extreme| {
         let is_scene = matches!(extreme.landscape, Landscape::Scene);
-        is_scene && extreme.size == scenes::SIZE && extreme.expected != Expected::Refused
+        is_scene && extreme.size == SIZE && extreme.expected != Expected::Refused
     };
     let changes = |extreme: &Extreme| ONE_SAMPLE.iter().chain(extreme.changes).copied().collect::<Vec<_>>();
     let views = EXTREMES.iter().filter(shown);
