@@ -173,6 +173,20 @@ impl Bench {
         self.interleave_until(gpu, contenders, 1, |_| true)
     }
 
+    /// The whole time of each contender of [`Bench::interleave`], as rows of `quantity`.
+    ///
+    /// # Errors
+    /// The first error of a contender.
+    pub fn times<'a>(
+        &self,
+        gpu: &'a Gpu,
+        contenders: impl IntoIterator<Item = Contender<'a>>,
+        quantity: &str,
+    ) -> anyhow::Result<Vec<Row>> {
+        let timed = self.interleave(gpu, contenders.into_iter().collect())?;
+        Ok(timed.iter().map(|one| one.row(quantity)).collect())
+    }
+
     /// As [`Bench::interleave`], then repeats all runs until `enough` returns true, or until there are `most` times as
     /// many runs.
     ///

@@ -252,8 +252,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             format!("scene.filters-{}-{}", cell.scene.replace('/', "-"), name.replace([' ', ',', '\''], "-"));
         bench.picture(&file, &Srgb8Picture::from(&picture))?;
     }
-    let timed = bench.interleave(&gpu, contenders(&mut shown, &pose))?;
-    rows.extend(timed.iter().map(|timed| timed.row(TIME)));
+    rows.extend(bench.times(&gpu, contenders(&mut shown, &pose), TIME)?);
     drop(shown);
     rows.extend(texturing(bench, &gpu, &subject.scene, &pose)?);
     Ok(rows)

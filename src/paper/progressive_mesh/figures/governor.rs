@@ -86,10 +86,7 @@ pub const GOVERNOR: Figure = Figure {
             "planning-pays",
             "If the view jumps, the governor keeps the budget in more frames than the integral controller does, also \
              if that controller keeps a reserve of a tenth.",
-            &[
-                Test::ratio_of(WITHIN, [PLANNED, INTEGRAL], Above(1.0)),
-                Test::ratio_of(WITHIN, [PLANNED, RESERVED], Above(1.0)),
-            ],
+            &Test::ratios_of(WITHIN, [[PLANNED, INTEGRAL], [PLANNED, RESERVED]], Above(1.0)),
         )
         .at(Places::scenes(&[CUTS])),
         Claim::ours_timed(

@@ -36,10 +36,7 @@ pub const SIZE: Figure = Figure {
             "with-tswaps",
             "With 23 moved faces, the bunny's file takes at most 18 bytes per split, without positions and \
              header.",
-            &[
-                Test::value(one(FILE, TAIL_23), AtMost(18.0)),
-                Test::value(one(FILE, IN_PLACE_23), AtMost(18.0)),
-            ],
+            &Test::values([one(FILE, TAIL_23), one(FILE, IN_PLACE_23)], AtMost(18.0)),
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(

@@ -2,7 +2,7 @@
 
 use super::contender::gains;
 use super::coordinates::size_of;
-use super::lab::Lab;
+use super::lab::{Lab, TEXELS, TIME};
 use super::methods::{PAPER_BY_LEVEL, THESIS};
 use super::shown::tilted_boards;
 use crate::figure::prelude::*;
@@ -67,9 +67,7 @@ pub const ANISOTROPIC: Figure = Figure {
     ..Figure::BASE
 };
 
-const TIME: &str = "time per pixel";
 const GAIN: &str = "time with textbook coordinates over the form's";
-const TEXELS: &str = "texels fetched per pixel";
 const OFF: &str = "NMSE against the analytic derivatives";
 
 /// Incremental parameters are 18 % faster than textbook coordinates.
@@ -113,7 +111,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         }
     }
     let timed = lab.times_of(bench, &passes, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
     rows.extend(gains(&timed, TEXTBOOK, GAIN));
     Ok(rows)

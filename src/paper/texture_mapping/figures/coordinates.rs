@@ -7,7 +7,7 @@ use crate::figure::prelude::*;
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, RowWalk};
 use crate::paper::texture_mapping::plane::TiltedPlane;
-use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
+use crate::vk::{Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -181,10 +181,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
                 rows.push(Row::number(form.name(), BYTES, "bytes", bytes));
                 forms.push(contender(&gpu, form.name(), own, &source));
             }
-            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::missing(form.name(), TIME, lack.to_string()));
-            }
-            Err(error) => return Err(error.into()),
+            Err(error) => rows.push(Row::missing(form.name(), TIME, error.unsupported()?)),
         }
         if matches!(form, Form::RowConstants | Form::RowConstantsBy(_) | Form::Walk(_)) {
             rows.push(host_time(form, &plane, band));
@@ -199,8 +196,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.extend(timed.iter().map(|one| one.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
     rows.extend(gains(&timed, "textbook", GAIN));
-    let timed = bench.interleave(&gpu, methods)?;
-    rows.extend(timed.iter().map(|one| one.row(DERIVATIVES)));
+    rows.extend(bench.times(&gpu, methods, DERIVATIVES)?);
     Ok(rows)
 }
 

@@ -7,7 +7,7 @@ use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::stats::percentile;
-use crate::vk::{Error, Gpu, Image, Sampler};
+use crate::vk::{Gpu, Image, Sampler};
 
 pub const DRIFT: Figure = Figure {
     id: "tm.drift",
@@ -102,7 +102,7 @@ fn case(scene: &str, seed: u64, size: [u32; 2]) -> (TiltedPlane, u32) {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let width = cell.x.context("a sweep")? as u32;
     let size = [width, width * 9 / 16];
-    let planes = if bench.effort == Effort::Quick { 16 } else { 150 };
+    let planes = bench.effort_of(16, 150);
     let cases: Vec<_> = (0..planes).map(|seed| case(&cell.scene, seed, size)).collect();
     let gpu = bench.gpu(&[])?;
     let source = noise(&gpu, 64)?;
@@ -110,11 +110,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for form in Form::ALL {
         let found = match values(&gpu, &source, form, Output::Coordinates, width, &cases) {
             Ok(found) => found,
-            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::missing(form.name(), LARGEST, lack.to_string()));
+            Err(error) => {
+                rows.push(Row::missing(form.name(), LARGEST, error.unsupported()?));
                 continue;
             }
-            Err(error) => return Err(error.into()),
         };
         let errors = errors(&found, width, &cases, |plane, x, y| {
             let [u, v] = reference::coordinates(plane, x, y);

@@ -1,6 +1,6 @@
 //! tm.extremes: planes on which filters fail.
 
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors, own_errors};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, NMSE, errors, own_errors};
 use super::methods::other_weights;
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128};
 use super::shown::ellipse_and_trilinear;
@@ -90,7 +90,6 @@ pub const EXTREMES: Figure = Figure {
 
 const AS_PRINTED: &str = "as printed, rows";
 
-const NMSE: &str = "NMSE";
 const WORST: &str = "worst pixel";
 const BROKEN: &str = "pixels not finite or out of range";
 const UNEXPLAINED: &str = "pixels that differ from f64 by more than rounding";
@@ -103,13 +102,7 @@ const FRAGMENTS: &str = "fragments per pixel";
 const SIZE: [u32; 2] = [64, 48];
 
 /// Each pixel's ray meets the plane at 88.5 to 89.5 degrees, so the horizon lies outside the picture.
-const OVERDRAWN: Tilt = Tilt {
-    tilt_degrees: 89.0,
-    roll_degrees: 0.0,
-    yaw_degrees: 0.0,
-    texels_per_pixel: 1.0,
-    half_view_degrees: 0.5,
-};
+const OVERDRAWN: Tilt = Tilt { half_view_degrees: 0.5, ..Tilt::of(89.0) };
 
 /// The figure's views for the window: those extremes that a camera over the board of `plane-tilt` can show.
 fn views() -> Vec<FigureView> {

@@ -16,6 +16,7 @@ use crate::picture::error::compare_where;
 use crate::picture::flip::flip;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
+use crate::stats::mean;
 use crate::vk::{Gpu, PassTime};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -28,6 +29,12 @@ pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.
 
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
 pub const FORMULA_4: PixelKernel = PixelKernel::Gaussian { sigma: 0.4, radius: 1.0 };
+
+// Quantities of several figures.
+pub const NMSE: &str = "NMSE";
+pub const FLIP: &str = "FLIP";
+pub const TIME: &str = "time per pixel";
+pub const TEXELS: &str = "texels fetched per pixel";
 
 /// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
@@ -185,7 +192,7 @@ impl Lab {
     pub fn show(&self, pass: &LabPass, plane: &TiltedPlane, frame: u32) -> anyhow::Result<LabPicture> {
         self.run(pass, plane, frame)?;
         let mut rgba = self.targets.colours(&self.gpu)?;
-        let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
+        let fetched = mean(rgba.iter().map(|pixel| f64::from(pixel[3])));
         rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
@@ -256,26 +263,22 @@ impl Lab {
         passes: &[(String, LabPass)],
         planes: &[TiltedPlane],
     ) -> anyhow::Result<Vec<Timed>> {
-        let contenders = passes.iter().map(|(name, pass)| Contender {
-            variant: name.to_string(),
-            run: Box::new(move || {
+        let contenders = passes.iter().map(|(name, pass)| {
+            Contender::new(&**name, move || {
                 let runs = planes.iter().map(|plane| self.run(pass, plane, 0));
                 Ok(runs.collect::<crate::vk::Result<Vec<_>>>()?.concat())
-            }),
+            })
         });
         bench.interleave(&self.gpu, contenders.collect())
     }
 
-    /// The row of a timed method, in nanoseconds per pixel.
-    pub fn time_row(&self, timed: &Timed, planes: usize, quantity: &str) -> Row {
+    /// The row [`TIME`] of a timed method, in nanoseconds per pixel.
+    pub fn time_row(&self, timed: &Timed, planes: usize) -> Row {
         let pixels = f64::from(self.size[0] * self.size[1]);
         let drawn = if timed.variant == "empty pass" { pixels } else { pixels * planes as f64 };
         let rounds = timed.total_of_rounds();
         let ns_a_pixel = |rounds: Vec<f64>| rounds.iter().map(|ms| ms * 1e6 / drawn).collect();
-        Row {
-            work: timed.total_work(),
-            ..Row::of_rounds(&timed.variant, quantity, "ns", rounds.map(ns_a_pixel))
-        }
+        Row { work: timed.total_work(), ..Row::of_rounds(&timed.variant, TIME, "ns", rounds.map(ns_a_pixel)) }
     }
 }
 
@@ -311,12 +314,23 @@ pub fn own_errors(truth: &Truth) -> anyhow::Result<Errors> {
     errors(&grey(truth.size, &truth.of_one_half), truth)
 }
 
-fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
+/// A picture of grey values.
+pub fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
     let pixel = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
     Picture::new(width, height, values.iter().map(pixel).collect())
 }
 
-/// The geometric mean; 0 if any value is 0.
-pub fn geometric_mean(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
+/// NMSE: the sum of squared errors, divided by the sum of squares of the truth.
+pub fn nmse(found: impl IntoIterator<Item = f64>, truth: &[f64]) -> f64 {
+    let squares: f64 = found.into_iter().zip(truth).map(|(found, truth)| (found - truth).powi(2)).sum();
+    squares / truth.iter().map(|truth| truth * truth).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn nmse_is_relative_to_the_squares_of_the_truth() {
+        assert_eq!(super::nmse([3.0, 0.0], &[3.0, 4.0]), 16.0 / 25.0);
+        assert_eq!(super::nmse([3.0, 4.0], &[3.0, 4.0]), 0.0);
+    }
 }

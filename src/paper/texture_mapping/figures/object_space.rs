@@ -212,14 +212,12 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         counting.run(&gpu, of, &texture, &targets)?;
         rows.extend(counted(&gpu, name, of, &covered, square.side)?);
     }
-    let filtered = passes.iter().map(|(name, pass)| Contender {
-        variant: name.to_string(),
-        run: Box::new(|| Ok(pass.run(&gpu, &texture, &targets, &push)?)),
-    });
-    let splatted = prepared.iter().map(|(name, of)| Contender {
-        variant: name.to_string(),
-        run: Box::new(|| Ok(stages.run(&gpu, of, &texture, &targets)?)),
-    });
+    let filtered = passes
+        .iter()
+        .map(|(name, pass)| Contender::new(*name, || Ok(pass.run(&gpu, &texture, &targets, &push)?)));
+    let splatted = prepared
+        .iter()
+        .map(|(name, of)| Contender::new(*name, || Ok(stages.run(&gpu, of, &texture, &targets)?)));
     let timed = bench.interleave(&gpu, filtered.chain(splatted).collect())?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));

@@ -8,6 +8,7 @@ use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
+use crate::stats::mean;
 use crate::vk::{Cmd, Gpu};
 use std::sync::{Arc, Mutex};
 
@@ -256,7 +257,7 @@ fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let elevation = cell.x.context("a sweep")?;
-    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 256) } else { (128, 32, 2048) };
+    let (side, layers, columns) = bench.effort_of((64, 16, 256), (128, 32, 2048));
     let relief = relief_of(&cell.scene, side)?;
     let gpu = bench.gpu(&[])?;
     let maps = maps(&gpu, &cell.scene, &relief, layers)?;
@@ -274,10 +275,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
     });
     let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Traversal, Trace)>>>()?;
-    let contenders: Vec<Contender<'_>> =
-        traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
-    let timed = bench.interleave(&gpu, contenders)?;
-    let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
+    let contenders = traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd)));
+    let mut rows = bench.times(&gpu, contenders, TIME)?;
     let hits = exact_hits(&relief, direction, columns);
     let mut donnelly = Vec::new();
     for (method, trace) in &traces {
@@ -295,7 +294,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 fn mean_steps(found: &[Traced]) -> f64 {
-    found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64
+    mean(found.iter().map(|ray| f64::from(ray.steps)))
 }
 
 /// Compares the steps through a refined map with the steps through Donnelly's map, ray by ray.
@@ -347,7 +346,6 @@ fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         };
         rows.push(Row::number(build.name(), BYTES, "bytes", cells as f64));
     }
-    let timed = bench.interleave(&gpu, contenders)?;
-    rows.extend(timed.iter().filter(|one| one.variant != "empty pass").map(|one| one.row(BUILD)));
+    rows.extend(bench.times(&gpu, contenders, BUILD)?.into_iter().filter(|row| row.variant != "empty pass"));
     Ok(rows)
 }

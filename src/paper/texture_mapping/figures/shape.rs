@@ -1,6 +1,6 @@
 //! tm.24: error and time of weights that follow the footprint's shape, and of weight maps.
 
-use super::lab::{FLOOR, FORMULA_4, Lab, errors};
+use super::lab::{FLOOR, FORMULA_4, Lab, TEXELS, TIME, errors};
 use super::map_error::{self, BY_ENTRIES, THESIS_NMSE};
 use super::methods::{PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128, THESIS};
 use super::shown::patterns;
@@ -116,10 +116,8 @@ const NMSE: &str = "NMSE against formula (4)'s kernel";
 const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
-const TIME: &str = "time per pixel";
-/// Two counts that are equal on every device. The shader counts the texels. The entries read are the texels times the
-/// map entries per weight.
-const TEXELS: &str = "texels fetched per pixel";
+/// A count that is equal on every device, as [`TEXELS`]: the texels, which the shader counts, times the map entries per
+/// weight.
 const ENTRIES: &str = "entries of the weight map read per pixel";
 
 /// The filter with the exact axes and the weights of formula (4).
@@ -158,7 +156,7 @@ pub fn pattern_of(scene: &str) -> Pattern {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
+    let size = bench.effort_of([96, 72], [256, 192]);
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let tilt_degrees = cell.x.expect("a sweep");
     let plane = Tilt::of(tilt_degrees).plane(size[1]);
@@ -196,6 +194,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.push(Row::number(THESIS, OF_MAP, "", THESIS_NMSE));
     let methods: Vec<_> = variants().into_iter().map(|(name, e)| (name, Method::Ellipse(e))).collect();
     let timed = lab.times(bench, &methods, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
     Ok(rows)
 }

@@ -138,6 +138,9 @@ pub fn own_level_tiles(triples: &[[u32; 3]]) -> Vec<TileId> {
     tiles
 }
 
+/// Bytes of a MiB.
+pub const MIB: f64 = 1_048_576.0;
+
 /// Size of a 16:9 picture with this many rows, a value of a sweep.
 pub fn pixels_of(rows: f64) -> [u32; 2] {
     [(rows * 16.0 / 9.0).round() as u32, rows as u32]

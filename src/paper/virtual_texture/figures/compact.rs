@@ -127,8 +127,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             }
         }
         let contenders = pairs.iter().map(|pair| pair.compaction(&stage1, &pair.name));
-        let timed = bench.interleave(&stage1.gpu, contenders.collect())?;
-        rows.extend(timed.iter().map(|timed| timed.row(time)));
+        rows.extend(bench.times(&stage1.gpu, contenders, time)?);
         rows.extend(fused_append(bench, &cell.scene, &stage1, address, [time, quantity])?);
         if cell.scene != NOISE {
             let config = Config { compact: Compaction::FusedAppend, address, ..PAPER };
@@ -156,8 +155,7 @@ fn fused_append(
         )]);
     }
     let of = |name, compact| {
-        let config = Config { dedup: Dedup::FusedExact, compact, address, ..PAPER };
-        Combination { name, config, exact: true }
+        Combination::exact(name, Config { dedup: Dedup::FusedExact, compact, address, ..PAPER })
     };
     let (mask, appends) = ("marks", "marks and appends");
     let both = [of(mask, Compaction::Append), of(appends, Compaction::FusedAppend)];
@@ -165,8 +163,7 @@ fn fused_append(
     if let Some((_, why)) = frames.missing.first() {
         return Ok(vec![Row::missing(name, time, why)]);
     }
-    let gpu = frames.gpu.clone();
-    let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let timed = frames.times(bench)?;
     let pass = |variant: &str, label: &str| {
         timed.iter().find(|timed| timed.variant == variant)?.pass_of_rounds(label)
     };

@@ -8,7 +8,6 @@ use crate::frame::FrameSlot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
-use crate::vk::Error;
 
 pub const DEDUP: Figure = Figure {
     id: "vt.dedup",
@@ -145,11 +144,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             continue;
         }
         let pass = match DedupPass::new(gpu, pyramid, &config, footprint) {
-            Err(limit @ Error::Limit { .. }) => {
-                rows.push(Row::missing(name, TIME, limit.to_string()));
+            Err(error) => {
+                rows.push(Row::missing(name, TIME, error.unsupported()?));
                 continue;
             }
-            pass => pass?,
+            Ok(pass) => pass,
         };
         rows.extend(of_stage_2((&name, config.dedup), &requests, pass.groups_and_texels(stage1.size), ""));
         contenders.push(Contender::frame(gpu, name, move |frame| {

@@ -62,10 +62,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             "stage-1-is-explained",
             "Every triple that differs from the f64 reference lies so close to a tile's or level's border that \
             rounding explains it.",
-            &[
-                Test::value(one("unexplained", STAGE_1), Equal(0.0)),
-                Test::value(one("unexplained", STAGE_1_16), Equal(0.0)),
-            ],
+            &Test::values([one("unexplained", STAGE_1), one("unexplained", STAGE_1_16)], Equal(0.0)),
         ),
         Claim::ours(
             "every-texel-is-right",
@@ -86,11 +83,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     ..Figure::BASE
 };
 
-const EXACT: &[Test] = &[
-    Test::value(every("lost"), Equal(0.0)),
-    Test::value(every("extra"), Equal(0.0)),
-    Test::value(every("repeated"), Equal(0.0)),
-];
+const EXACT: &[Test] = &Test::values([every("lost"), every("extra"), every("repeated")], Equal(0.0));
 
 /// The names of the cells.
 const NAMES: [&str; EXTREMES.len()] = {

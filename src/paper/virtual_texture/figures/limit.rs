@@ -71,10 +71,8 @@ fn on_the_device() -> Vec<String> {
 
 /// The exact fused variants, by name, with and without stage 3 as a pass.
 fn fused() -> Vec<Combination> {
-    let of = |name, compact| {
-        let config = Config { dedup: Dedup::FusedExact, compact, ..COMPUTE };
-        Combination { name, config, exact: true }
-    };
+    let of =
+        |name, compact| Combination::exact(name, Config { dedup: Dedup::FusedExact, compact, ..COMPUTE });
     vec![of("fused-exact", Compaction::Append), of("fused-exact, fused-append", Compaction::FusedAppend)]
 }
 

@@ -88,10 +88,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         (&combinations(), &[PLAIN, UNLISTED]),
         |_| (),
     )?;
-    let mut rows = frames.time(bench)?;
-    rows.extend(frames.lists());
-    rows.extend(frames.counts()?);
-    Ok(rows)
+    frames.rows(bench)
 }
 
 /// Names of the combinations for which `keep` holds.

@@ -1,17 +1,15 @@
 //! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the sizes of the picture, of the tiles
 //! and of the texture.
 
-use super::common::{PAPERS, SceneView, pixels_of};
+use super::common::{MIB, PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
-use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
+use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, device_mib, settings};
 use crate::figure::prelude::*;
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
 /// The variant with one empty pass: the lower bound of all times.
 const EMPTY: &str = "empty pass";
-
-const MIB: f64 = 1_048_576.0;
 
 /// The variants of these figures.
 const SIZES: Figure = Figure {
@@ -180,9 +178,7 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {
             (settings.streaming.gpu_tiles, settings.streaming.host_tiles) = (tiles, tiles);
         })?;
-    let mut rows = frames.time(bench)?;
-    rows.extend(frames.lists());
-    rows.extend(frames.counts()?);
+    let mut rows = frames.rows(bench)?;
     let tile_mib = frames.source.format().tile_bytes(&frames.source.pyramid()) as f64 / MIB;
     for (name, session) in &frames.sessions {
         let row = |quantity: &str, unit, number| Row::number(&**name, quantity, unit, number);
@@ -190,8 +186,7 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         rows.push(row(WORKING_SET, "MiB", visible as f64 * tile_mib));
         rows.push(row("level bias", "levels", f64::from(session.technique.bias())));
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
-        let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
-        rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));
+        rows.push(row(MEMORY, "MiB", device_mib(session)));
         for object in
             ["request image", "tile mask", "visible-tile list", "page table", "tile pool", "resident levels"]
         {

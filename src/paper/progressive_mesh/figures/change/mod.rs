@@ -74,20 +74,14 @@ pub const CHANGE: Figure = Figure {
             "lists-write-less",
             "On a walk through all levels by single splits, skip lists write less than tail-23 and \
              in-place-23.",
-            &[
-                Test::ratio_of(WRITTEN, [SKIP_LISTS, TAIL_23], Below(1.0)),
-                Test::ratio_of(WRITTEN, [SKIP_LISTS, IN_PLACE_23], Below(1.0)),
-            ],
+            &Test::ratios_of(WRITTEN, [[SKIP_LISTS, TAIL_23], [SKIP_LISTS, IN_PLACE_23]], Below(1.0)),
         )
         .at(SINGLE),
         Claim::ours(
             "small-steps",
             "For steps of up to 1 % of all splits, tail-23 and in-place-23 write less than a copy of all \
              live faces.",
-            &[
-                Test::ratio_of(WRITTEN, [TAIL_23, COPY], Below(1.0)),
-                Test::ratio_of(WRITTEN, [IN_PLACE_23, COPY], Below(1.0)),
-            ],
+            &Test::ratios_of(WRITTEN, [[TAIL_23, COPY], [IN_PLACE_23, COPY]], Below(1.0)),
         )
         .at(Places::ALL.x(0.0, 1.0)),
         Claim::ours(

@@ -46,20 +46,14 @@ pub const CPU: Figure = Figure {
             "rate",
             "With 23 moved faces per split, one core executes 20 million splits per second, and as many \
              collapses, on meshes up to 100 000 faces.",
-            &[
-                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(20.0)),
-                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(20.0)),
-            ],
+            &Test::values([one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_DOWN, FLAT_SWAPS)], AtLeast(20.0)),
         )
         .at(Places::except(&LARGE)),
         Claim::ours_timed(
             "rate-large",
             "On a mesh as large as the dragon, one core executes 12 million splits per second, and as many \
              collapses.",
-            &[
-                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(12.0)),
-                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(12.0)),
-            ],
+            &Test::values([one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_DOWN, FLAT_SWAPS)], AtLeast(12.0)),
         )
         .at(Places::scenes(&LARGE)),
         Claim::ours_timed(

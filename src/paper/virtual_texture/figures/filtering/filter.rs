@@ -11,6 +11,7 @@ use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
 use crate::reference::filter::sample_count;
+use crate::stats::mean;
 
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
@@ -127,8 +128,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     show(bench, cell, "the mean over the footprint", &truths.area)?;
     let contenders = VARIANTS.iter().map(|variant| sessions[at_na(variant)].contender(variant));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
-    let timed = bench.interleave(&sessions[0].opened.session.gpu, contenders)?;
-    rows.extend(timed.iter().map(|timed| timed.row(TIME)));
+    rows.extend(bench.times(&sessions[0].opened.session.gpu, contenders, TIME)?);
     Ok(rows)
 }
 
@@ -182,15 +182,15 @@ impl Truths {
         let pyramid = session.technique.source.pyramid();
         let lengths: Vec<[f64; 2]> =
             surface.iter().flatten().map(|sample| sides(sample, &pyramid).lengths()).collect();
-        let mean = |most| {
+        let samples_of = |most| {
             let count = |&[longest, shortest]: &[f64; 2]| f64::from(sample_count(longest, shortest, most));
-            lengths.iter().map(count).sum::<f64>() / lengths.len() as f64
+            mean(lengths.iter().map(count))
         };
         Ok(Truths {
             area: picture(ReferenceFilter::Area)?,
             nearer_level: picture(ReferenceFilter::NearerLevel)?,
             samples: samples.collect::<anyhow::Result<_>>()?,
-            counts: NAS.map(mean),
+            counts: NAS.map(samples_of),
             inside,
         })
     }

@@ -1,6 +1,6 @@
 //! vt.budget: recovery of the picture after a cut, for several upload budgets.
 
-use super::super::common::{ONE_SAMPLE, samples};
+use super::super::common::{MIB, ONE_SAMPLE, samples};
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{SettledView, session, show_beside};
 use crate::figure::prelude::*;
@@ -155,6 +155,6 @@ fn of_cuts(name: &str, cuts: &[Cut]) -> Vec<Row> {
         over(SUM, "NMSE x frames", &|cut| Some(cut.trace.0.iter().map(|[_, error]| error).sum())),
         over(MS_50, "ms", &|cut| Some(half(cut)?.1)),
         over(MS_95, "ms", &|cut| Some(most(cut)?.1)),
-        over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / 1_048_576.0)),
+        over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / MIB)),
     ]
 }

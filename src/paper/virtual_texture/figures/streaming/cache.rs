@@ -1,6 +1,6 @@
 //! vt.cache: sizes of the two caches, and the replacement policy.
 
-use super::super::common::samples;
+use super::super::common::{MIB, samples};
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
 use super::{Blank, PATHS, RULER, Route, extent};
 use crate::figure::prelude::*;
@@ -141,7 +141,7 @@ impl Path {
     /// Counts that no policy changes (`of_path`), and the reads of the program's own caches (`built`).
     fn rows(&self, of_path: &str, built: &str) -> Vec<Row> {
         let distinct = self.lists.iter().flatten().collect::<HashSet<_>>().len();
-        let mib = TileFormat::Rgba8.tile_bytes(&self.pyramid) as f64 / 1_048_576.0;
+        let mib = TileFormat::Rgba8.tile_bytes(&self.pyramid) as f64 / MIB;
         let reads = HOST_SHARES.map(|share| {
             let config = unhurried(self.largest as u32, (share * self.largest as f64).ceil() as u32);
             let reports = play(&self.pyramid, config, &self.lists);

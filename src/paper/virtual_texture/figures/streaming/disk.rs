@@ -1,6 +1,6 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
-use super::super::common::{ONE_SAMPLE, samples};
+use super::super::common::{MIB, ONE_SAMPLE, samples};
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{SettledView, session};
 use crate::figure::prelude::*;
@@ -158,7 +158,7 @@ fn rows(name: &str, runs: &[Watched]) -> Vec<Row> {
         of(RECOVERY, "ms", &|run| Some(run.recovery()?.0)),
         of(RECOVERY_FRAMES, "frames", &|run| Some(run.recovery()?.1)),
         of(COMPLETE, "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
-        of(READ, "MiB", &|run| Some(run.read as f64 / 1_048_576.0)),
+        of(READ, "MiB", &|run| Some(run.read as f64 / MIB)),
     ];
     if name == DOWN {
         let longest = |run: &Watched| run.frames_ms[..run.while_down].iter().copied().reduce(f64::max);

@@ -50,18 +50,12 @@ pub const PREFETCH: Figure = Figure {
         Claim::ours(
             "prefetch-halves-misses",
             "8 frames of prefetch at least halve the missing tiles on pan, dive and orbit.",
-            &[
-                Test::ratio_of(MISSING, [EIGHT, NONE], AtMost(0.5)),
-                Test::ratio_of(MISSING, [EIGHT_16, NONE_16], AtMost(0.5)),
-            ],
+            &Test::ratios_of(MISSING, [[EIGHT, NONE], [EIGHT_16, NONE_16]], AtMost(0.5)),
         ),
         Claim::ours(
             "prefetch-is-cheap",
             "8 frames of prefetch copy at most a quarter more tiles.",
-            &[
-                Test::ratio_of(COPIES, [EIGHT, NONE], AtMost(1.25)),
-                Test::ratio_of(COPIES, [EIGHT_16, NONE_16], AtMost(1.25)),
-            ],
+            &Test::ratios_of(COPIES, [[EIGHT, NONE], [EIGHT_16, NONE_16]], AtMost(1.25)),
         ),
     ],
     ..Figure::BASE
