@@ -242,7 +242,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let picture = renderer.linear_picture()?;
         rows.extend(errors(name, &picture, own, &parts)?);
         rows.push(Row::number(*name, BOX, "", error(&picture, &truths[1].1, &counts)?.nmse()));
-        let worst = error(&picture, own, &counts)?.worst().map_or(0.0, |worst| worst.value);
+        let worst = error(&picture, own, &counts)?.largest();
         rows.push(Row::number(*name, WORST, "linear light", worst));
         let record = renderer.records.last().and_then(|record| record.texture.as_ref());
         let tiles = record.context("a settled frame has a record")?.visible.len();

@@ -17,6 +17,7 @@ use super::{face_orders, models, scans};
 use crate::figure::prelude::*;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::stats::mean;
 use rayon::prelude::*;
 
 pub const AVERAGE: Figure = Figure {
@@ -216,7 +217,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(name, MEMORY, "bytes per face", program.index_type().triangle_bytes() as f64));
         let drawn =
             |&level: &u32| f64::from(program.drawn(level)) / f64::from(plain.levels[level as usize].faces);
-        rows.push(number(name, DRAWN, "faces", all.iter().map(drawn).sum::<f64>() / all.len() as f64));
+        rows.push(number(name, DRAWN, "faces", mean(all.iter().map(drawn))));
         rows.extend(on_wedges(name, &mesh, &program, &some));
         rows.extend(equal_memory::rows(name, &program, &plain, &levels));
     }
@@ -266,7 +267,7 @@ fn spread(name: &str, mesh: &ProgressiveMesh, costs: &LevelCosts) -> Vec<Row> {
         number(name, WORST, PER_VERTEX, costs.exceeded_by(0.0)),
     ];
     if !after.is_empty() {
-        rows.push(number(name, AFTER, PER_VERTEX, after.iter().sum::<f64>() / after.len() as f64));
+        rows.push(number(name, AFTER, PER_VERTEX, mean(after)));
     }
     rows
 }

@@ -10,7 +10,7 @@ use crate::paper::progressive_mesh::{
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use crate::stats::{Summary, median};
+use crate::stats::{Summary, geometric_mean, median};
 use crate::vk::Gpu;
 
 const WITHOUT: &str = "no governor";
@@ -204,7 +204,7 @@ impl Shown {
     }
 
     fn price(&self) -> f64 {
-        (self.factors.iter().map(|factor| factor.ln()).sum::<f64>() / self.factors.len() as f64).exp()
+        geometric_mean(self.factors.iter().copied())
     }
 }
 

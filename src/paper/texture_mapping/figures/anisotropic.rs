@@ -1,7 +1,6 @@
 //! tm.18: time of the thesis's anisotropic filter with each form of the coordinates.
 
-use super::contender::gains;
-use super::coordinates::size_of;
+use super::coordinates::tilt_and_size;
 use super::lab::{Lab, TEXELS, TIME};
 use super::methods::{PAPER_BY_LEVEL, THESIS};
 use super::shown::tilted_boards;
@@ -90,8 +89,7 @@ fn others() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
-    let size = size_of(cell.x.context("a sweep")?);
+    let (tilt, size) = tilt_and_size(cell)?;
     let plane: TiltedPlane = Tilt { roll_degrees: 20.0, ..Tilt::of(tilt) }.plane(size[1]);
     let lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, size)?;
     let pass = |(name, form): (&str, Coordinates)| {
@@ -113,6 +111,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = lab.times_of(bench, &passes, &[plane])?;
     rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
-    rows.extend(gains(&timed, TEXTBOOK, GAIN));
+    rows.extend(Timed::gains(&timed, TEXTBOOK, GAIN));
     Ok(rows)
 }

@@ -101,8 +101,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(row(VOLUME, Value::Series((-25..=25).map(|n| [at(n), kept(edge, at(n))]).collect())));
         methods.push((edge.name().to_string(), method));
     }
-    let timed = lab.times(bench, &methods, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
+    rows.extend(lab.time_rows(bench, &methods, &[plane])?);
     Ok(rows)
 }
 

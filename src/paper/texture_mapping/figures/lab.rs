@@ -253,6 +253,20 @@ impl Lab {
         self.times_of(bench, &passes, planes)
     }
 
+    /// The rows of [`Lab::times`].
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn time_rows(
+        &self,
+        bench: &Bench,
+        methods: &[(String, Method)],
+        planes: &[TiltedPlane],
+    ) -> anyhow::Result<Vec<Row>> {
+        let timed = self.times(bench, methods, planes)?;
+        Ok(timed.iter().map(|timed| self.time_row(timed, planes.len())).collect())
+    }
+
     /// As [`Lab::times`], for existing passes.
     ///
     /// # Errors
@@ -301,11 +315,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     let exact = grey(truth.size, &truth.values);
     let width = truth.size[0];
     let difference = compare_where(picture, &exact, |x, y| truth.whole[(y * width + x) as usize])?;
-    Ok(Errors {
-        nmse: difference.nmse(),
-        flip: flip(picture, &exact)?.mean(),
-        max: difference.worst().map_or(0.0, |pixel| pixel.value),
-    })
+    Ok(Errors { nmse: difference.nmse(), flip: flip(picture, &exact)?.mean(), max: difference.largest() })
 }
 
 /// The truth's own errors: those of one half of its samples against all of them. This difference is the one that

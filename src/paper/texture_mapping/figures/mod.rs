@@ -1,7 +1,6 @@
 //! Every figure of paper 3: the only module that uses both the GPU's steps and the reference.
 
 mod anisotropic;
-mod contender;
 mod coordinates;
 mod drift;
 mod edges;

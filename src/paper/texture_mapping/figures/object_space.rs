@@ -1,6 +1,5 @@
 //! tm.23: object-space texturing against filters in the screen plane, by object area and tilt.
 
-use super::contender::gains;
 use super::methods::{OBJECT_SPACE, PAPER_BY_LEVEL, THESIS};
 use super::shown::{ellipse_and_trilinear, tilted_boards};
 use crate::figure::prelude::*;
@@ -221,7 +220,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let timed = bench.interleave(&gpu, filtered.chain(splatted).collect())?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
-    rows.extend(gains(&timed, PAPERS_EWA, GAIN));
+    rows.extend(Timed::gains(&timed, PAPERS_EWA, GAIN));
     rows.extend(timed.iter().filter(|one| spacings().contains(&one.variant)).flat_map(|one| one.pass_rows()));
     Ok(rows)
 }

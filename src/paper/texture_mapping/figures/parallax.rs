@@ -1,6 +1,5 @@
 //! tm.25: error and cost of filtered parallax mapping.
 
-use super::contender::pass;
 use super::lab::{FLOOR, NMSE, nmse};
 use super::shown::{relief_methods, reliefs};
 use crate::figure::prelude::*;
@@ -115,7 +114,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         .into_iter()
         .map(make)
         .collect::<anyhow::Result<Vec<(ParallaxFilter, FilteredRelief)>>>()?;
-    let contenders = filters.iter().map(|(method, own)| pass(&gpu, method.name(), |cmd| own.run(cmd)));
+    let contenders =
+        filters.iter().map(|(method, own)| Contender::pass(&gpu, method.name(), |cmd| own.run(cmd)));
     let mut rows = bench.times(&gpu, contenders, TIME)?;
     for (method, own) in &filters {
         let found = own.read(&gpu)?;

@@ -265,8 +265,7 @@ fn time_rows(
     planes: &[TiltedPlane],
     scores: &[Score],
 ) -> anyhow::Result<Vec<Row>> {
-    let timed = lab.times(bench, methods, planes)?;
-    let mut rows: Vec<Row> = timed.iter().map(|timed| lab.time_row(timed, planes.len())).collect();
+    let mut rows = lab.time_rows(bench, methods, planes)?;
     let point =
         |(row, score): (&Row, &Score)| Some((row.variant.clone(), [row.value.number()?, score.mean_nmse()]));
     let points: Vec<(String, [f64; 2])> = rows.iter().zip(scores).filter_map(point).collect();

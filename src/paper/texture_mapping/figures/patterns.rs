@@ -1,6 +1,5 @@
 //! tm.patterns: the error of filters on every test pattern, on planes of any tilt, roll and yaw.
 
-use super::contender::gains;
 use super::lab::{FLIP, FLOOR, GAUSSIAN, Lab, LabPass, NMSE, SIDE, TEXELS, TIME, errors, grey, own_errors};
 use super::methods::{self, OURS};
 use super::pareto::plain;
@@ -230,7 +229,7 @@ fn time_rows(
 ) -> anyhow::Result<Vec<Row>> {
     let timed = lab.times_of(bench, passes, planes)?;
     let times = timed.iter().map(|timed| lab.time_row(timed, planes.len()));
-    Ok(times.chain(gains(&timed, "trilinear", SPEED)).collect())
+    Ok(times.chain(Timed::gains(&timed, "trilinear", SPEED)).collect())
 }
 
 /// The errors of a method in every pose.

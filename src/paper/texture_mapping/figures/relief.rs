@@ -1,6 +1,5 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
-use super::contender::pass;
 use super::shown::{method, traced_reliefs};
 use crate::figure::prelude::*;
 use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
@@ -275,7 +274,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
     });
     let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Traversal, Trace)>>>()?;
-    let contenders = traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd)));
+    let contenders =
+        traces.iter().map(|(method, trace)| Contender::pass(&gpu, method.name(), |cmd| trace.run(cmd)));
     let mut rows = bench.times(&gpu, contenders, TIME)?;
     let hits = exact_hits(&relief, direction, columns);
     let mut donnelly = Vec::new();
@@ -335,12 +335,12 @@ fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let cells = match build {
             Build::Distances(holds, refined) => {
                 let own = DistanceBuild::new(&gpu, &relief, layers, &Fan::new(relief.depth, holds), refined)?;
-                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                contenders.push(Contender::pass(&gpu, build.name(), move |cmd| own.run(cmd)));
                 side * side * layers
             }
             Build::Cones { relaxed } => {
                 let own = ConeBuild::new(&gpu, &relief, relaxed)?;
-                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                contenders.push(Contender::pass(&gpu, build.name(), move |cmd| own.run(cmd)));
                 side * side
             }
         };

@@ -193,7 +193,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.extend(map_error::rows(&lab, &formula(), tilt_degrees));
     rows.push(Row::number(THESIS, OF_MAP, "", THESIS_NMSE));
     let methods: Vec<_> = variants().into_iter().map(|(name, e)| (name, Method::Ellipse(e))).collect();
-    let timed = lab.times(bench, &methods, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
+    rows.extend(lab.time_rows(bench, &methods, &[plane])?);
     Ok(rows)
 }

@@ -204,8 +204,7 @@ fn seams(bench: &Bench, view: &View, na: u32) -> anyhow::Result<f64> {
         let mut shown = Shown::of(bench, view.place(na, border)?, view.size)?;
         shown.picture(&Variant::new(Filtering::Trilinear, na, 1))
     };
-    let difference = compare(&picture(BORDERS[0])?, &picture(BORDERS[1])?)?;
-    Ok(difference.worst().map_or(0.0, |worst| worst.value))
+    Ok(compare(&picture(BORDERS[0])?, &picture(BORDERS[1])?)?.largest())
 }
 
 /// Times of the settled frames, measured in turn.

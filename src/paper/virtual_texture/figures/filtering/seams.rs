@@ -104,9 +104,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             for (n, picture) in pictures(&mut shown, &variants)?.iter().enumerate() {
                 let at_edges = compare_where(picture, &truths[n], |x, y| near.at(x, y))?;
                 let elsewhere = compare_where(picture, &truths[n], |x, y| !near.at(x, y))?;
-                let worst =
-                    |of: &crate::picture::error::Difference| of.worst().map_or(0.0, |worst| worst.value);
-                let found = [worst(&at_edges), at_edges.nmse(), worst(&elsewhere)];
+                let found = [at_edges.largest(), at_edges.nmse(), elsewhere.largest()];
                 for (points, value) in series[n].iter_mut().zip(found) {
                     points.push([f64::from(border), value]);
                 }
