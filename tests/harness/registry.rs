@@ -70,6 +70,14 @@ const COMPARERS: &[Comparer] = &[
         )],
     },
     Comparer {
+        judges: "grey values in one number",
+        function: ("src/paper/texture_mapping/agreement.rs", "nmse"),
+        rejects: &[(
+            "src/paper/texture_mapping/agreement.rs",
+            "nmse_is_relative_to_the_squares_of_the_truth",
+        )],
+    },
+    Comparer {
         judges: "an ellipse filter's Jacobians against f64",
         function: ("tests/texture_mapping/coordinates.rs", "jacobian_errors"),
         rejects: &[(

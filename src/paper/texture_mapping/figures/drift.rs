@@ -126,21 +126,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for method in DerivativeMethod::ALL {
         let form = if method == DerivativeMethod::Differences { Form::Textbook } else { Form::RowConstants };
         let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
-        let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
+        // Relative to the pixel's largest derivative.
+        let errors = errors(&found, width, &cases, |plane, x, y| {
+            let exact = reference::derivatives(method, plane, x, y);
+            (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
+        });
         let name = format!("{} derivatives", method.name());
         rows.extend(percentile(&errors, 1.0).map(|largest| Row::number(name, DERIVATIVE, "", largest)));
     }
     Ok(rows)
-}
-
-/// The exact values of a method's derivatives at a position, and the largest of their absolute values.
-fn exact_derivatives(method: DerivativeMethod, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
-    let [[u_x, u_y], [v_x, v_y]] = match method {
-        DerivativeMethod::Analytic => plane.jacobian(x, y),
-        _ => reference::differences(plane, x, y),
-    };
-    let exact = [u_x, v_x, u_y, v_y];
-    (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
 }
 
 /// A form's values in two rows of each case.

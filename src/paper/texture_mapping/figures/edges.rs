@@ -2,7 +2,7 @@
 //! and their effect on a picture's error. The thesis calls V1 the cut-off volume.
 
 use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, TEXELS, TIME, errors};
-use super::shape::pattern_of;
+use super::shape::{TILTS, pattern_of};
 use super::shown::patterns;
 use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
@@ -61,8 +61,6 @@ pub const EDGES: Figure = Figure {
     ],
     ..Figure::BASE
 };
-
-const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
 
 /// Names of [`Edge`].
 const EXACT: &str = "exact";

@@ -8,7 +8,7 @@ use crate::figure::prelude::*;
 use crate::math::weight_map::WeightMap;
 use crate::paper::texture_mapping::agreement::{Agreement, compare_fragments};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::footprint::{Axes, Determinant};
+use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
@@ -224,7 +224,7 @@ fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &TiltedPlane) -> a
     let seen = || dumped.iter().filter(|pixel| pixel.pixel.is_some());
     let count = seen().filter(|pixel| broken(pixel.colour.iter())).count();
     let mut rows = vec![Row::number(name, BROKEN, "pixels", count as f64)];
-    if !subtracts(method) {
+    if !method.subtracts() {
         rows.extend(agreement_rows(name, &lab.agreement(&dumped, method, plane)));
     }
     if matches!(method, Method::Ellipse(_)) {
@@ -252,9 +252,4 @@ fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &TiltedPlane, shown
     ];
     rows.extend(agreement_rows(name, &found));
     rows
-}
-
-/// True if the determinant is a difference, which cancels to noise in f32 for long footprints. No reference applies.
-fn subtracts(method: &Method) -> bool {
-    matches!(method, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
 }

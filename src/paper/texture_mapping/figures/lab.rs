@@ -329,18 +329,3 @@ pub fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
     let pixel = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
     Picture::new(width, height, values.iter().map(pixel).collect())
 }
-
-/// NMSE: the sum of squared errors, divided by the sum of squares of the truth.
-pub fn nmse(found: impl IntoIterator<Item = f64>, truth: &[f64]) -> f64 {
-    let squares: f64 = found.into_iter().zip(truth).map(|(found, truth)| (found - truth).powi(2)).sum();
-    squares / truth.iter().map(|truth| truth * truth).sum::<f64>()
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn nmse_is_relative_to_the_squares_of_the_truth() {
-        assert_eq!(super::nmse([3.0, 0.0], &[3.0, 4.0]), 16.0 / 25.0);
-        assert_eq!(super::nmse([3.0, 4.0], &[3.0, 4.0]), 0.0);
-    }
-}

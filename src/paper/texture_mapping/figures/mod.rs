@@ -1,4 +1,4 @@
-//! Every figure of paper 3: the only module that uses both the GPU's steps and the reference.
+//! Every figure of paper 3.
 
 mod anisotropic;
 mod coordinates;

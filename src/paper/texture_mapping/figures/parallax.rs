@@ -1,8 +1,9 @@
 //! tm.25: error and cost of filtered parallax mapping.
 
-use super::lab::{FLOOR, NMSE, nmse};
+use super::lab::{FLOOR, NMSE};
 use super::shown::{relief_methods, reliefs};
 use crate::figure::prelude::*;
+use crate::paper::texture_mapping::agreement::nmse;
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMap};
 use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
 use crate::paper::texture_mapping::relief::pass::FilteredRelief;

@@ -119,7 +119,7 @@ struct Score {
 }
 
 impl Score {
-    fn mean_nmse(&self) -> f64 {
+    fn mean_error(&self) -> f64 {
         geometric_mean(self.nmse.iter().copied())
     }
 
@@ -162,7 +162,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::new(&**name, NMSE, "", Value::Missing(why.into())));
     }
     rows.extend(losses(&present, &scores));
-    let by_texels = scores.iter().map(|score| [score.mean_fetched(), score.mean_nmse()]);
+    let by_texels = scores.iter().map(|score| [score.mean_fetched(), score.mean_error()]);
     let counted = by_texels.filter(|[fetched, _]| *fetched > 0.0).collect();
     rows.push(Row::new(FRONT, BY_TEXELS, "", Value::Series(front(counted))));
     rows.extend(time_rows(bench, &Lab::new(&gpu, Pattern::PinkNoise, size)?, &present, &planes, &scores)?);
@@ -210,7 +210,7 @@ fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
 }
 
 fn rows_of(name: &str, score: &Score) -> Vec<Row> {
-    let (nmse, fetched) = (score.mean_nmse(), score.mean_fetched());
+    let (nmse, fetched) = (score.mean_error(), score.mean_fetched());
     let number = |quantity, unit, number| Row::number(name, quantity, unit, number);
     let mut rows = vec![
         number(NMSE, "", nmse),
@@ -245,7 +245,7 @@ fn losses(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()
         .zip(scores)
-        .map(|((name, _), score)| (&**name, score.mean_fetched(), score.mean_nmse()))
+        .map(|((name, _), score)| (&**name, score.mean_fetched(), score.mean_error()))
         .filter(|(_, texels, _)| *texels > 0.0)
         .collect();
     let (ours, others): (Vec<_>, Vec<_>) = points.into_iter().partition(|(name, ..)| name.starts_with(OURS));
@@ -267,7 +267,7 @@ fn time_rows(
 ) -> anyhow::Result<Vec<Row>> {
     let mut rows = lab.time_rows(bench, methods, planes)?;
     let point =
-        |(row, score): (&Row, &Score)| Some((row.variant.clone(), [row.value.number()?, score.mean_nmse()]));
+        |(row, score): (&Row, &Score)| Some((row.variant.clone(), [row.value.number()?, score.mean_error()]));
     let points: Vec<(String, [f64; 2])> = rows.iter().zip(scores).filter_map(point).collect();
     let ends = front(points.iter().map(|(_, point)| *point).collect());
     let series = points.into_iter().map(|(name, point)| (name, vec![point])).chain([(FRONT.into(), ends)]);

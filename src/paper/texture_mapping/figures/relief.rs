@@ -8,7 +8,7 @@ use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trac
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use crate::stats::mean;
-use crate::vk::{Cmd, Gpu};
+use crate::vk::Gpu;
 use std::sync::{Arc, Mutex};
 
 const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
@@ -206,13 +206,6 @@ fn relief_of(scene: &str, side: usize) -> anyhow::Result<Relief> {
     Ok(kind.with_context(|| format!("no relief {scene:?}"))?.relief(side))
 }
 
-fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) -> crate::vk::Result<()> {
-    let mut frame = gpu.frame()?;
-    frame.pass("relief", record)?;
-    frame.submit()?.wait()?;
-    Ok(())
-}
-
 /// The maps of a relief: the distance maps in the order of [`Build::ALL`], the cone map, and the relaxed cone map.
 struct Maps {
     distances: Vec<DistanceMap>,
@@ -241,12 +234,12 @@ fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
         match build {
             Build::Distances(holds, refined) => {
                 let own = DistanceBuild::new(gpu, relief, layers, &Fan::new(relief.depth, holds), refined)?;
-                run(gpu, |cmd| own.run(cmd))?;
+                gpu.run_pass("relief", |cmd| own.run(cmd))?;
                 distances.push(own.read(gpu)?);
             }
             Build::Cones { relaxed } => {
                 let own = ConeBuild::new(gpu, relief, relaxed)?;
-                run(gpu, |cmd| own.run(cmd))?;
+                gpu.run_pass("relief", |cmd| own.run(cmd))?;
                 cones[usize::from(relaxed)] = own.read(gpu)?;
             }
         }

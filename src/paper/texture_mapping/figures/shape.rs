@@ -101,7 +101,7 @@ pub const SHAPE: Figure = Figure {
     ],
 };
 
-const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
+pub const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
 
 const NONE: &str = "none";
 const BLIND: &str = "blind to shape";

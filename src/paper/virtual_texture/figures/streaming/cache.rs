@@ -143,7 +143,8 @@ impl Path {
         let distinct = self.lists.iter().flatten().collect::<HashSet<_>>().len();
         let mib = TileFormat::Rgba8.tile_bytes(&self.pyramid) as f64 / MIB;
         let reads = HOST_SHARES.map(|share| {
-            let config = unhurried(self.largest as u32, (share * self.largest as f64).ceil() as u32);
+            // These budgets never limit a frame, so only the sizes of the caches matter.
+            let config = replayed(self.largest as u32, (share * self.largest as f64).ceil() as u32, 1 << 16);
             let reports = play(&self.pyramid, config, &self.lists);
             let reads: usize = reports.iter().map(|report| report.loads).sum();
             [share, reads as f64 / self.lists.len() as f64]
@@ -177,13 +178,13 @@ impl Path {
     }
 }
 
-/// Settings whose budgets never limit a frame, so that only the cache sizes matter.
-fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
+/// Settings of a replay, with a budget of so many tiles per frame for uploads and for loads.
+pub(super) fn replayed(gpu_tiles: u32, host_tiles: u32, tiles_per_frame: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
         host_tiles,
-        upload_tiles_per_frame: 1 << 16,
-        load_tiles_per_frame: 1 << 16,
+        upload_tiles_per_frame: tiles_per_frame,
+        load_tiles_per_frame: tiles_per_frame,
         // The results stored in results/ were measured with this order.
         order: Order::Finest,
         deterministic: true,

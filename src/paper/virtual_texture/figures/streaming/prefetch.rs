@@ -1,12 +1,12 @@
 //! vt.prefetch: the number of visible tiles that are missing, without and with prefetch.
 
 use super::super::common::samples;
-use super::cache::Nowhere;
+use super::cache::{Nowhere, replayed};
 use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
 use crate::figure::prelude::*;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::TextureFrameRecord;
-use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
+use crate::paper::virtual_texture::streaming::Streaming;
 use crate::vk::FRAMES_IN_FLIGHT;
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -138,16 +138,7 @@ impl PrefetchCounts {
     ) -> anyhow::Result<PrefetchCounts> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
         // Twice the largest visible set, as in vt.cache.
-        let config = StreamingConfig {
-            gpu_tiles: 2 * largest as u32,
-            host_tiles: 4 * largest as u32,
-            upload_tiles_per_frame: 8,
-            load_tiles_per_frame: 8,
-            // The results stored in results/ were measured with this order.
-            order: Order::Finest,
-            deterministic: true,
-            ..StreamingConfig::default()
-        };
+        let config = replayed(2 * largest as u32, 4 * largest as u32, 8);
         let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config)?;
         // The path begins at rest, so the tiles missing in its first frame are not counted.
         while streaming.frame(&records[0].visible, &mut Nowhere).pending > 0 {}
