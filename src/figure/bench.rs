@@ -4,7 +4,7 @@ use super::{Effort, Row};
 use crate::math::splitmix::SplitMix64;
 use crate::picture::write::{Srgb8Picture, write_png};
 use crate::stats::Summary;
-use crate::vk::{self, Feature, Frame, Gpu, GpuOptions, Message, Need, PassTime, Work};
+use crate::vk::{self, Cmd, Feature, Frame, Gpu, GpuOptions, Message, Need, PassTime, Work};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -67,6 +67,17 @@ impl<'a> Contender<'a> {
         })
     }
 
+    /// A frame whose only pass is `record`.
+    pub fn pass(
+        gpu: &'a Gpu,
+        variant: impl Into<String>,
+        mut record: impl FnMut(&mut Cmd<'_>) -> vk::Result<()> + 'a,
+    ) -> Contender<'a> {
+        let variant = variant.into();
+        let label = variant.clone();
+        Contender::new(variant, move || Ok(gpu.run_pass(&label, &mut record)?))
+    }
+
     /// Adds a last pass: the host's time for `work`, which follows the device's passes.
     pub fn and_host<T>(mut self, label: &'a str, mut work: impl FnMut() -> T + 'a) -> Contender<'a> {
         Contender::new(self.variant, move || {
@@ -111,6 +122,17 @@ impl Bench {
             self.opened.borrow_mut().push(gpu.clone());
         }
         Ok(gpu)
+    }
+
+    /// Opens the run's device with those features of `needs` that it offers.
+    ///
+    /// # Errors
+    /// As [`Gpu::new`].
+    pub fn gpu_with_offered(&self, needs: &[Need]) -> vk::Result<Gpu> {
+        let offered = self.gpu(&[])?.physical().features.clone();
+        let granted: Vec<Need> =
+            needs.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
+        self.gpu(&granted)
     }
 
     /// Validation messages of this cell's devices so far; empty without validation.
@@ -160,6 +182,20 @@ impl Bench {
     /// The first error of a contender.
     pub fn interleave<'a>(&self, gpu: &'a Gpu, contenders: Vec<Contender<'a>>) -> anyhow::Result<Vec<Timed>> {
         self.interleave_until(gpu, contenders, 1, |_| true)
+    }
+
+    /// The whole time of each contender of [`Bench::interleave`], as rows of `quantity`.
+    ///
+    /// # Errors
+    /// The first error of a contender.
+    pub fn times<'a>(
+        &self,
+        gpu: &'a Gpu,
+        contenders: impl IntoIterator<Item = Contender<'a>>,
+        quantity: &str,
+    ) -> anyhow::Result<Vec<Row>> {
+        let timed = self.interleave(gpu, contenders.into_iter().collect())?;
+        Ok(timed.iter().map(|one| one.row(quantity)).collect())
     }
 
     /// As [`Bench::interleave`], then repeats all runs until `enough` returns true, or until there are `most` times as
@@ -292,6 +328,18 @@ impl Timed {
         self.passes.iter().filter(|(_, summary)| summary.is_some()).map(move |(label, _)| of(label))
     }
 
+    /// The time of contender `base` over the time of every other contender of `timed`, by round.
+    pub fn gains(timed: &[Timed], base: &str, quantity: &str) -> Vec<Row> {
+        let of_base = timed.iter().find(|one| one.variant == base).and_then(Timed::total_of_rounds);
+        let gain = |one: &Timed| {
+            let rounds = of_base.iter().flatten().zip(one.total_of_rounds()?);
+            // A device with coarse timestamps may report 0.
+            Some(rounds.map(|(base, own)| base / own).filter(|gain| gain.is_finite()).collect())
+        };
+        let others = timed.iter().filter(|one| one.variant != base && one.variant != "empty pass");
+        others.map(|one| Row::of_rounds(&one.variant, quantity, "", gain(one))).collect()
+    }
+
     /// A pass's time in milliseconds.
     pub fn pass(&self, label: &str) -> Option<Summary> {
         self.passes.iter().find(|(l, _)| l == label).and_then(|(_, summary)| *summary)
@@ -313,5 +361,17 @@ mod tests {
         }
         assert!(before.iter().all(|before| before.len() >= 3), "{before:?}");
         assert_eq!([order(3, 1), order(3, 0)], [vec![0], vec![]]);
+    }
+
+    #[test]
+    fn a_gain_is_the_ratio_of_the_times_of_two_contenders_in_one_round() {
+        let timed = |name: &str, ns: [u64; 3]| {
+            let pass = |ns| vec![PassTime { label: "p".into(), ns: Some(ns), work: None }];
+            Timed::of(name, ns.map(pass).to_vec())
+        };
+        let all = [timed("a", [10, 20, 30]), timed("b", [5, 5, 0]), timed("empty pass", [1; 3])];
+        let rows = Timed::gains(&all, "a", "gain");
+        let found: Vec<_> = rows.iter().map(|row| (&*row.variant, &row.rounds[..])).collect();
+        assert_eq!(found, [("b", &[2.0, 4.0][..])]);
     }
 }

@@ -160,9 +160,19 @@ impl Claim {
         Claim { from: Origin::Paper(section), ..Claim::ours(id, text, tests) }
     }
 
-    /// A claim about time.
-    pub const fn timed(self) -> Claim {
-        Claim { timed: true, ..self }
+    /// A claim of this project about time.
+    pub const fn ours_timed(id: &'static str, text: &'static str, tests: &'static [Test]) -> Claim {
+        Claim { timed: true, ..Claim::ours(id, text, tests) }
+    }
+
+    /// A claim of the paper about time, with section.
+    pub const fn paper_timed(
+        section: &'static str,
+        id: &'static str,
+        text: &'static str,
+        tests: &'static [Test],
+    ) -> Claim {
+        Claim { timed: true, ..Claim::paper(section, id, text, tests) }
     }
 
     pub const fn at(self, places: Places) -> Claim {
@@ -258,6 +268,17 @@ impl Test {
         Test { term: Term::Value(of), bound }
     }
 
+    /// One bound for several quantities.
+    pub const fn values<const N: usize>(of: [Pick; N], bound: Bound) -> [Test; N] {
+        let mut tests = [Test::value(of[0], bound); N];
+        let mut n = 1;
+        while n < N {
+            tests[n] = Test::value(of[n], bound);
+            n += 1;
+        }
+        tests
+    }
+
     pub const fn ratio(of: Pick, to: Pick, bound: Bound) -> Test {
         Test { term: Term::Ratio(of, to), bound }
     }
@@ -269,6 +290,21 @@ impl Test {
     /// The first variant's quantity divided by the second's.
     pub const fn ratio_of(quantity: &'static str, [of, to]: [&'static str; 2], bound: Bound) -> Test {
         Test::ratio(one(quantity, of), one(quantity, to), bound)
+    }
+
+    /// [`Test::ratio_of`] for several pairs of variants.
+    pub const fn ratios_of<const N: usize>(
+        quantity: &'static str,
+        pairs: [[&'static str; 2]; N],
+        bound: Bound,
+    ) -> [Test; N] {
+        let mut tests = [Test::ratio_of(quantity, pairs[0], bound); N];
+        let mut n = 1;
+        while n < N {
+            tests[n] = Test::ratio_of(quantity, pairs[n], bound);
+            n += 1;
+        }
+        tests
     }
 
     /// The first variant's quantity less the second's.

@@ -17,6 +17,7 @@ mod machine;
 mod merge;
 mod page;
 mod plot;
+pub mod prelude;
 mod renamed;
 mod results;
 mod run;

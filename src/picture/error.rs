@@ -120,6 +120,11 @@ impl Difference {
         worst
     }
 
+    /// The largest error; 0 for an empty picture.
+    pub fn largest(&self) -> f64 {
+        self.worst().map_or(0.0, |pixel| pixel.value)
+    }
+
     /// Number of pixels with an error above `bound`.
     pub fn count_above(&self, bound: f64) -> usize {
         self.errors.iter().filter(|error| error.value > bound).count()

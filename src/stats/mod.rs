@@ -21,6 +21,18 @@ pub fn median(samples: &[f64]) -> Option<f64> {
     percentile(samples, 0.5)
 }
 
+/// The arithmetic mean; NaN without values.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut count = 0.0;
+    let sum: f64 = values.into_iter().inspect(|_| count += 1.0).sum();
+    sum / count
+}
+
+/// The geometric mean; 0 if any value is 0.
+pub fn geometric_mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    mean(values.into_iter().map(f64::ln)).exp()
+}
+
 /// Confidence interval of the median, at least 95 % for any distribution. Its ends are the order statistics that lie
 /// 0.98 sqrt(n) ranks on each side of the middle, rounded outwards (W. J. Conover, "Practical Nonparametric
 /// Statistics", 1971, section 3.2; normal approximation of the binomial). With fewer than 6 samples it is their whole
@@ -119,6 +131,14 @@ mod tests {
         assert_eq!(median(&[4.0, 1.0, 3.0, 2.0]), Some(2.5));
         assert_eq!(median(&[7.0]), Some(7.0));
         assert_eq!(median(&[]), None);
+    }
+
+    #[test]
+    fn means_are_of_sums_and_of_products() {
+        assert_eq!(mean([1.0, 2.0, 6.0]), 3.0);
+        assert_eq!(geometric_mean([0.0, 8.0]), 0.0);
+        assert!((geometric_mean([2.0, 8.0]) - 4.0).abs() < 1e-12);
+        assert!(mean([]).is_nan());
     }
 
     #[test]

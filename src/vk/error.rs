@@ -35,6 +35,17 @@ pub enum Error {
 }
 
 impl Error {
+    /// The message, if the device lacks a feature or a limit is exceeded.
+    ///
+    /// # Errors
+    /// Any other error, unchanged.
+    pub fn unsupported(self) -> Result<String, Error> {
+        match self {
+            Error::MissingFeature { .. } | Error::Limit { .. } => Ok(self.to_string()),
+            other => Err(other),
+        }
+    }
+
     /// A limit of the device that `object` exceeds.
     pub(crate) fn limit(object: &str, what: impl Into<String>) -> Error {
         Error::Limit { object: object.to_owned(), what: what.into() }

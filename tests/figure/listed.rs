@@ -3,7 +3,7 @@
 use super::family::{BARS, FAILS, SWEPT};
 use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Test, Who, one};
 use ortelius::figure::{Effort, Family, Figure, FigureView, Setting, Show, Views, choose};
-use ortelius::paper::virtual_texture::figures::extremes::EXTREMES;
+use ortelius::paper::virtual_texture::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
 use ortelius::renderer::sections;
 use ortelius::scene::Scene;
@@ -175,7 +175,7 @@ fn no_claim_about_time_selects_a_value_by_the_rounds_that_judge_it() {
     const LEAST: &[Test] = &[Test::value(one("time", "a").x(At::Least), Bound::AtMost(1.0))];
     const MOST: &[Test] = &[Test::value(one("time", "a").part(Statistic::Most), Bound::AtMost(1.0))];
     for tests in [LEAST, MOST] {
-        assert!(selects_without_a_split(&Claim::ours("id", "text", tests).timed()));
+        assert!(selects_without_a_split(&Claim::ours_timed("id", "text", tests)));
         assert!(!selects_without_a_split(&Claim::ours("id", "text", tests)));
     }
 }

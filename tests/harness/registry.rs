@@ -58,15 +58,23 @@ const COMPARERS: &[Comparer] = &[
     },
     Comparer {
         judges: "a filter's picture against the f64 reference",
-        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare"),
+        function: ("src/paper/texture_mapping/agreement.rs", "compare"),
         rejects: &[("tests/texture_mapping/methods.rs", "a_changed_setting_is_not_explained_by_rounding")],
     },
     Comparer {
         judges: "a picture of object-space texturing against the f64 reference",
-        function: ("src/paper/texture_mapping/figures/agreement.rs", "compare_fragments"),
+        function: ("src/paper/texture_mapping/agreement.rs", "compare_fragments"),
         rejects: &[(
             "tests/texture_mapping/object_space.rs",
             "another_spacing_or_a_moved_polygon_is_not_explained_by_rounding",
+        )],
+    },
+    Comparer {
+        judges: "grey values in one number",
+        function: ("src/paper/texture_mapping/agreement.rs", "nmse"),
+        rejects: &[(
+            "src/paper/texture_mapping/agreement.rs",
+            "nmse_is_relative_to_the_squares_of_the_truth",
         )],
     },
     Comparer {

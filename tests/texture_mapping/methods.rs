@@ -2,8 +2,8 @@
 
 use super::{SIZE, device, dumped, methods};
 use ortelius::math::weight_map::{MapShape, WeightMap};
+use ortelius::paper::texture_mapping::agreement::compare;
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
-use ortelius::paper::texture_mapping::figures::agreement::compare;
 use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::Dumped;
@@ -27,10 +27,6 @@ fn planes() -> Vec<(&'static str, TiltedPlane)> {
     ]
 }
 
-fn subtracts(method: &Method) -> bool {
-    matches!(method, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
-}
-
 #[test]
 fn every_method_is_the_reference_up_to_rounding() {
     let gpu = device();
@@ -38,7 +34,7 @@ fn every_method_is_the_reference_up_to_rounding() {
     let mut objections = Vec::new();
     for method in methods() {
         // The subtracted determinant of a long footprint is noise in f32: see `tm.extremes`.
-        let planes = planes().into_iter().take(if subtracts(&method) { 2 } else { 7 });
+        let planes = planes().into_iter().take(if method.subtracts() { 2 } else { 7 });
         for (name, plane) in planes {
             let plane = plane.rounded();
             let found = compare(&dumped(&gpu, &method, &texels, &plane), &method, &plane, SIZE, &texels, 0);

@@ -1,7 +1,7 @@
 //! Object-space texturing on the device against its f64 reference.
 
 use super::{SIZE, device};
-use ortelius::paper::texture_mapping::figures::agreement::compare_fragments;
+use ortelius::paper::texture_mapping::agreement::compare_fragments;
 use ortelius::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
 use ortelius::paper::texture_mapping::object_space::{
     MOST_PER_PIXEL, TexturedPolygons, TexturedTriangle, reference,

@@ -1,5 +1,6 @@
 //! Filtered relief compared with its f64 form, and with the mean of exact intersections.
 
+use ortelius::paper::texture_mapping::agreement::nmse;
 use ortelius::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
 use ortelius::paper::texture_mapping::relief::parallax_reference::{RayPixel, pixels};
 use ortelius::paper::texture_mapping::relief::pass::FilteredRelief;
@@ -80,13 +81,6 @@ fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
     }
 }
 
-/// NMSE: the sum of squared errors, divided by the sum of squares of the truth. NaN if a pixel is NaN.
-fn error(found: &[f64], right: &[f64]) -> f64 {
-    assert_eq!(found.len(), right.len());
-    let squares = found.iter().zip(right).map(|(found, right)| (found - right).powi(2));
-    squares.sum::<f64>() / right.iter().map(|right| right * right).sum::<f64>()
-}
-
 #[test]
 fn one_colour_stays_what_it_is_by_every_method_on_every_relief() {
     let gpu = Watched::open(&GpuOptions::default());
@@ -111,8 +105,9 @@ fn projected_widths_are_near_the_truth_and_other_methods_are_not() {
         let colours = relief.colours();
         let right = truth(&relief, &colours, &view, 24);
         let [point, visible, projected] =
-            [ParallaxFilter::Point, ParallaxFilter::Visible, ParallaxFilter::Projected]
-                .map(|method| error(&filtered(&gpu, &relief, &colours, &view, method), &right.values));
+            [ParallaxFilter::Point, ParallaxFilter::Visible, ParallaxFilter::Projected].map(|method| {
+                nmse(filtered(&gpu, &relief, &colours, &view, method).into_iter(), &right.values)
+            });
         // The remaining error comes from two lines per texel and one sample per segment.
         assert!(projected < 5e-3, "{}: {projected}", kind.name());
         assert!(visible > 2.0 * projected && point > 10.0 * projected, "{}: {visible} {point}", kind.name());
@@ -129,6 +124,7 @@ fn on_a_plane_nothing_is_hidden() {
     assert_eq!(whole, visible);
     // On a plane, projected widths are a box filter.
     let right = truth(&plane, &colours, &view, 64);
-    let projected = error(&filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected), &right.values);
+    let found = filtered(&gpu, &plane, &colours, &view, ParallaxFilter::Projected);
+    let projected = nmse(found.into_iter(), &right.values);
     assert!(projected < 1e-6, "{projected}");
 }

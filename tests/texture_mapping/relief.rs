@@ -13,9 +13,7 @@ const LAYERS: usize = 8;
 const COLUMNS: u32 = 96;
 
 fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> ortelius::vk::Result<()>) {
-    let mut frame = gpu.frame().unwrap();
-    frame.pass("relief", record).unwrap();
-    frame.submit().unwrap().wait().unwrap();
+    gpu.run_pass("relief", record).unwrap();
 }
 
 /// Donnelly's map and the refined map.

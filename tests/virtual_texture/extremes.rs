@@ -2,7 +2,7 @@
 //! right.
 
 use crate::device;
-use ortelius::paper::virtual_texture::figures::extremes::{EXTREMES, Examiner, Extreme, ListOutcome};
+use ortelius::paper::virtual_texture::extremes::{EXTREMES, Examiner, Extreme, ListOutcome};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 use std::time::Instant;

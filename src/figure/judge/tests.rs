@@ -244,7 +244,7 @@ fn on_a_software_device_a_claim_about_time_holds_here_or_not() {
             .map(|(scene, number)| (scene, None, "a", Value::Number(number)))
             .collect();
         let (timed, counted) =
-            (Claim::paper("1", "id", "text", SMALL).timed(), Claim::ours("id", "text", SMALL));
+            (Claim::paper_timed("1", "id", "text", SMALL), Claim::ours("id", "text", SMALL));
         [timed, counted].map(|claim| claim.judge(&table(kind, &rows)).verdict)
     };
     let numbers = [[1.0, 1.0], [1.0, 2.0], [2.0, 2.0]];

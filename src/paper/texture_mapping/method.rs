@@ -17,6 +17,14 @@ pub enum Method {
     ObjectSpace(f32),
 }
 
+impl Method {
+    /// True if the determinant is a difference, which cancels to noise in f32 for long footprints. No reference applies
+    /// to these.
+    pub fn subtracts(&self) -> bool {
+        matches!(self, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
+    }
+}
+
 /// The settings of [`Method::Ellipse`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EllipseFilter {

@@ -19,8 +19,8 @@
 //!
 //! The table `[surface.NAME.relief]` of a scene ([`config`]) puts a relief below a plane; step H or step I draws the
 //! relief. [`method`] describes a filter method. [`pass`] runs the method on the GPU over a tilted [`plane`], and
-//! [`mod@reference`] computes the same picture in f64 on the CPU. [`baselines`] lists published filters, and [`texels`]
-//! holds a texture. [`figures`] measures all methods.
+//! [`mod@reference`] computes the same picture in f64 on the CPU; [`agreement`] compares the two. [`baselines`] lists
+//! published filters, and [`texels`] holds a texture. [`figures`] measures all methods.
 //!
 //! Errata. Each formula that can run is built twice, as printed and as corrected:
 //! - (4) takes the lengths of the **rows** of J for the ellipse's axes and an angle from J's entries. That is right
@@ -30,6 +30,7 @@
 //! - (9) prints the denominator of d/dx in all four derivatives, and uses increments that the thesis does not define.
 //! - V1's operator is illegible. We take V1 as the volume on the inner side of the cut.
 
+pub mod agreement;
 pub mod baselines;
 pub mod config;
 pub mod coordinates;

@@ -29,7 +29,7 @@ pub struct TiltedPlane(pub [[f64; 3]; 3]);
 impl Tilt {
     /// A plane without roll and yaw, with one texel per pixel at the centre. The view spans 16 degrees from the lower
     /// edge to the upper.
-    pub fn of(tilt_degrees: f64) -> Tilt {
+    pub const fn of(tilt_degrees: f64) -> Tilt {
         Tilt {
             tilt_degrees,
             roll_degrees: 0.0,

@@ -19,6 +19,7 @@
 //! - [`prefetch`]: the tiles that the camera will see soon (optional, not in the paper);
 //! - [`method`]: all passes of a variant; [`technique`]: the paper's part of a frame; [`figures`]: the measurements;
 //! - [`counts`]: the work of stages 2 and 3 in texels, atomics and bytes, which are equal on every device;
+//! - [`extremes`]: extreme inputs, and every variant compared with the reference on each of them;
 //! - [`trade`]: time and error of combinations of settings, for `ortelius trade` and `auto`;
 //! - [`mod@reference`]: the same steps in integers and f64 on the CPU; [`ruler`]: checks every fetched texel.
 //!
@@ -53,6 +54,7 @@ pub mod counts;
 pub mod dedup;
 pub mod disk;
 mod dump;
+pub mod extremes;
 pub mod fade;
 pub mod feedback;
 pub mod figures;
@@ -80,7 +82,7 @@ pub mod visible_list;
 
 pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
 pub use compare::{Again, PlainComparison};
-pub use config::{Config, ONE_SAMPLE, PAPER, VirtualTextureSettings, needs};
+pub use config::{Config, ONE_SAMPLE, PAPER, VirtualTextureSettings, lacks, needs};
 pub use dump::{FootprintPicture, read_requests, read_words, texels_per_pixel};
 pub use record::TextureFrameRecord;
 pub use technique::{VirtualTexture, VirtualTextureError};

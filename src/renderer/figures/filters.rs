@@ -2,8 +2,7 @@
 
 use super::kernel_truth::{CoordinateMap, TexturedView};
 use super::silhouettes::shows_one_piece;
-use crate::figure::claim::{Bound::Above, Bound::AtMost, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Timed};
+use crate::figure::prelude::*;
 use crate::math::camera::Pose;
 use crate::model::mesh::SourceMesh;
 use crate::paper::progressive_mesh;
@@ -23,7 +22,6 @@ use crate::renderer::{Options, Renderer};
 use crate::scene::Scene;
 use crate::texture::source::TileSource;
 use crate::vk::Gpu;
-use anyhow::Context;
 use glam::DVec4;
 use std::sync::Arc;
 use tempfile::TempDir;
@@ -244,7 +242,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let picture = renderer.linear_picture()?;
         rows.extend(errors(name, &picture, own, &parts)?);
         rows.push(Row::number(*name, BOX, "", error(&picture, &truths[1].1, &counts)?.nmse()));
-        let worst = error(&picture, own, &counts)?.worst().map_or(0.0, |worst| worst.value);
+        let worst = error(&picture, own, &counts)?.largest();
         rows.push(Row::number(*name, WORST, "linear light", worst));
         let record = renderer.records.last().and_then(|record| record.texture.as_ref());
         let tiles = record.context("a settled frame has a record")?.visible.len();
@@ -254,8 +252,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             format!("scene.filters-{}-{}", cell.scene.replace('/', "-"), name.replace([' ', ',', '\''], "-"));
         bench.picture(&file, &Srgb8Picture::from(&picture))?;
     }
-    let timed = bench.interleave(&gpu, contenders(&mut shown, &pose))?;
-    rows.extend(timed.iter().map(|timed| timed.row(TIME)));
+    rows.extend(bench.times(&gpu, contenders(&mut shown, &pose), TIME)?);
     drop(shown);
     rows.extend(texturing(bench, &gpu, &subject.scene, &pose)?);
     Ok(rows)

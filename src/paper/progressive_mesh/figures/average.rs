@@ -14,12 +14,10 @@ use super::orders::{
     WITH_SCANS, moved_per_split, number, ordered, orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
-use crate::figure::claim::{
-    Better, Bound::AtMost, Bound::Below, Bound::Within, Claim, Places, Test, best, one,
-};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::stats::mean;
 use rayon::prelude::*;
 
 pub const AVERAGE: Figure = Figure {
@@ -84,22 +82,14 @@ pub const AVERAGE: Figure = Figure {
             "tail-23",
             "With new faces at the tail and at most 23 moved faces per split, an order needs at most 1.55 transforms \
              per vertex; 95 % of the levels need at most 0.2 more (FIFO-16, mean over the models).",
-            &[
-                Test::value(one(FIFO_16, TAIL_23), AtMost(1.55)),
-                Test::value(one(MOVED, TAIL_23), AtMost(23.0)),
-                Test::difference(one(P95, TAIL_23), one(FIFO_16, TAIL_23), AtMost(0.2)),
-            ],
+            &bounds(TAIL_23, 1.55, 23.0, 0.2),
         )
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "tail-10",
             "With new faces at the tail and at most 10 moved faces per split, an order needs at most 1.85 transforms \
              per vertex; 95 % of the levels need at most 0.2 more (FIFO-16, mean over the models).",
-            &[
-                Test::value(one(FIFO_16, TAIL_10), AtMost(1.85)),
-                Test::value(one(MOVED, TAIL_10), AtMost(10.0)),
-                Test::difference(one(P95, TAIL_10), one(FIFO_16, TAIL_10), AtMost(0.2)),
-            ],
+            &bounds(TAIL_10, 1.85, 10.0, 0.2),
         )
         .at(Places::mean(&CLOSED)),
         Claim::ours(
@@ -107,12 +97,7 @@ pub const AVERAGE: Figure = Figure {
             "With births in place and at most 23 moved faces per split, an order needs at most 1.25 transforms per \
              vertex; 95 % of the levels need at most 0.05 more. At most 6 % more faces are drawn than are live \
              (FIFO-16, mean over the models).",
-            &[
-                Test::value(one(FIFO_16, IN_PLACE_23), AtMost(1.25)),
-                Test::value(one(MOVED, IN_PLACE_23), AtMost(23.0)),
-                Test::difference(one(P95, IN_PLACE_23), one(FIFO_16, IN_PLACE_23), AtMost(0.05)),
-                Test::value(one(DRAWN, IN_PLACE_23), AtMost(1.06)),
-            ],
+            &IN_PLACE_23_BOUNDS,
         )
         .at(Places::mean(&CLOSED)),
         Claim::ours(
@@ -120,22 +105,14 @@ pub const AVERAGE: Figure = Figure {
             "With births in place and at most 10 moved faces per split, an order needs at most 1.27 transforms per \
              vertex; 95 % of the levels need at most 0.05 more. At most 12 % more faces are drawn than are live \
              (FIFO-16, mean over the models).",
-            &[
-                Test::value(one(FIFO_16, IN_PLACE_10), AtMost(1.27)),
-                Test::value(one(MOVED, IN_PLACE_10), AtMost(10.0)),
-                Test::difference(one(P95, IN_PLACE_10), one(FIFO_16, IN_PLACE_10), AtMost(0.05)),
-                Test::value(one(DRAWN, IN_PLACE_10), AtMost(1.12)),
-            ],
+            &IN_PLACE_10_BOUNDS,
         )
         .at(Places::mean(&CLOSED)),
         Claim::ours(
             "re-optimised",
             "Births in place need fewer transforms than meshoptimizer reaches when it reorders every level \
              from scratch, with the better of its two optimizers (FIFO-16, mean over the models).",
-            &[
-                Test::ratio(one(FIFO_16, IN_PLACE_23), best(FIFO_16, re_optimised), Below(1.0)),
-                Test::ratio(one(FIFO_16, IN_PLACE_10), best(FIFO_16, re_optimised), Below(1.0)),
-            ],
+            &[below_re_optimised(IN_PLACE_23), below_re_optimised(IN_PLACE_10)],
         )
         .at(Places::mean(&CLOSED)),
         EQUAL_MEMORY,
@@ -168,31 +145,45 @@ pub const AVERAGE: Figure = Figure {
             "in-place-23-on-scans",
             "On the scans, too, births in place at 23 moved faces per split keep the bounds of `in-place-23`, \
              `re-optimised` and `batches`.",
-            &[
-                Test::value(one(FIFO_16, IN_PLACE_23), AtMost(1.25)),
-                Test::ratio(one(FIFO_16, IN_PLACE_23), best(FIFO_16, re_optimised), Below(1.0)),
-                Test::value(one(MOVED, IN_PLACE_23), AtMost(23.0)),
-                Test::difference(one(P95, IN_PLACE_23), one(FIFO_16, IN_PLACE_23), AtMost(0.05)),
-                Test::value(one(DRAWN, IN_PLACE_23), AtMost(1.06)),
-                Test::value(one(BATCHES, IN_PLACE_23), AtMost(1.70)),
-            ],
+            &on_scans(IN_PLACE_23, IN_PLACE_23_BOUNDS),
         )
         .at(Places::scenes(&scans::ALL)),
         Claim::ours(
             "in-place-10-on-scans",
             "The same holds at 10 moved faces per split.",
-            &[
-                Test::value(one(FIFO_16, IN_PLACE_10), AtMost(1.27)),
-                Test::ratio(one(FIFO_16, IN_PLACE_10), best(FIFO_16, re_optimised), Below(1.0)),
-                Test::value(one(MOVED, IN_PLACE_10), AtMost(10.0)),
-                Test::difference(one(P95, IN_PLACE_10), one(FIFO_16, IN_PLACE_10), AtMost(0.05)),
-                Test::value(one(DRAWN, IN_PLACE_10), AtMost(1.12)),
-                Test::value(one(BATCHES, IN_PLACE_10), AtMost(1.70)),
-            ],
+            &on_scans(IN_PLACE_10, IN_PLACE_10_BOUNDS),
         )
         .at(Places::scenes(&scans::ALL)),
     ],
 };
+
+/// Bounds of an order's cost and moved faces, and of the cost that 95 % of the levels may need beyond the mean.
+const fn bounds(order: &'static str, cost: f64, moved: f64, beyond: f64) -> [Test; 3] {
+    [
+        Test::value(one(FIFO_16, order), AtMost(cost)),
+        Test::value(one(MOVED, order), AtMost(moved)),
+        Test::difference(one(P95, order), one(FIFO_16, order), AtMost(beyond)),
+    ]
+}
+
+/// As [`bounds`], with a bound of the drawn faces.
+const fn bounds_in_place(order: &'static str, cost: f64, moved: f64, drawn: f64) -> [Test; 4] {
+    let [cost, moved, p95] = bounds(order, cost, moved, 0.05);
+    [cost, moved, p95, Test::value(one(DRAWN, order), AtMost(drawn))]
+}
+
+const IN_PLACE_23_BOUNDS: [Test; 4] = bounds_in_place(IN_PLACE_23, 1.25, 23.0, 1.06);
+const IN_PLACE_10_BOUNDS: [Test; 4] = bounds_in_place(IN_PLACE_10, 1.27, 10.0, 1.12);
+
+const fn below_re_optimised(order: &'static str) -> Test {
+    Test::ratio(one(FIFO_16, order), best(FIFO_16, re_optimised), Below(1.0))
+}
+
+/// The bounds of an order with births in place, with those of `re-optimised` and `batches`.
+const fn on_scans(order: &'static str, [cost, moved, p95, drawn]: [Test; 4]) -> [Test; 6] {
+    let batches = Test::value(one(BATCHES, order), AtMost(1.70));
+    [cost, below_re_optimised(order), moved, p95, drawn, batches]
+}
 
 /// A test of the paper's range on the paper's greedy order, with the cache for which this order is optimised.
 const fn made_for(quantity: &'static str) -> Test {
@@ -244,7 +235,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(number(name, MEMORY, "bytes per face", program.index_type().triangle_bytes() as f64));
         let drawn =
             |&level: &u32| f64::from(program.drawn(level)) / f64::from(plain.levels[level as usize].faces);
-        rows.push(number(name, DRAWN, "faces", all.iter().map(drawn).sum::<f64>() / all.len() as f64));
+        rows.push(number(name, DRAWN, "faces", mean(all.iter().map(drawn))));
         rows.extend(on_wedges(name, &mesh, &program, &some));
         rows.extend(equal_memory::rows(name, &program, &plain, &levels));
     }
@@ -295,7 +286,7 @@ fn spread(name: &str, mesh: &ProgressiveMesh, costs: &LevelCosts) -> Vec<Row> {
         number(name, WORST, PER_VERTEX, costs.exceeded_by(0.0)),
     ];
     if !after.is_empty() {
-        rows.push(number(name, AFTER, PER_VERTEX, after.iter().sum::<f64>() / after.len() as f64));
+        rows.push(number(name, AFTER, PER_VERTEX, mean(after)));
     }
     rows
 }

@@ -3,9 +3,7 @@
 use super::super::choices::FaceOrder;
 use super::super::mesh::ProgressiveMesh;
 use super::scans;
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
-use anyhow::Context;
+use crate::figure::prelude::*;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
@@ -32,13 +30,12 @@ pub const BUILD: Figure = Figure {
     measure,
     plots: &[Plot::sweep(TIME).log_x().log_y(), Plot::sweep(MEMORY).log_x().log_y()],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "linear",
             "The build time per face is at most twice as large for the largest model as for the smallest.",
             &[Test::growth(one(TIME, WHOLE), 1.0, AtMost(2.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "dragon",
             "The dragon with 871 414 faces is built in at most 150 s with the best settings (target: 60 s), and in at \
              most 35 s with `--effort fast`; with at most 2 GiB.",
@@ -48,8 +45,7 @@ pub const BUILD: Figure = Figure {
                 Test::value(each(MEMORY, settings), AtMost(2048.0)),
             ],
         )
-        .at(Places::scenes(&["dragon"]).x(871_414.0, 871_414.0))
-        .timed(),
+        .at(Places::scenes(&["dragon"]).x(871_414.0, 871_414.0)),
     ],
     ..Figure::BASE
 };

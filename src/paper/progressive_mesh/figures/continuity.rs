@@ -7,9 +7,8 @@ use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::{number, ordered};
 use super::surfaces::{Size, distances};
 use super::{models, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
-use anyhow::Context;
+use crate::figure::prelude::*;
+use crate::stats::geometric_mean;
 
 pub const CONTINUITY: Figure = Figure {
     id: "pm.continuity",
@@ -101,17 +100,16 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::new(name, FACES, "faces", Value::Series(curve)));
         rows.push(number(name, MOST, "%", most));
         rows.push(number(name, NONE, "%", none));
-        let mut logarithms = [0.0; 2];
-        for part in PARTS {
+        let of_part = |part: f64| {
             let steps = collapses.steps_to(&model, (model.faces.len() as f64 * part) as usize);
             let faces = collapses.faces_after(&model, steps);
-            let found = distances(&model, &wedges, &faces, samples).context("a face is left")?;
-            logarithms[0] += found.mean.ln();
-            logarithms[1] += found.hausdorff.ln();
-        }
-        for (quantity, sum) in [MEAN, HAUSDORFF].into_iter().zip(logarithms) {
-            rows.push(number(name, quantity, "diagonals", (sum / PARTS.len() as f64).exp()));
-        }
+            distances(&model, &wedges, &faces, samples).context("a face is left")
+        };
+        let found = PARTS.into_iter().map(of_part).collect::<anyhow::Result<Vec<_>>>()?;
+        let mean = geometric_mean(found.iter().map(|found| found.mean));
+        rows.push(number(name, MEAN, "diagonals", mean));
+        let hausdorff = geometric_mean(found.iter().map(|found| found.hausdorff));
+        rows.push(number(name, HAUSDORFF, "diagonals", hausdorff));
     }
     Ok(rows)
 }

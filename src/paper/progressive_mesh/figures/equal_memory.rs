@@ -6,8 +6,7 @@ use super::super::cache::Cache;
 use super::super::mesh::ProgressiveMesh;
 use super::super::run::Program;
 use super::orders::{CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, TAIL_23, number};
-use crate::figure::Row;
-use crate::figure::claim::{Bound::Below, Claim, Places, Test};
+use crate::figure::prelude::*;
 use crate::vk::IndexType;
 
 /// Memory that all instances share: an order's commands, the tables for jumps over many levels, the faces drawn at each

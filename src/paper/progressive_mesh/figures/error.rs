@@ -4,9 +4,7 @@ use super::super::simplify::{SimplifyOptions, simplify};
 use super::orders::CLOSED;
 use super::surfaces::{Size, baseline, distances};
 use super::{models, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
-use anyhow::Context;
+use crate::figure::prelude::*;
 
 pub const ERROR: Figure = Figure {
     id: "pm.error",

@@ -1,8 +1,7 @@
 //! pm.governor: frame time and error along two paths, without a governor and with each of two rules.
 
 use super::scene;
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::paper::progressive_mesh::governor::{Budget, Rule};
 use crate::paper::progressive_mesh::{
@@ -11,9 +10,8 @@ use crate::paper::progressive_mesh::{
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use crate::stats::{Summary, median};
+use crate::stats::{Summary, geometric_mean, median};
 use crate::vk::Gpu;
-use anyhow::Context;
 
 const WITHOUT: &str = "no governor";
 const INTEGRAL: &str = "integral";
@@ -73,31 +71,25 @@ pub const GOVERNOR: Figure = Figure {
     measure,
     plots: &[Plot::curves(TIME, "frame").log_y(), Plot::curves(FACTOR, "frame").log_y(), Plot::bars(WITHIN)],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "budget-held",
             "On a walk, nine of ten frames are within the budget after the first 30 frames.",
             &[Test::value(one(WITHIN, PLANNED), AtLeast(90.0))],
         )
-        .at(Places::scenes(&[WALK]))
-        .timed(),
-        Claim::ours(
+        .at(Places::scenes(&[WALK])),
+        Claim::ours_timed(
             "no-oscillation",
             "The error does not oscillate: it reverses its direction in at most one frame of ten.",
             &[Test::value(one(TURNS, PLANNED), AtMost(10.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "planning-pays",
             "If the view jumps, the governor keeps the budget in more frames than the integral controller does, also \
              if that controller keeps a reserve of a tenth.",
-            &[
-                Test::ratio_of(WITHIN, [PLANNED, INTEGRAL], Above(1.0)),
-                Test::ratio_of(WITHIN, [PLANNED, RESERVED], Above(1.0)),
-            ],
+            &Test::ratios_of(WITHIN, [[PLANNED, INTEGRAL], [PLANNED, RESERVED]], Above(1.0)),
         )
-        .at(Places::scenes(&[CUTS]))
-        .timed(),
-        Claim::ours(
+        .at(Places::scenes(&[CUTS])),
+        Claim::ours_timed(
             "planning-is-free",
             "On a walk, where nothing changes quickly, the governor keeps the budget in at least as many frames as the \
              integral controller with a reserve does, with at most 1.1 times its mean error.",
@@ -106,8 +98,7 @@ pub const GOVERNOR: Figure = Figure {
                 Test::ratio_of(PRICE, [PLANNED, RESERVED], AtMost(1.1)),
             ],
         )
-        .at(Places::scenes(&[WALK]))
-        .timed(),
+        .at(Places::scenes(&[WALK])),
     ],
     ..Figure::BASE
 };
@@ -213,7 +204,7 @@ impl Shown {
     }
 
     fn price(&self) -> f64 {
-        (self.factors.iter().map(|factor| factor.ln()).sum::<f64>() / self.factors.len() as f64).exp()
+        geometric_mean(self.factors.iter().copied())
     }
 }
 

@@ -20,7 +20,7 @@ mod size;
 mod surfaces;
 mod texture;
 
-use crate::figure::{Bench, Figure, FigureView, Setting};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::paper::progressive_mesh::choices::{ErrorMetric, FaceOrder};
 use crate::paper::progressive_mesh::config::{self, ProgressiveSurface};
@@ -29,7 +29,6 @@ use crate::paper::progressive_mesh::{LoadedMesh, ProgressiveMeshSettings, Progre
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::vk::Gpu;
-use anyhow::Context;
 
 /// All figures, in the report's order.
 pub const FIGURES: &[&Figure] = &[

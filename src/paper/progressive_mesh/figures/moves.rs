@@ -5,8 +5,7 @@ use super::super::order::{Groups, OrderOptions};
 use super::super::simplify::Collapses;
 use super::models;
 use super::orders::{CLOSED, PAPER, moved_per_split, ordered, simplified};
-use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 
 pub const MOVES: Figure = Figure {
     id: "pm.moves",

@@ -8,8 +8,7 @@ use super::orders::{
     orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
-use crate::figure::claim::{Bound::Above, Bound::Below, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 
 pub const ORDER: Figure = Figure {
     id: "pm.order",
@@ -64,10 +63,7 @@ pub const ORDER: Figure = Figure {
             "in-place-every-level",
             "At each level of at least 1000 faces, in-place-23 and in-place-10 cost less than a third of the \
              classical order (FIFO-16).",
-            &[
-                Test::value(one(SHARE, IN_PLACE_23), Below(1.0 / 3.0)),
-                Test::value(one(SHARE, IN_PLACE_10), Below(1.0 / 3.0)),
-            ],
+            &Test::values([one(SHARE, IN_PLACE_23), one(SHARE, IN_PLACE_10)], Below(1.0 / 3.0)),
         )
         .at(Places::scenes(&CLOSED)),
     ],

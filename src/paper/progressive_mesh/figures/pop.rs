@@ -1,8 +1,7 @@
 //! pm.pop: how much the picture jumps when levels change, with and without geomorphing.
 
 use super::{scans, seen, session};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::{FRAME_SECONDS, Run};
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::config::{NO_LIMIT, PIXELS_PER_SECOND};
@@ -12,7 +11,6 @@ use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
 use crate::scene::Scene;
 use crate::stats::Summary;
-use anyhow::Context;
 
 /// Name, true with geomorphing, and the limit `pixels_per_second`.
 const VARIANTS: [(&str, bool, f64); 5] = [

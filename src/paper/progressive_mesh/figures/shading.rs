@@ -14,8 +14,7 @@ use super::super::surface::vertices::{face_normals, normals};
 use super::pop::{INVISIBLE, SAMPLES, averaged};
 use super::surfaces::distances;
 use super::{metrics, scans, seen};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::math::camera::Pose;
 use crate::model;
 use crate::paper::progressive_mesh::{ProgressiveMeshSettings, ProgressiveMeshes};
@@ -23,7 +22,6 @@ use crate::picture::PixelFormat;
 use crate::picture::write::Srgb8Picture;
 use crate::scene::Scene;
 use crate::vk::Gpu;
-use anyhow::Context;
 use glam::DVec3;
 use std::collections::HashMap;
 

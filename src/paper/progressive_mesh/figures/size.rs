@@ -4,8 +4,7 @@ use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
 use super::orders::{CLASSICAL, CLOSED, IN_PLACE_23, ORDERS, TAIL_23, WITH_SCANS, ordered, simplified};
 use super::{face_orders, models, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 
 pub const SIZE: Figure = Figure {
     id: "pm.size",
@@ -37,10 +36,7 @@ pub const SIZE: Figure = Figure {
             "with-tswaps",
             "With 23 moved faces, the bunny's file takes at most 18 bytes per split, without positions and \
              header.",
-            &[
-                Test::value(one(FILE, TAIL_23), AtMost(18.0)),
-                Test::value(one(FILE, IN_PLACE_23), AtMost(18.0)),
-            ],
+            &Test::values([one(FILE, TAIL_23), one(FILE, IN_PLACE_23)], AtMost(18.0)),
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(

@@ -5,10 +5,8 @@ use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::orders::number;
 use super::surfaces::Size;
 use super::{metrics, scans};
-use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::model::{Model, Raw, clean, mesh};
-use anyhow::Context;
 use glam::{DVec2, DVec3};
 
 pub const TEXTURE: Figure = Figure {

@@ -1,7 +1,7 @@
 //! Coordinates and the differences of formula (9) in f64, from their definitions. [`TiltedPlane::jacobian`] computes
 //! the exact derivatives.
 
-use super::TiltedPlane;
+use super::{DerivativeMethod, TiltedPlane};
 
 /// (u, v) in texels at a position in pixels.
 pub fn coordinates(plane: &TiltedPlane, x: f64, y: f64) -> [f64; 2] {
@@ -13,6 +13,15 @@ pub fn coordinates(plane: &TiltedPlane, x: f64, y: f64) -> [f64; 2] {
 pub fn differences(plane: &TiltedPlane, x: f64, y: f64) -> [[f64; 2]; 2] {
     let [here, right, below] = [[x, y], [x + 1.0, y], [x, y + 1.0]].map(|[x, y]| coordinates(plane, x, y));
     [0, 1].map(|axis| [right[axis] - here[axis], below[axis] - here[axis]])
+}
+
+/// What a method should compute, in the order of the shaders: du/dx, dv/dx, du/dy, dv/dy.
+pub fn derivatives(method: DerivativeMethod, plane: &TiltedPlane, x: f64, y: f64) -> [f64; 4] {
+    let [[u_x, u_y], [v_x, v_y]] = match method {
+        DerivativeMethod::Analytic => plane.jacobian(x, y),
+        _ => differences(plane, x, y),
+    };
+    [u_x, v_x, u_y, v_y]
 }
 
 #[cfg(test)]

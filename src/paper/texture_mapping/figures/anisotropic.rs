@@ -1,18 +1,14 @@
 //! tm.18: time of the thesis's anisotropic filter with each form of the coordinates.
 
-use super::contender::gains;
-use super::coordinates::size_of;
-use super::lab::Lab;
+use super::coordinates::tilt_and_size;
+use super::lab::{Lab, TEXELS, TIME};
 use super::methods::{PAPER_BY_LEVEL, THESIS};
 use super::shown::tilted_boards;
-use crate::figure::claim::Bound::{AtLeast, AtMost};
-use crate::figure::claim::{Claim, Places, Test, each};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::Coordinates;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::error::compare;
 use crate::reference::pattern::Pattern;
-use anyhow::Context;
 
 pub const ANISOTROPIC: Figure = Figure {
     id: "tm.18",
@@ -40,21 +36,19 @@ pub const ANISOTROPIC: Figure = Figure {
     measure,
     plots: &[Plot::sweep(TIME).floor("empty pass"), Plot::sweep(GAIN).floor(THESIS), Plot::sweep(TEXELS)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "claim 5, figure 18",
             "18-percent",
             "Incremental ellipse parameters are 18 % faster than textbook coordinates.",
             &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 5, figure 18",
             "8-percent",
             "Incremental ellipse parameters are 8 % faster than modified coordinates alone.",
             &[Test::ratio_of(TIME, [MODIFIED, INCREMENTAL], AtLeast(1.08))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 5, figure 18",
             "40-percent",
             "In some views with small tilts, incremental ellipse parameters are 40 % faster than textbook \
@@ -62,8 +56,7 @@ pub const ANISOTROPIC: Figure = Figure {
             &[Test::ratio_of(TIME, [TEXTBOOK, INCREMENTAL], AtLeast(1.4))],
         )
         .at(Places::scenes(&["tilt 0", "tilt 30"]))
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::ours(
             "same-picture",
             "All forms give the same picture: an NMSE of at most 1e-3 against the analytic derivatives.",
@@ -73,9 +66,7 @@ pub const ANISOTROPIC: Figure = Figure {
     ..Figure::BASE
 };
 
-const TIME: &str = "time per pixel";
 const GAIN: &str = "time with textbook coordinates over the form's";
-const TEXELS: &str = "texels fetched per pixel";
 const OFF: &str = "NMSE against the analytic derivatives";
 
 /// Incremental parameters are 18 % faster than textbook coordinates.
@@ -98,8 +89,7 @@ fn others() -> Vec<String> {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
-    let size = size_of(cell.x.context("a sweep")?);
+    let (tilt, size) = tilt_and_size(cell)?;
     let plane: TiltedPlane = Tilt { roll_degrees: 20.0, ..Tilt::of(tilt) }.plane(size[1]);
     let lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, size)?;
     let pass = |(name, form): (&str, Coordinates)| {
@@ -119,8 +109,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         }
     }
     let timed = lab.times_of(bench, &passes, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
-    rows.extend(gains(&timed, TEXTBOOK, GAIN));
+    rows.extend(Timed::gains(&timed, TEXTBOOK, GAIN));
     Ok(rows)
 }

@@ -1,16 +1,12 @@
 //! tm.17: time of every form of the coordinates, by screen area and tilt.
 
-use super::contender::{gains, pass};
 use super::methods::THESIS;
 use super::shown::tilted_boards;
-use crate::figure::claim::Bound::AtLeast;
-use crate::figure::claim::{Pick, Test, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output, set_up};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, RowWalk};
 use crate::paper::texture_mapping::plane::TiltedPlane;
-use crate::vk::{Error, Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
-use anyhow::Context;
+use crate::vk::{Format, Gpu, Image, ImageInfo, Sampler, SamplerFilter, SamplerInfo};
 use std::cell::RefCell;
 use std::time::Instant;
 
@@ -38,7 +34,7 @@ pub const COORDINATES: Figure = Figure {
     scenes: &["tilt 0", "tilt 30", "tilt 60", "tilt 80"],
     variants: || {
         let methods = DerivativeMethod::ALL.map(derivatives_name);
-        FORMS.map(|form| form.name()).into_iter().chain(methods).chain([THESIS.into()]).collect()
+        forms().map(Form::name).chain(methods).chain([THESIS.into()]).collect()
     },
     paper: &["row constants", "sequential"],
     sweep: Some(Sweep {
@@ -50,30 +46,27 @@ pub const COORDINATES: Figure = Figure {
     measure,
     plots: &[plot(TIME), Plot::sweep(GAIN).log_y().floor(THESIS), plot(DERIVATIVES)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "claim 5, figure 17",
             "26-percent",
             "In a fragment shader, modified Heckbert coordinates (the row's constants) are 26 % faster than textbook \
              coordinates, in all tests.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "E, formula (7)",
             "sequential",
             "One thread per row, which adds from pixel to pixel by formula (7), is faster than a fragment shader with \
              textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "sequential"), AtLeast(1.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "26-percent-noperspective",
             "In a fragment shader that takes numerators and denominator from the rasteriser (`noperspective`), \
              coordinates are 26 % faster than textbook coordinates, in all tests.",
             &[Test::ratio(TEXTBOOK, one(TIME, "noperspective"), AtLeast(THESIS_GAIN))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "not-slower",
             "The row's constants, which are more accurate, are at most 3 % slower than textbook coordinates, if a \
              thread reads them once for 64 pixels: compared with textbook coordinates in a fragment shader, and in the \
@@ -82,21 +75,22 @@ pub const COORDINATES: Figure = Figure {
                 Test::ratio(TEXTBOOK, ROW_CONSTANTS, AtLeast(0.97)),
                 Test::ratio(one(TIME, "textbook, runs of 64"), ROW_CONSTANTS, AtLeast(0.97)),
             ],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "not-slower-in-fragments",
             "In a fragment shader, which reads the row's constants for each pixel, they are at most 3 % slower than \
              textbook coordinates.",
             &[Test::ratio(TEXTBOOK, one(TIME, "row constants"), AtLeast(0.97))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "derivatives",
             "Derivatives with numerators from the row's constants are faster than differences of coordinates.",
-            &[Test::ratio_of(DERIVATIVES, ["differences derivatives", "incremental derivatives"], AtLeast(1.0))],
-        )
-        .timed(),
+            &[Test::ratio_of(
+                DERIVATIVES,
+                ["differences derivatives", "incremental derivatives"],
+                AtLeast(1.0),
+            )],
+        ),
     ],
     ..Figure::BASE
 };
@@ -118,24 +112,11 @@ const ROW_CONSTANTS: Pick = one(TIME, "row constants, runs of 64");
 /// Texels along the image's side.
 const SIDE: u32 = 2048;
 
-const FORMS: [Form; 16] = [
-    Form::Varyings,
-    Form::NoPerspective,
-    Form::Textbook,
-    Form::TextbookBy(RowWalk::Lanes(32)),
-    Form::TextbookBy(RowWalk::Restart(64)),
-    Form::RowConstants,
-    Form::RowConstantsBy(RowWalk::Lanes(32)),
-    Form::RowConstantsBy(RowWalk::Restart(64)),
-    Form::Walk(RowWalk::Sequential),
-    Form::Walk(RowWalk::TwoEnds),
-    Form::Walk(RowWalk::Lanes(32)),
-    Form::Walk(RowWalk::Lanes(128)),
-    Form::Walk(RowWalk::Restart(1)),
-    Form::Walk(RowWalk::Restart(16)),
-    Form::Walk(RowWalk::Restart(64)),
-    Form::Integer(RowWalk::Lanes(32)),
-];
+/// All forms but the walks whose lengths only tm.drift measures.
+fn forms() -> impl Iterator<Item = Form> {
+    let only_in_drift = [RowWalk::Lanes(8), RowWalk::Lanes(1024), RowWalk::Restart(8), RowWalk::Restart(256)];
+    Form::ALL.into_iter().filter(move |form| !only_in_drift.iter().any(|walk| *form == Form::Walk(*walk)))
+}
 
 const fn plot(quantity: &'static str) -> Plot {
     Plot::sweep(quantity).log_y().floor("empty pass")
@@ -145,10 +126,11 @@ fn derivatives_name(method: DerivativeMethod) -> String {
     format!("{} derivatives", method.name())
 }
 
-/// A 16:9 picture of this many million pixels.
-pub fn size_of(million_pixels: f64) -> [u32; 2] {
-    let height = (million_pixels * 1e6 * 9.0 / 16.0).sqrt();
-    [(height * 16.0 / 9.0).round() as u32, height.round() as u32]
+/// The tilt of a scene `tilt DEGREES`, and the size of a 16:9 picture of as many million pixels as the sweep says.
+pub fn tilt_and_size(cell: &Cell) -> anyhow::Result<(f64, [u32; 2])> {
+    let tilt = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
+    let height = (cell.x.context("a sweep")? * 1e6 * 9.0 / 16.0).sqrt();
+    Ok((tilt, [(height * 16.0 / 9.0).round() as u32, height.round() as u32]))
 }
 
 /// An image of pseudo-random texels, and its sampler.
@@ -167,29 +149,25 @@ fn contender<'a>(
     own: CoordinatesPass,
     (image, sampler): &'a (Image, Sampler),
 ) -> Contender<'a> {
-    pass(gpu, name, move |cmd| own.run(cmd, image, sampler))
+    Contender::pass(gpu, name, move |cmd| own.run(cmd, image, sampler))
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let tilt: f64 = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
-    let size = size_of(cell.x.context("a sweep")?);
+    let (tilt, size) = tilt_and_size(cell)?;
     let band = Band { size, first_row: 0 };
     let plane = TiltedPlane::tilted(size, tilt, 20.0, f64::from(SIDE));
     let gpu = bench.gpu(&[])?;
     let source = noise(&gpu, SIDE)?;
-    let (mut rows, mut forms, mut methods) = (Vec::new(), Vec::new(), Vec::new());
-    for form in FORMS {
+    let (mut rows, mut passes, mut methods) = (Vec::new(), Vec::new(), Vec::new());
+    for form in forms() {
         match CoordinatesPass::new(&gpu, form, Output::Texels, &plane, band, SIDE) {
             Ok(own) => {
                 let [invocations, bytes] = form.invocations_and_bytes(size).map(|count| count as f64);
                 rows.push(Row::number(form.name(), INVOCATIONS, "invocations", invocations));
                 rows.push(Row::number(form.name(), BYTES, "bytes", bytes));
-                forms.push(contender(&gpu, form.name(), own, &source));
+                passes.push(contender(&gpu, form.name(), own, &source));
             }
-            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::missing(form.name(), TIME, lack.to_string()));
-            }
-            Err(error) => return Err(error.into()),
+            Err(error) => rows.push(Row::missing(form.name(), TIME, error.unsupported()?)),
         }
         if matches!(form, Form::RowConstants | Form::RowConstantsBy(_) | Form::Walk(_)) {
             rows.push(host_time(form, &plane, band));
@@ -200,12 +178,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let own = CoordinatesPass::new(&gpu, form, Output::Derivatives(method), &plane, band, SIDE)?;
         methods.push(contender(&gpu, derivatives_name(method), own, &source));
     }
-    let timed = bench.interleave(&gpu, forms)?;
+    let timed = bench.interleave(&gpu, passes)?;
     rows.extend(timed.iter().map(|one| one.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
-    rows.extend(gains(&timed, "textbook", GAIN));
-    let timed = bench.interleave(&gpu, methods)?;
-    rows.extend(timed.iter().map(|one| one.row(DERIVATIVES)));
+    rows.extend(Timed::gains(&timed, "textbook", GAIN));
+    rows.extend(bench.times(&gpu, methods, DERIVATIVES)?);
     Ok(rows)
 }
 

@@ -2,15 +2,12 @@
 
 use super::coordinates::noise;
 use super::shown::NONE;
-use crate::figure::claim::Bound::{AtLeast, AtMost};
-use crate::figure::claim::{Pick, Places, Test, one};
-use crate::figure::{Bench, Cell, Claim, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::coordinates::pass::{CoordinatesPass, Output};
 use crate::paper::texture_mapping::coordinates::{Band, DerivativeMethod, Form, reference};
 use crate::paper::texture_mapping::plane::TiltedPlane;
 use crate::stats::percentile;
-use crate::vk::{Error, Gpu, Image, Sampler};
-use anyhow::Context;
+use crate::vk::{Gpu, Image, Sampler};
 
 pub const DRIFT: Figure = Figure {
     id: "tm.drift",
@@ -105,7 +102,7 @@ fn case(scene: &str, seed: u64, size: [u32; 2]) -> (TiltedPlane, u32) {
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let width = cell.x.context("a sweep")? as u32;
     let size = [width, width * 9 / 16];
-    let planes = if bench.effort == Effort::Quick { 16 } else { 150 };
+    let planes = bench.effort_of(16, 150);
     let cases: Vec<_> = (0..planes).map(|seed| case(&cell.scene, seed, size)).collect();
     let gpu = bench.gpu(&[])?;
     let source = noise(&gpu, 64)?;
@@ -113,11 +110,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for form in Form::ALL {
         let found = match values(&gpu, &source, form, Output::Coordinates, width, &cases) {
             Ok(found) => found,
-            Err(lack @ (Error::MissingFeature { .. } | Error::Limit { .. })) => {
-                rows.push(Row::missing(form.name(), LARGEST, lack.to_string()));
+            Err(error) => {
+                rows.push(Row::missing(form.name(), LARGEST, error.unsupported()?));
                 continue;
             }
-            Err(error) => return Err(error.into()),
         };
         let errors = errors(&found, width, &cases, |plane, x, y| {
             let [u, v] = reference::coordinates(plane, x, y);
@@ -130,21 +126,15 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for method in DerivativeMethod::ALL {
         let form = if method == DerivativeMethod::Differences { Form::Textbook } else { Form::RowConstants };
         let found = values(&gpu, &source, form, Output::Derivatives(method), width, &cases)?;
-        let errors = errors(&found, width, &cases, |plane, x, y| exact_derivatives(method, plane, x, y));
+        // Relative to the pixel's largest derivative.
+        let errors = errors(&found, width, &cases, |plane, x, y| {
+            let exact = reference::derivatives(method, plane, x, y);
+            (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
+        });
         let name = format!("{} derivatives", method.name());
         rows.extend(percentile(&errors, 1.0).map(|largest| Row::number(name, DERIVATIVE, "", largest)));
     }
     Ok(rows)
-}
-
-/// The exact values of a method's derivatives at a position, and the largest of their absolute values.
-fn exact_derivatives(method: DerivativeMethod, plane: &TiltedPlane, x: f64, y: f64) -> ([f64; 4], f64) {
-    let [[u_x, u_y], [v_x, v_y]] = match method {
-        DerivativeMethod::Analytic => plane.jacobian(x, y),
-        _ => reference::differences(plane, x, y),
-    };
-    let exact = [u_x, v_x, u_y, v_y];
-    (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
 }
 
 /// A form's values in two rows of each case.

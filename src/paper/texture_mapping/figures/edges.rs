@@ -1,11 +1,10 @@
 //! tm.v1: texels that the ellipse's edge cuts. Compares approximations of V1, the volume on the inner side of the cut,
 //! and their effect on a picture's error. The thesis calls V1 the cut-off volume.
 
-use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, errors};
-use super::shape::pattern_of;
+use super::lab::{FLOOR, FORMULA_4, GAUSSIAN, Lab, TEXELS, TIME, errors};
+use super::shape::{TILTS, pattern_of};
 use super::shown::patterns;
-use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::paper::texture_mapping::reference::ellipse::kept;
@@ -63,22 +62,17 @@ pub const EDGES: Figure = Figure {
     ..Figure::BASE
 };
 
-const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
-
 /// Names of [`Edge`].
 const EXACT: &str = "exact";
 const NONE: &str = "none";
 
 const NMSE: &str = "NMSE, formula (4)";
 const NMSE_EWA: &str = "NMSE, EWA kernel";
-const TIME: &str = "time per pixel";
-/// The shader that is timed counts these texels.
-const TEXELS: &str = "texels fetched per pixel";
 const VOLUME: &str = "part of the texel";
 const OFF: &str = "largest error of the form";
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
+    let size = bench.effort_of([96, 72], [256, 192]);
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(size[1]);
     let formula_4 = EllipseFilter::BEST.kernel(EllipseKernel::FORMULA_4).k(0.0);
@@ -95,6 +89,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let method = Method::Ellipse(filter.edge(edge));
             let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
             rows.push(row(*quantity, Value::Number(errors(&shown.picture, truth)?.nmse)));
+            // The shader that is timed counts these texels.
             if *quantity == NMSE_EWA {
                 rows.push(Row::number(edge.name(), TEXELS, "texels", shown.fetched));
             }
@@ -104,8 +99,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(row(VOLUME, Value::Series((-25..=25).map(|n| [at(n), kept(edge, at(n))]).collect())));
         methods.push((edge.name().to_string(), method));
     }
-    let timed = lab.times(bench, &methods, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    rows.extend(lab.time_rows(bench, &methods, &[plane])?);
     Ok(rows)
 }
 

@@ -1,15 +1,14 @@
 //! tm.extremes: planes on which filters fail.
 
-use super::agreement::{Agreement, compare_fragments};
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, errors, own_errors};
+use super::lab::{FLOOR, GAUSSIAN, Lab, LabPicture, NMSE, errors, own_errors};
 use super::methods::other_weights;
 use super::methods::{OBJECT_SPACE, OURS, PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128};
 use super::shown::ellipse_and_trilinear;
-use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Places, Test, each, every, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::weight_map::WeightMap;
+use crate::paper::texture_mapping::agreement::{Agreement, compare_fragments};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::footprint::{Axes, Determinant};
+use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::reference::Mean;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
@@ -91,7 +90,6 @@ pub const EXTREMES: Figure = Figure {
 
 const AS_PRINTED: &str = "as printed, rows";
 
-const NMSE: &str = "NMSE";
 const WORST: &str = "worst pixel";
 const BROKEN: &str = "pixels not finite or out of range";
 const UNEXPLAINED: &str = "pixels that differ from f64 by more than rounding";
@@ -104,13 +102,7 @@ const FRAGMENTS: &str = "fragments per pixel";
 const SIZE: [u32; 2] = [64, 48];
 
 /// Each pixel's ray meets the plane at 88.5 to 89.5 degrees, so the horizon lies outside the picture.
-const OVERDRAWN: Tilt = Tilt {
-    tilt_degrees: 89.0,
-    roll_degrees: 0.0,
-    yaw_degrees: 0.0,
-    texels_per_pixel: 1.0,
-    half_view_degrees: 0.5,
-};
+const OVERDRAWN: Tilt = Tilt { half_view_degrees: 0.5, ..Tilt::of(89.0) };
 
 /// The figure's views for the window: those extremes that a camera over the board of `plane-tilt` can show.
 fn views() -> Vec<FigureView> {
@@ -232,7 +224,7 @@ fn filter_rows(lab: &Lab, name: &str, method: &Method, plane: &TiltedPlane) -> a
     let seen = || dumped.iter().filter(|pixel| pixel.pixel.is_some());
     let count = seen().filter(|pixel| broken(pixel.colour.iter())).count();
     let mut rows = vec![Row::number(name, BROKEN, "pixels", count as f64)];
-    if !subtracts(method) {
+    if !method.subtracts() {
         rows.extend(agreement_rows(name, &lab.agreement(&dumped, method, plane)));
     }
     if matches!(method, Method::Ellipse(_)) {
@@ -260,9 +252,4 @@ fn fragment_rows(lab: &Lab, name: &str, spacing: f32, plane: &TiltedPlane, shown
     ];
     rows.extend(agreement_rows(name, &found));
     rows
-}
-
-/// True if the determinant is a difference, which cancels to noise in f32 for long footprints. No reference applies.
-fn subtracts(method: &Method) -> bool {
-    matches!(method, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
 }

@@ -1,7 +1,7 @@
 //! Shared by the filter figures: a pattern in video memory, its truth, and a method's picture and time.
 
-use super::agreement::{Agreement, compare};
 use crate::figure::{Bench, Contender, Errors, Row, Timed};
+use crate::paper::texture_mapping::agreement::{Agreement, compare};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
@@ -16,6 +16,7 @@ use crate::picture::error::compare_where;
 use crate::picture::flip::flip;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, PixelKernel, Tiled, Truth, supersample};
+use crate::stats::mean;
 use crate::vk::{Gpu, PassTime};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -28,6 +29,12 @@ pub const GAUSSIAN: PixelKernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.
 
 /// The kernel of formula (4): `exp(-3.125 r^2)`.
 pub const FORMULA_4: PixelKernel = PixelKernel::Gaussian { sigma: 0.4, radius: 1.0 };
+
+// Quantities of several figures.
+pub const NMSE: &str = "NMSE";
+pub const FLIP: &str = "FLIP";
+pub const TIME: &str = "time per pixel";
+pub const TEXELS: &str = "texels fetched per pixel";
 
 /// The variant under which the truth's own errors are reported.
 pub const FLOOR: &str = "the truth's own error";
@@ -185,7 +192,7 @@ impl Lab {
     pub fn show(&self, pass: &LabPass, plane: &TiltedPlane, frame: u32) -> anyhow::Result<LabPicture> {
         self.run(pass, plane, frame)?;
         let mut rgba = self.targets.colours(&self.gpu)?;
-        let fetched = rgba.iter().map(|pixel| f64::from(pixel[3])).sum::<f64>() / rgba.len() as f64;
+        let fetched = mean(rgba.iter().map(|pixel| f64::from(pixel[3])));
         rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
@@ -246,6 +253,20 @@ impl Lab {
         self.times_of(bench, &passes, planes)
     }
 
+    /// The rows of [`Lab::times`].
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn time_rows(
+        &self,
+        bench: &Bench,
+        methods: &[(String, Method)],
+        planes: &[TiltedPlane],
+    ) -> anyhow::Result<Vec<Row>> {
+        let timed = self.times(bench, methods, planes)?;
+        Ok(timed.iter().map(|timed| self.time_row(timed, planes.len())).collect())
+    }
+
     /// As [`Lab::times`], for existing passes.
     ///
     /// # Errors
@@ -256,26 +277,22 @@ impl Lab {
         passes: &[(String, LabPass)],
         planes: &[TiltedPlane],
     ) -> anyhow::Result<Vec<Timed>> {
-        let contenders = passes.iter().map(|(name, pass)| Contender {
-            variant: name.to_string(),
-            run: Box::new(move || {
+        let contenders = passes.iter().map(|(name, pass)| {
+            Contender::new(&**name, move || {
                 let runs = planes.iter().map(|plane| self.run(pass, plane, 0));
                 Ok(runs.collect::<crate::vk::Result<Vec<_>>>()?.concat())
-            }),
+            })
         });
         bench.interleave(&self.gpu, contenders.collect())
     }
 
-    /// The row of a timed method, in nanoseconds per pixel.
-    pub fn time_row(&self, timed: &Timed, planes: usize, quantity: &str) -> Row {
+    /// The row [`TIME`] of a timed method, in nanoseconds per pixel.
+    pub fn time_row(&self, timed: &Timed, planes: usize) -> Row {
         let pixels = f64::from(self.size[0] * self.size[1]);
         let drawn = if timed.variant == "empty pass" { pixels } else { pixels * planes as f64 };
         let rounds = timed.total_of_rounds();
         let ns_a_pixel = |rounds: Vec<f64>| rounds.iter().map(|ms| ms * 1e6 / drawn).collect();
-        Row {
-            work: timed.total_work(),
-            ..Row::of_rounds(&timed.variant, quantity, "ns", rounds.map(ns_a_pixel))
-        }
+        Row { work: timed.total_work(), ..Row::of_rounds(&timed.variant, TIME, "ns", rounds.map(ns_a_pixel)) }
     }
 }
 
@@ -298,11 +315,7 @@ pub fn errors(picture: &Picture, truth: &Truth) -> anyhow::Result<Errors> {
     let exact = grey(truth.size, &truth.values);
     let width = truth.size[0];
     let difference = compare_where(picture, &exact, |x, y| truth.whole[(y * width + x) as usize])?;
-    Ok(Errors {
-        nmse: difference.nmse(),
-        flip: flip(picture, &exact)?.mean(),
-        max: difference.worst().map_or(0.0, |pixel| pixel.value),
-    })
+    Ok(Errors { nmse: difference.nmse(), flip: flip(picture, &exact)?.mean(), max: difference.largest() })
 }
 
 /// The truth's own errors: those of one half of its samples against all of them. This difference is the one that
@@ -311,12 +324,8 @@ pub fn own_errors(truth: &Truth) -> anyhow::Result<Errors> {
     errors(&grey(truth.size, &truth.of_one_half), truth)
 }
 
-fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
+/// A picture of grey values.
+pub fn grey([width, height]: [u32; 2], values: &[f64]) -> Picture {
     let pixel = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
     Picture::new(width, height, values.iter().map(pixel).collect())
-}
-
-/// The geometric mean; 0 if any value is 0.
-pub fn geometric_mean(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }

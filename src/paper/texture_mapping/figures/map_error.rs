@@ -4,6 +4,7 @@ use super::lab::Lab;
 use super::methods::THESIS;
 use crate::figure::{Row, Value};
 use crate::math::weight_map::{MapShape, WeightMap};
+use crate::paper::texture_mapping::agreement::nmse;
 use crate::paper::texture_mapping::method::EllipseFilter;
 use crate::paper::texture_mapping::plane::Tilt;
 
@@ -60,11 +61,7 @@ pub fn names() -> Vec<String> {
 pub fn rows(lab: &Lab, formula: &EllipseFilter, tilt_degrees: f64) -> Vec<Row> {
     let plane = Tilt::of(tilt_degrees).plane(SIZE[1]);
     let truth = lab.reference(formula, &plane, SIZE);
-    let square: f64 = truth.iter().map(|value| value * value).sum();
-    let nmse = |map: &WeightMap| {
-        let found = lab.reference(&formula.map(*map), &plane, SIZE);
-        found.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / square
-    };
+    let nmse = |map: &WeightMap| nmse(lab.reference(&formula.map(*map), &plane, SIZE).into_iter(), &truth);
     let mut rows = vec![Row::number(THESIS, MAP_ERROR, "", THESIS_NMSE)];
     if tilt_degrees == CURVE_TILT {
         let flat = ENTRIES.map(|entries| [f64::from(entries), THESIS_NMSE]);

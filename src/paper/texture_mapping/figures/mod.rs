@@ -1,8 +1,6 @@
-//! Every figure of paper 3: the only module that uses both the GPU's steps and the reference.
+//! Every figure of paper 3.
 
-pub mod agreement;
 mod anisotropic;
-mod contender;
 mod coordinates;
 mod drift;
 mod edges;

@@ -1,11 +1,8 @@
 //! tm.23: object-space texturing against filters in the screen plane, by object area and tilt.
 
-use super::contender::gains;
 use super::methods::{OBJECT_SPACE, PAPER_BY_LEVEL, THESIS};
 use super::shown::{ellipse_and_trilinear, tilted_boards};
-use crate::figure::claim::{Better, Bound::Above, Bound::AtLeast, Bound::Equal, Bound::Within};
-use crate::figure::claim::{Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
@@ -16,7 +13,6 @@ use crate::paper::texture_mapping::texels::GreyMipmap;
 use crate::reference::pattern::Pattern;
 use crate::vk::Gpu;
 use crate::vk::shader::PlanePush;
-use anyhow::Context;
 
 pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
     id: "tm.23",
@@ -51,15 +47,14 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
         Plot::sweep(PER_PIXEL).log_y(),
     ],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "claim 1, figures 19 to 23",
             "30-percent",
             "In some views object-space texturing is 30 % faster than the thesis's anisotropic filter (the thesis: \
             \"on average up to 30 %\").",
             &[Test::ratio_of(TIME, [PAPERS_EWA, SPACING_1], AtLeast(THESIS_GAIN))],
         )
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::paper(
             "claim 1",
             "independent",
@@ -67,14 +62,13 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
              may add or remove 3 %.",
             &[Test::value(one(PER_AREA, SPACING_1), Within(0.97, 1.03, Better::Neither))],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 1",
             "time-independent",
             "From one tilt to the next, the time of object-space texturing changes at most by a factor of \
              1.25.",
             &[Test::steps(one(TIME, SPACING_1), Within(0.8, 1.25, Better::Neither))],
-        )
-        .timed(),
+        ),
         Claim::paper(
             "claim 1",
             "area",
@@ -217,18 +211,16 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         counting.run(&gpu, of, &texture, &targets)?;
         rows.extend(counted(&gpu, name, of, &covered, square.side)?);
     }
-    let filtered = passes.iter().map(|(name, pass)| Contender {
-        variant: name.to_string(),
-        run: Box::new(|| Ok(pass.run(&gpu, &texture, &targets, &push)?)),
-    });
-    let splatted = prepared.iter().map(|(name, of)| Contender {
-        variant: name.to_string(),
-        run: Box::new(|| Ok(stages.run(&gpu, of, &texture, &targets)?)),
-    });
+    let filtered = passes
+        .iter()
+        .map(|(name, pass)| Contender::new(*name, || Ok(pass.run(&gpu, &texture, &targets, &push)?)));
+    let splatted = prepared
+        .iter()
+        .map(|(name, of)| Contender::new(*name, || Ok(stages.run(&gpu, of, &texture, &targets)?)));
     let timed = bench.interleave(&gpu, filtered.chain(splatted).collect())?;
     rows.extend(timed.iter().map(|timed| timed.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
-    rows.extend(gains(&timed, PAPERS_EWA, GAIN));
+    rows.extend(Timed::gains(&timed, PAPERS_EWA, GAIN));
     rows.extend(timed.iter().filter(|one| spacings().contains(&one.variant)).flat_map(|one| one.pass_rows()));
     Ok(rows)
 }

@@ -1,17 +1,16 @@
 //! tm.25: error and cost of filtered parallax mapping.
 
-use super::contender::pass;
+use super::lab::{FLOOR, NMSE};
 use super::shown::{relief_methods, reliefs};
-use crate::figure::claim::Bound::{AtLeast, AtMost, Below};
-use crate::figure::claim::{Places, Test};
-use crate::figure::{Bench, Cell, Claim, Contender, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
+use crate::paper::texture_mapping::agreement::nmse;
 use crate::paper::texture_mapping::config::{ReliefKeys, ReliefMap};
 use crate::paper::texture_mapping::relief::parallax::{ParallaxFilter, ParallaxView, truth};
 use crate::paper::texture_mapping::relief::pass::FilteredRelief;
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
 use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
 use crate::scene::{Geometry, Scene};
-use anyhow::Context;
+use crate::stats::mean;
 
 pub const PARALLAX: Figure = Figure {
     id: "tm.25",
@@ -45,7 +44,7 @@ pub const PARALLAX: Figure = Figure {
     show: Show::views(reliefs).variants(relief_methods),
     measure,
     plots: &[
-        Plot::sweep(ERROR).log_y().floor(FLOOR),
+        Plot::sweep(NMSE).log_y().floor(FLOOR),
         Plot::sweep(TIME).log_y().floor("empty pass"),
         Plot::sweep(TEXELS).log_y(),
     ],
@@ -54,44 +53,33 @@ pub const PARALLAX: Figure = Figure {
             "claim 6",
             "accurate",
             "Filtering only the visible texels of the footprint is more accurate than filtering all of them.",
-            &[Test::ratio_of(ERROR, ["visible texels", "whole footprint"], Below(1.0))],
+            &[Test::ratio_of(NMSE, ["visible texels", "whole footprint"], Below(1.0))],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 6, figure 25",
             "5-percent",
             "Finding the visible texels costs at most 5.1 % of the speed.",
             &[Test::ratio_of(TIME, ["whole footprint", "visible texels"], AtLeast(0.949))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "projected-width",
             "Seen at 30 degrees, the method `projected width` has at most 1/5 of the error of the method `visible \
              texels`: on the generated reliefs `bricks` and `rock`, and on those of the scenes `relief-brick` and \
              `relief-rock`.",
-            &[Test::ratio_of(ERROR, ["projected width", "visible texels"], AtMost(0.2))],
+            &[Test::ratio_of(NMSE, ["projected width", "visible texels"], AtMost(0.2))],
         )
         .at(Places::scenes(&["bricks", "rock", "relief-brick", "relief-rock"]).x(30.0, 30.0)),
     ],
 };
 
-const ERROR: &str = "NMSE";
 const TIME: &str = "filtering";
 const TEXELS: &str = "texels per pixel";
-
-/// The truth's own error.
-const FLOOR: &str = "the truth's own error";
 
 /// Strata along each side of a pixel; each has two samples.
 const STRATA: u32 = 91;
 
 const SIDE: usize = 64;
 const PIXEL: u32 = 4;
-
-/// NMSE: the sum of squared errors, divided by the sum of squares of the truth.
-fn error(found: impl Iterator<Item = f64>, right: &[f64]) -> f64 {
-    let squares = found.zip(right).map(|(found, right)| (found - right) * (found - right));
-    squares.sum::<f64>() / right.iter().map(|right| right * right).sum::<f64>()
-}
 
 /// A generated relief with random colours, or the relief of a shipped scene with the luminance of its picture.
 fn coloured(name: &str) -> anyhow::Result<(Relief, Vec<f32>)> {
@@ -127,19 +115,18 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         .into_iter()
         .map(make)
         .collect::<anyhow::Result<Vec<(ParallaxFilter, FilteredRelief)>>>()?;
-    let contenders: Vec<Contender<'_>> =
-        filters.iter().map(|(method, own)| pass(&gpu, method.name(), |cmd| own.run(cmd))).collect();
-    let timed = bench.interleave(&gpu, contenders)?;
-    let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
+    let contenders =
+        filters.iter().map(|(method, own)| Contender::pass(&gpu, method.name(), |cmd| own.run(cmd)));
+    let mut rows = bench.times(&gpu, contenders, TIME)?;
     for (method, own) in &filters {
         let found = own.read(&gpu)?;
         let of_period =
             |at: usize| found[at / period.columns as usize * columns as usize + at % period.columns as usize];
-        let own_error = error((0..right.len()).map(|at| f64::from(of_period(at)[0])), right);
-        let texels = found.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / found.len() as f64;
-        rows.push(Row::number(method.name(), ERROR, "", own_error));
+        let own_error = nmse((0..right.len()).map(|at| f64::from(of_period(at)[0])), right);
+        let texels = mean(found.iter().map(|pixel| f64::from(pixel[1])));
+        rows.push(Row::number(method.name(), NMSE, "", own_error));
         rows.push(Row::number(method.name(), TEXELS, "texels", texels));
     }
-    rows.push(Row::number(FLOOR, ERROR, "", truth.own_nmse()));
+    rows.push(Row::number(FLOOR, NMSE, "", truth.own_nmse()));
     Ok(rows)
 }

@@ -1,16 +1,18 @@
 //! tm.pareto: cost and error of all filters on one chart.
 
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, errors, excused, geometric_mean, own_errors};
+use super::lab::{
+    FLIP, FLOOR, GAUSSIAN, Lab, LabPass, LabPicture, NMSE, TEXELS, TIME, errors, excused, own_errors,
+};
 use super::methods::{self, OURS};
 use super::shown::{ellipses_and_trilinear, filtered_surfaces};
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, best, every, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{PixelKernel, Truth};
+use crate::stats::{geometric_mean, mean};
 
 pub const PARETO: Figure = Figure {
     id: "tm.pareto",
@@ -81,13 +83,9 @@ const fn points(quantity: &'static str, cost: &'static str) -> Plot {
 const CHEAP: &str = "ellipse, ratio 4";
 const FRONT: &str = "front of all";
 
-const NMSE: &str = "NMSE";
 const WORST_CASE: &str = "NMSE of the worst case";
 const BOX: &str = "NMSE against a box";
-const FLIP: &str = "FLIP";
 const WORST_PIXEL: &str = "worst pixel";
-const TEXELS: &str = "texels fetched per pixel";
-const TIME: &str = "time per pixel";
 const LOSS: &str = "NMSE over that of our best setting with no more texels";
 const BY_TEXELS: &str = "NMSE by texels";
 const BY_TIME: &str = "NMSE by time";
@@ -120,8 +118,18 @@ struct Score {
     fetched: Vec<f64>,
 }
 
+impl Score {
+    fn mean_error(&self) -> f64 {
+        geometric_mean(self.nmse.iter().copied())
+    }
+
+    fn mean_fetched(&self) -> f64 {
+        mean(self.fetched.iter().copied())
+    }
+}
+
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
+    let size = bench.effort_of([96, 72], [256, 192]);
     let gpu = bench.gpu(&[])?;
     let (present, absent): (Vec<_>, Vec<_>) =
         contenders().into_iter().partition(|(name, method)| excused(&gpu, name, method).is_none());
@@ -154,7 +162,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::new(&**name, NMSE, "", Value::Missing(why.into())));
     }
     rows.extend(losses(&present, &scores));
-    let by_texels = scores.iter().map(|score| [mean(&score.fetched), geometric_mean(&score.nmse)]);
+    let by_texels = scores.iter().map(|score| [score.mean_fetched(), score.mean_error()]);
     let counted = by_texels.filter(|[fetched, _]| *fetched > 0.0).collect();
     rows.push(Row::new(FRONT, BY_TEXELS, "", Value::Series(front(counted))));
     rows.extend(time_rows(bench, &Lab::new(&gpu, Pattern::PinkNoise, size)?, &present, &planes, &scores)?);
@@ -187,33 +195,28 @@ fn score_of(
 
 /// The errors of both truths, and the numbers of samples of the Gaussian truth.
 fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
-    let own = |n: usize| geometric_mean(&truths.iter().map(|both| both[n].own_nmse()).collect::<Vec<_>>());
-    let samples: Vec<f64> = truths.iter().map(|[truth, _]| truth.mean_samples).collect();
+    let own = |n: usize| geometric_mean(truths.iter().map(|both| both[n].own_nmse()));
     let most = truths.iter().map(|[truth, _]| truth.most_samples).max().unwrap_or(0);
     let quantities = [(NMSE, own(0)), (BY_TEXELS, own(0)), (BY_TIME, own(0)), (BOX, own(1))];
     let mut rows = quantities.map(|(quantity, nmse)| Row::number(FLOOR, quantity, "", nmse)).to_vec();
     let halves = truths.iter().map(|[truth, _]| own_errors(truth)).collect::<anyhow::Result<Vec<_>>>()?;
-    let flips: Vec<f64> = halves.iter().map(|own| own.flip).collect();
-    rows.push(Row::number(FLOOR, FLIP, "", mean(&flips)));
+    rows.push(Row::number(FLOOR, FLIP, "", mean(halves.iter().map(|own| own.flip))));
     let worst = halves.iter().map(|own| own.max).fold(0.0, f64::max);
     rows.push(Row::number(FLOOR, WORST_PIXEL, "of white", worst));
-    rows.push(Row::number(FLOOR, SAMPLES, "samples", mean(&samples)));
+    let samples = mean(truths.iter().map(|[truth, _]| truth.mean_samples));
+    rows.push(Row::number(FLOOR, SAMPLES, "samples", samples));
     rows.push(Row::number(FLOOR, MOST_SAMPLES, "samples", most as f64));
     Ok(rows)
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
 fn rows_of(name: &str, score: &Score) -> Vec<Row> {
-    let (nmse, fetched) = (geometric_mean(&score.nmse), mean(&score.fetched));
-    let number = |quantity, unit, number| Row::new(name, quantity, unit, Value::Number(number));
+    let (nmse, fetched) = (score.mean_error(), score.mean_fetched());
+    let number = |quantity, unit, number| Row::number(name, quantity, unit, number);
     let mut rows = vec![
         number(NMSE, "", nmse),
         number(WORST_CASE, "", score.nmse.iter().copied().fold(0.0, f64::max)),
-        number(BOX, "", geometric_mean(&score.of_box)),
-        number(FLIP, "", mean(&score.flip)),
+        number(BOX, "", geometric_mean(score.of_box.iter().copied())),
+        number(FLIP, "", mean(score.flip.iter().copied())),
         number(WORST_PIXEL, "of white", score.worst),
     ];
     // A device's sampler does not report its texels.
@@ -242,7 +245,7 @@ fn losses(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()
         .zip(scores)
-        .map(|((name, _), score)| (&**name, mean(&score.fetched), geometric_mean(&score.nmse)))
+        .map(|((name, _), score)| (&**name, score.mean_fetched(), score.mean_error()))
         .filter(|(_, texels, _)| *texels > 0.0)
         .collect();
     let (ours, others): (Vec<_>, Vec<_>) = points.into_iter().partition(|(name, ..)| name.starts_with(OURS));
@@ -262,11 +265,9 @@ fn time_rows(
     planes: &[TiltedPlane],
     scores: &[Score],
 ) -> anyhow::Result<Vec<Row>> {
-    let timed = lab.times(bench, methods, planes)?;
-    let mut rows: Vec<Row> = timed.iter().map(|timed| lab.time_row(timed, planes.len(), TIME)).collect();
-    let point = |(row, score): (&Row, &Score)| {
-        Some((row.variant.clone(), [row.value.number()?, geometric_mean(&score.nmse)]))
-    };
+    let mut rows = lab.time_rows(bench, methods, planes)?;
+    let point =
+        |(row, score): (&Row, &Score)| Some((row.variant.clone(), [row.value.number()?, score.mean_error()]));
     let points: Vec<(String, [f64; 2])> = rows.iter().zip(scores).filter_map(point).collect();
     let ends = front(points.iter().map(|(_, point)| *point).collect());
     let series = points.into_iter().map(|(name, point)| (name, vec![point])).chain([(FRONT.into(), ends)]);

@@ -1,20 +1,17 @@
 //! tm.patterns: the error of filters on every test pattern, on planes of any tilt, roll and yaw.
 
-use super::contender::gains;
-use super::lab::{FLOOR, GAUSSIAN, Lab, LabPass, SIDE, errors, geometric_mean, own_errors};
+use super::lab::{FLIP, FLOOR, GAUSSIAN, Lab, LabPass, NMSE, SIDE, TEXELS, TIME, errors, grey, own_errors};
 use super::methods::{self, OURS};
 use super::pareto::plain;
 use super::shown::{ellipse_and_trilinear, patterns};
-use crate::figure::claim::{Bound::AtMost, Bound::Below, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Errors, Figure, Plot, Row, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::relief::shipped::CLIFF;
-use crate::picture::Picture;
 use crate::picture::write::Srgb8Picture;
 use crate::reference::pattern::Pattern;
 use crate::reference::supersample::{Density, Truth};
-use anyhow::Context;
+use crate::stats::{geometric_mean, mean};
 
 pub const PATTERNS: Figure = Figure {
     id: "tm.patterns",
@@ -88,12 +85,11 @@ pub const PATTERNS: Figure = Figure {
             &[Test::ratio(one(FLIP, OURS), best(FLIP, others), AtMost(1.0))],
         )
         .at(Places::ALL.x(0.0, 85.0)),
-        Claim::ours(
+        Claim::ours_timed(
             "faster-than-the-paper",
             "Our filter takes less time than the paper's.",
             &[Test::ratio_of(TIME, [OURS, "paper's rows"], Below(1.0))],
         )
-        .timed()
         .at(Places::scenes(&[TIMED])),
         Claim::ours(
             "truth",
@@ -107,11 +103,7 @@ pub const PATTERNS: Figure = Figure {
 
 const PHOTOGRAPH: &str = "photograph";
 
-const NMSE: &str = "NMSE";
 const WORST_POSE: &str = "NMSE of the worst pose";
-const FLIP: &str = "FLIP";
-const TEXELS: &str = "texels fetched per pixel";
-const TIME: &str = "time per pixel";
 const SPEED: &str = "trilinear's time over the filter's";
 
 /// The pattern with the times.
@@ -199,13 +191,13 @@ fn planes(tilt_degrees: f64, effort: Effort, height: u32) -> Vec<TiltedPlane> {
 const DENSITY: Density = Density { per_texel: 2.0, least: 32, most: 128 };
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = if bench.effort == Effort::Quick { [48, 36] } else { [64, 48] };
+    let size = bench.effort_of([48, 36], [64, 48]);
     let tilt = cell.x.context("a sweep")?;
     let lab = Lab::of_texels(&bench.gpu(&[])?, (&cell.scene, texels_of(&cell.scene)?), size)?;
     let planes = planes(tilt, bench.effort, size[1]);
     let truths: Vec<Truth> = planes.iter().map(|plane| lab.supersampled(plane, GAUSSIAN, DENSITY)).collect();
     let file = |name: &str| format!("tm.patterns-{}-{tilt}-{}", cell.scene, plain(name));
-    bench.picture(&file("truth"), &Srgb8Picture::from(&picture_of(&truths[1])))?;
+    bench.picture(&file("truth"), &Srgb8Picture::from(&grey(size, &truths[1].values)))?;
     let own = truths.iter().map(own_errors).collect::<anyhow::Result<Vec<_>>>()?;
     let mut rows = error_rows(FLOOR, &own).to_vec();
     let pass = |(name, method): (String, Method)| Ok((name, lab.pass(&method)?));
@@ -236,23 +228,17 @@ fn time_rows(
     planes: &[TiltedPlane],
 ) -> anyhow::Result<Vec<Row>> {
     let timed = lab.times_of(bench, passes, planes)?;
-    let times = timed.iter().map(|timed| lab.time_row(timed, planes.len(), TIME));
-    Ok(times.chain(gains(&timed, "trilinear", SPEED)).collect())
+    let times = timed.iter().map(|timed| lab.time_row(timed, planes.len()));
+    Ok(times.chain(Timed::gains(&timed, "trilinear", SPEED)).collect())
 }
 
 /// The errors of a method in every pose.
 fn error_rows(name: &str, poses: &[Errors]) -> [Row; 3] {
-    let nmse: Vec<f64> = poses.iter().map(|errors| errors.nmse).collect();
-    let worst = nmse.iter().copied().fold(0.0, f64::max);
-    let flip = poses.iter().map(|errors| errors.flip).sum::<f64>() / poses.len() as f64;
+    let nmse = || poses.iter().map(|errors| errors.nmse);
+    let flip = mean(poses.iter().map(|errors| errors.flip));
     [
-        Row::number(name, NMSE, "", geometric_mean(&nmse)),
-        Row::number(name, WORST_POSE, "", worst),
+        Row::number(name, NMSE, "", geometric_mean(nmse())),
+        Row::number(name, WORST_POSE, "", nmse().fold(0.0, f64::max)),
         Row::number(name, FLIP, "", flip),
     ]
-}
-
-fn picture_of(truth: &Truth) -> Picture {
-    let pixel = |&value: &f64| [value as f32, value as f32, value as f32, 1.0];
-    Picture::new(truth.size[0], truth.size[1], truth.values.iter().map(pixel).collect())
 }

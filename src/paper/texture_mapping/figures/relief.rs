@@ -1,17 +1,14 @@
 //! tm.26 and tm.map-build: steps, time and error of relief tracing, and the cost of building the maps.
 
-use super::contender::pass;
 use super::shown::{method, traced_reliefs};
-use crate::figure::claim::Bound::{AtLeast, AtMost, Equal};
-use crate::figure::claim::{Pick, Test, every, one};
-use crate::figure::{Bench, Cell, Claim, Contender, Effort, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
-use crate::vk::{Cmd, Gpu};
-use anyhow::Context;
+use crate::stats::mean;
+use crate::vk::Gpu;
 use std::sync::{Arc, Mutex};
 
 const RELIEFS: &[&str] = &["bricks", "pillars", "spikes", "rock"];
@@ -52,14 +49,13 @@ pub const RELIEF: Figure = Figure {
             "The refined map takes fewer steps than Donnelly's (by at least 1 %).",
             &[Test::ratio_of(STEPS, [DONNELLY_AT_CENTRES, REFINED_AT_CENTRES], AtLeast(1.01))],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 7, figure 26",
             "11-percent",
             "In some views the refined map is 11 % faster than Donnelly's (the thesis: \"up to 11 %\").",
             &[Test::ratio_of(TIME, [DONNELLY_AT_CENTRES, REFINED_AT_CENTRES], AtLeast(1.11))],
         )
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::ours(
             "no-more-steps-at-centres",
             "In every view the refined map at centres takes on average no more steps than Donnelly's.",
@@ -108,12 +104,11 @@ pub const MAP_BUILD: Figure = Figure {
     show: Show::nothing("it times the building of distance maps", "relief-rock"),
     measure: measure_builds,
     plots: &[Plot::sweep(BUILD).log_x().log_y(), Plot::sweep(BYTES).log_x().log_y()],
-    claims: &[Claim::ours(
+    claims: &[Claim::ours_timed(
         "refined-price",
         "Building the refined map (at centres) takes at most 4 times as long as building Donnelly's.",
         &[Test::ratio_of(BUILD, [REFINED_AT_CENTRES, DONNELLY_AT_CENTRES], AtMost(4.0))],
-    )
-    .timed()],
+    )],
 };
 
 const STEPS: &str = "steps per ray";
@@ -211,13 +206,6 @@ fn relief_of(scene: &str, side: usize) -> anyhow::Result<Relief> {
     Ok(kind.with_context(|| format!("no relief {scene:?}"))?.relief(side))
 }
 
-fn run(gpu: &Gpu, record: impl FnOnce(&mut Cmd<'_>) -> crate::vk::Result<()>) -> crate::vk::Result<()> {
-    let mut frame = gpu.frame()?;
-    frame.pass("relief", record)?;
-    frame.submit()?.wait()?;
-    Ok(())
-}
-
 /// The maps of a relief: the distance maps in the order of [`Build::ALL`], the cone map, and the relaxed cone map.
 struct Maps {
     distances: Vec<DistanceMap>,
@@ -246,12 +234,12 @@ fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
         match build {
             Build::Distances(holds, refined) => {
                 let own = DistanceBuild::new(gpu, relief, layers, &Fan::new(relief.depth, holds), refined)?;
-                run(gpu, |cmd| own.run(cmd))?;
+                gpu.run_pass("relief", |cmd| own.run(cmd))?;
                 distances.push(own.read(gpu)?);
             }
             Build::Cones { relaxed } => {
                 let own = ConeBuild::new(gpu, relief, relaxed)?;
-                run(gpu, |cmd| own.run(cmd))?;
+                gpu.run_pass("relief", |cmd| own.run(cmd))?;
                 cones[usize::from(relaxed)] = own.read(gpu)?;
             }
         }
@@ -261,7 +249,7 @@ fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let elevation = cell.x.context("a sweep")?;
-    let (side, layers, columns) = if bench.effort == Effort::Quick { (64, 16, 256) } else { (128, 32, 2048) };
+    let (side, layers, columns) = bench.effort_of((64, 16, 256), (128, 32, 2048));
     let relief = relief_of(&cell.scene, side)?;
     let gpu = bench.gpu(&[])?;
     let maps = maps(&gpu, &cell.scene, &relief, layers)?;
@@ -279,10 +267,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         Ok((method, Trace::new(&gpu, &relief, &tracer, direction, columns)?))
     });
     let traces = traces.into_iter().collect::<anyhow::Result<Vec<(Traversal, Trace)>>>()?;
-    let contenders: Vec<Contender<'_>> =
-        traces.iter().map(|(method, trace)| pass(&gpu, method.name(), |cmd| trace.run(cmd))).collect();
-    let timed = bench.interleave(&gpu, contenders)?;
-    let mut rows: Vec<Row> = timed.iter().map(|one| one.row(TIME)).collect();
+    let contenders =
+        traces.iter().map(|(method, trace)| Contender::pass(&gpu, method.name(), |cmd| trace.run(cmd)));
+    let mut rows = bench.times(&gpu, contenders, TIME)?;
     let hits = exact_hits(&relief, direction, columns);
     let mut donnelly = Vec::new();
     for (method, trace) in &traces {
@@ -300,7 +287,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 }
 
 fn mean_steps(found: &[Traced]) -> f64 {
-    found.iter().map(|ray| f64::from(ray.steps)).sum::<f64>() / found.len() as f64
+    mean(found.iter().map(|ray| f64::from(ray.steps)))
 }
 
 /// Compares the steps through a refined map with the steps through Donnelly's map, ray by ray.
@@ -341,18 +328,17 @@ fn measure_builds(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let cells = match build {
             Build::Distances(holds, refined) => {
                 let own = DistanceBuild::new(&gpu, &relief, layers, &Fan::new(relief.depth, holds), refined)?;
-                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                contenders.push(Contender::pass(&gpu, build.name(), move |cmd| own.run(cmd)));
                 side * side * layers
             }
             Build::Cones { relaxed } => {
                 let own = ConeBuild::new(&gpu, &relief, relaxed)?;
-                contenders.push(pass(&gpu, build.name(), move |cmd| own.run(cmd)));
+                contenders.push(Contender::pass(&gpu, build.name(), move |cmd| own.run(cmd)));
                 side * side
             }
         };
         rows.push(Row::number(build.name(), BYTES, "bytes", cells as f64));
     }
-    let timed = bench.interleave(&gpu, contenders)?;
-    rows.extend(timed.iter().filter(|one| one.variant != "empty pass").map(|one| one.row(BUILD)));
+    rows.extend(bench.times(&gpu, contenders, BUILD)?.into_iter().filter(|row| row.variant != "empty pass"));
     Ok(rows)
 }

@@ -1,11 +1,10 @@
 //! tm.24: error and time of weights that follow the footprint's shape, and of weight maps.
 
-use super::lab::{FLOOR, FORMULA_4, Lab, errors};
+use super::lab::{FLOOR, FORMULA_4, Lab, TEXELS, TIME, errors};
 use super::map_error::{self, BY_ENTRIES, THESIS_NMSE};
 use super::methods::{PAPER_BY_LEVEL, QUADRANT_32, RADIAL_64, SQUARE_64, SQUARED_128, THESIS};
 use super::shown::patterns;
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Show, Sweep, Value};
+use crate::figure::prelude::*;
 use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::footprint::Axes;
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
@@ -69,28 +68,25 @@ pub const SHAPE: Figure = Figure {
                 Test::ratio_of(NMSE, [FORMULA, COLUMNS], Below(1.001)),
             ],
         ),
-        Claim::paper(
+        Claim::paper_timed(
             "claim 2, figure 24",
             "cost",
             "Computing the weights costs at most 5 %.",
             &[Test::ratio_of(TIME, [ROWS, NONE], AtMost(1.05))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "claim 4, figure 24",
             "map-speed",
             "At some tilt a weight map is 25 % faster than the formula (the thesis: \"up to 25 %\").",
             &[Test::ratio_of(TIME, [ROWS, ROWS_MAP], AtLeast(1.25))],
         )
-        .somewhere()
-        .timed(),
-        Claim::ours(
+        .somewhere(),
+        Claim::ours_timed(
             "our-map-speed",
             "With the exact axes, a radial map of 64 entries is 25 % faster than the formula at some tilt.",
             &[Test::ratio_of(TIME, [FORMULA, RADIAL], AtLeast(1.25))],
         )
-        .somewhere()
-        .timed(),
+        .somewhere(),
         Claim::paper(
             "claim 4, figure 24",
             "map-error",
@@ -105,7 +101,7 @@ pub const SHAPE: Figure = Figure {
     ],
 };
 
-const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
+pub const TILTS: &[f64] = &[0.0, 30.0, 60.0, 75.0, 80.0];
 
 const NONE: &str = "none";
 const BLIND: &str = "blind to shape";
@@ -120,10 +116,8 @@ const NMSE: &str = "NMSE against formula (4)'s kernel";
 const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
-const TIME: &str = "time per pixel";
-/// Two counts that are equal on every device. The shader counts the texels. The entries read are the texels times the
-/// map entries per weight.
-const TEXELS: &str = "texels fetched per pixel";
+/// A count that is equal on every device, as [`TEXELS`]: the texels, which the shader counts, times the map entries per
+/// weight.
 const ENTRIES: &str = "entries of the weight map read per pixel";
 
 /// The filter with the exact axes and the weights of formula (4).
@@ -162,7 +156,7 @@ pub fn pattern_of(scene: &str) -> Pattern {
 }
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
-    let size = if bench.effort == Effort::Quick { [96, 72] } else { [256, 192] };
+    let size = bench.effort_of([96, 72], [256, 192]);
     let lab = Lab::new(&bench.gpu(&[])?, pattern_of(&cell.scene), size)?;
     let tilt_degrees = cell.x.expect("a sweep");
     let plane = Tilt::of(tilt_degrees).plane(size[1]);
@@ -199,7 +193,6 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.extend(map_error::rows(&lab, &formula(), tilt_degrees));
     rows.push(Row::number(THESIS, OF_MAP, "", THESIS_NMSE));
     let methods: Vec<_> = variants().into_iter().map(|(name, e)| (name, Method::Ellipse(e))).collect();
-    let timed = lab.times(bench, &methods, &[plane])?;
-    rows.extend(timed.iter().map(|timed| lab.time_row(timed, 1, TIME)));
+    rows.extend(lab.time_rows(bench, &methods, &[plane])?);
     Ok(rows)
 }

@@ -1,14 +1,15 @@
 //! tm.temporal: flicker while the camera moves by less than a pixel.
 
-use super::lab::{FLOOR, GAUSSIAN, Lab};
+use super::lab::{FLOOR, GAUSSIAN, Lab, TEXELS};
 use super::methods::{self, OURS};
 use super::shape::pattern_of;
 use super::shown::{ellipses_and_trilinear, moving};
-use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Value};
+use crate::figure::prelude::*;
+use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::Method;
 use crate::paper::texture_mapping::plane::Tilt;
 use crate::reference::supersample::Truth;
+use crate::stats::mean;
 
 pub const TEMPORAL: Figure = Figure {
     id: "tm.temporal",
@@ -46,19 +47,13 @@ const FLICKER: &str = "variance of the error";
 const MOTION: &str = "variance of the picture over the truth's";
 const OVER_NEXT: &str = "variance over the least of others with at most twice the texels";
 const MOTION_FLOOR: &str = "truth's own error over the truth's variance";
-const TEXELS: &str = "texels fetched per pixel";
 
 /// The truth's own motion.
 const TRUTH: &str = "the truth";
 
 /// All methods, each with its default weights, except the device's samplers, which do not count texels.
 fn variants() -> Vec<(String, Method)> {
-    let counted = |method: &Method| {
-        !matches!(
-            method,
-            Method::Baseline(crate::paper::texture_mapping::baselines::FilterBaseline::Hardware(_))
-        )
-    };
+    let counted = |method: &Method| !matches!(method, Method::Baseline(FilterBaseline::Hardware(_)));
     methods::with_default_weights().into_iter().filter(|(_, method)| counted(method)).collect()
 }
 
@@ -67,10 +62,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let plane = Tilt::of(cell.x.expect("a sweep")).plane(SIZE[1]);
     let shifted = |frame: u32| plane.shifted([f64::from(frame) / f64::from(FRAMES); 2]);
     let truths: Vec<Truth> = (0..FRAMES).map(|n| lab.truth(&shifted(n), GAUSSIAN)).collect();
-    let own = truths.iter().map(|truth| truth.own_nmse()).sum::<f64>() / f64::from(FRAMES);
+    let own = mean(truths.iter().map(Truth::own_nmse));
     let truths: Vec<Vec<f64>> = truths.into_iter().map(|truth| truth.values).collect();
-    let square = truths.iter().flatten().map(|value| value * value).sum::<f64>()
-        / (truths.len() * truths[0].len()) as f64;
+    let square = mean(truths.iter().flatten().map(|value| value * value));
     let true_variance = mean_variance(&truths);
     let mut found = Vec::new();
     let mut rows = vec![
@@ -91,7 +85,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             .zip(&truths)
             .map(|(found, truth)| found.iter().zip(truth).map(|(a, b)| a - b).collect())
             .collect();
-        let number = |quantity, unit, number| Row::new(&*name, quantity, unit, Value::Number(number));
+        let number = |quantity, unit, number| Row::number(&*name, quantity, unit, number);
         rows.push(number(FLICKER, "", mean_variance(&off) / square));
         rows.push(number(MOTION, "", mean_variance(&frames) / true_variance));
         rows.push(number(TEXELS, "texels", fetched));
@@ -108,10 +102,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 /// The mean over pixels of the variance over frames.
 fn mean_variance(frames: &[Vec<f64>]) -> f64 {
-    let count = frames.len() as f64;
-    let of = |pixel: usize| {
-        let mean = frames.iter().map(|frame| frame[pixel]).sum::<f64>() / count;
-        frames.iter().map(|frame| (frame[pixel] - mean).powi(2)).sum::<f64>() / count
+    let variance = |pixel: usize| {
+        let middle = mean(frames.iter().map(|frame| frame[pixel]));
+        mean(frames.iter().map(|frame| (frame[pixel] - middle).powi(2)))
     };
-    (0..frames[0].len()).map(of).sum::<f64>() / frames[0].len() as f64
+    mean((0..frames[0].len()).map(variance))
 }

@@ -258,6 +258,15 @@ pub fn needs(config: &Config, format: TileFormat) -> Vec<Need> {
     config.needs().into_iter().chain(blocks).collect()
 }
 
+/// Why the device cannot run `config` with tiles of `format`; `None` if it can.
+pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) -> Option<String> {
+    if let Err(unfit) = config.check(pyramid) {
+        return Some(unfit.to_string());
+    }
+    let missing = needs(config, format).into_iter().find(|need| !gpu.has(need.feature))?;
+    Some(format!("the device lacks {}, which pass {:?} needs", missing.feature.name(), missing.pass))
+}
+
 /// Checks the settings against the opened texture: the variants against its pyramid, the filter against its border. If
 /// the texture is a file, pyramid and border are known only after the file is opened.
 ///

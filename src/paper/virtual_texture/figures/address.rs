@@ -4,8 +4,7 @@ use super::super::counts::{Requests, of_list};
 use super::common::{PAPERS, pixels_of, setting};
 use super::cost::ON_THE_HOST;
 use super::stages::{Pair, Stage1};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::streaming::distinct_tiles;
 use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, TileAddress, read_requests};
 
@@ -54,12 +53,11 @@ pub const ADDRESS: Figure = Figure {
             &[Test::ratio_of(LENGTH, ["level-0", "own-level"], AtLeast(500.0))],
         )
         .at(Places::scenes(&["globe/africa"]).x(1080.0, 1080.0)),
-        Claim::ours(
+        Claim::ours_timed(
             "host-work",
             "Own-level addresses also reduce the host's work on the list.",
             &[Test::ratio_of(ON_THE_HOST, ["level-0", "own-level"], Above(1.0))],
-        )
-        .timed(),
+        ),
     ],
 };
 

@@ -1,6 +1,6 @@
 //! Shared by this paper's figures: scenes by name, sessions on the run's device, single passes to be timed.
 
-use crate::figure::{Bench, Setting};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
@@ -11,7 +11,6 @@ use crate::paper::virtual_texture::{Config, PAPER, VirtualTexture, VirtualTextur
 use crate::picture::PixelFormat;
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use anyhow::Context;
 
 /// A border that contains the paper's 16 samples. As in the paper, a pixel then needs the tile of its triple alone: no
 /// sample lies in a neighbouring tile.
@@ -138,6 +137,9 @@ pub fn own_level_tiles(triples: &[[u32; 3]]) -> Vec<TileId> {
     tiles.sort_unstable();
     tiles
 }
+
+/// Bytes of a MiB.
+pub const MIB: f64 = 1_048_576.0;
 
 /// Size of a 16:9 picture with this many rows, a value of a sweep.
 pub fn pixels_of(rows: f64) -> [u32; 2] {

@@ -4,11 +4,9 @@ use super::super::counts::{of_stage_3, reference_list};
 use super::common::{self, SceneView, setting};
 use super::side_by_side::{Combination, SideBySide};
 use super::stages::{NOISE, Pair, SCENES, Stage1};
-use crate::figure::claim::{Bound::Above, Bound::Equal, Claim, Test, best, one, others};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show};
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress};
-use anyhow::Context;
 
 pub const COMPACT: Figure = Figure {
     id: "vt.compact",
@@ -35,7 +33,7 @@ pub const COMPACT: Figure = Figure {
     measure,
     plots: &[Plot::bars(PAPERS).log_y().floor("empty pass"), Plot::bars(NATIVE).log_y().floor("empty pass")],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "2.3",
             "blocks",
             "Blocks of texels are faster than a vertex for each texel of the tile mask (geometry shader and transform \
@@ -45,9 +43,8 @@ pub const COMPACT: Figure = Figure {
                 best(PAPERS, || vec![feedback_name(1), feedback_name(2)]),
                 Above(1.0),
             )],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "compute",
             "A compute variant is faster than the best geometry shader in every view.",
             &[Test::ratio(
@@ -55,8 +52,7 @@ pub const COMPACT: Figure = Figure {
                 best(PAPERS, || compute_passes().map(|compact| compact.name().to_string()).collect()),
                 Above(1.0),
             )],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "length",
             "Every variant's list has exactly the length that the reference counts.",
@@ -131,8 +127,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             }
         }
         let contenders = pairs.iter().map(|pair| pair.compaction(&stage1, &pair.name));
-        let timed = bench.interleave(&stage1.gpu, contenders.collect())?;
-        rows.extend(timed.iter().map(|timed| timed.row(time)));
+        rows.extend(bench.times(&stage1.gpu, contenders, time)?);
         rows.extend(fused_append(bench, &cell.scene, &stage1, address, [time, quantity])?);
         if cell.scene != NOISE {
             let config = Config { compact: Compaction::FusedAppend, address, ..PAPER };
@@ -160,8 +155,7 @@ fn fused_append(
         )]);
     }
     let of = |name, compact| {
-        let config = Config { dedup: Dedup::FusedExact, compact, address, ..PAPER };
-        Combination { name, config, exact: true }
+        Combination::exact(name, Config { dedup: Dedup::FusedExact, compact, address, ..PAPER })
     };
     let (mask, appends) = ("marks", "marks and appends");
     let both = [of(mask, Compaction::Append), of(appends, Compaction::FusedAppend)];
@@ -169,8 +163,7 @@ fn fused_append(
     if let Some((_, why)) = frames.missing.first() {
         return Ok(vec![Row::missing(name, time, why)]);
     }
-    let gpu = frames.gpu.clone();
-    let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let timed = frames.times(bench)?;
     let pass = |variant: &str, label: &str| {
         timed.iter().find(|timed| timed.variant == variant)?.pass_of_rounds(label)
     };

@@ -3,15 +3,11 @@
 use super::super::counts::{Requests, of_stage_2};
 use super::common::{PAPERS, setting};
 use super::stages::{NOISE, SCENES, Stage1};
-use crate::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::Equal, Claim, Pick, Places, Test, best, every, one,
-};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::FrameSlot;
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::read_requests;
 use crate::paper::virtual_texture::{Compaction, Config, Dedup, PAPER, TileAddress, reference};
-use crate::vk::Error;
 
 pub const DEDUP: Figure = Figure {
     id: "vt.dedup",
@@ -52,22 +48,20 @@ pub const DEDUP: Figure = Figure {
         Plot::curves(POINTS_BY_P, "p: blocks of 2^p x 2^p pixels").log_y(),
     ],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "2.2",
             "blocks",
             "Blocks handled by a geometry shader are faster than a vertex for each pixel.",
             &[Test::ratio(one(TIME, NAIVE_BASELINE), best(TIME, || geometry_names(|p, _| p > 0)), Above(1.0))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "2.2",
             "memo",
             "Emitting only if the triple differs from the last one is faster than emitting always (p = 3; `noise` is \
              not judged).",
             &[Test::ratio(without_memo(TIME), with_memo(TIME), Above(1.0))],
         )
-        .at(Places::except(&[NOISE]))
-        .timed(),
+        .at(Places::except(&[NOISE])),
         Claim::ours(
             "memo-points",
             "The memo saves at least 90 % of the points in every view but `noise` (p = 3).",
@@ -79,12 +73,11 @@ pub const DEDUP: Figure = Figure {
             "The device emits as many points as the reference counts.",
             &[Test::value(every(POINTS_OFF), Equal(0.0))],
         ),
-        Claim::ours(
+        Claim::ours_timed(
             "compute",
             "A compute variant is faster than the best geometry shader in every view.",
             &[Test::ratio(best(TIME, || geometry_names(|_, _| true)), best(TIME, compute_names), Above(1.0))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };
@@ -151,11 +144,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             continue;
         }
         let pass = match DedupPass::new(gpu, pyramid, &config, footprint) {
-            Err(limit @ Error::Limit { .. }) => {
-                rows.push(Row::missing(name, TIME, limit.to_string()));
+            Err(error) => {
+                rows.push(Row::missing(name, TIME, error.unsupported()?));
                 continue;
             }
-            pass => pass?,
+            Ok(pass) => pass,
         };
         rows.extend(of_stage_2((&name, config.dedup), &requests, pass.groups_and_texels(stage1.size), ""));
         contenders.push(Contender::frame(gpu, name, move |frame| {

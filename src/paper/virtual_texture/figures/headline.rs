@@ -1,9 +1,10 @@
 //! vt.headline: the paper's only number, the frame rate of its headline scene, with the camera at rest and moving.
 
 use super::common::{PAPERS, SceneView, pixels_of};
-use super::side_by_side::{Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations, settings};
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Claim, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use super::side_by_side::{
+    Combination, PAPER_NATIVE, PLAIN, SideBySide, THE_PAPER, combinations, device_mib, settings,
+};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
@@ -33,25 +34,20 @@ pub const HEADLINE: Figure = Figure {
     ours: &["fused, exact"],
     show: Show::scenes(PAPERS).variants(|| settings(&contenders())),
     measure,
-    plots: &[
-        Plot::bars(STANDING),
-        Plot::curves(ALONG, "frame along the path").log_y(),
-    ],
+    plots: &[Plot::bars(STANDING), Plot::curves(ALONG, "frame along the path").log_y()],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "introduction",
             "150-fps",
             "The paper's frame is drawn about 150 times a second (on a GeForce GTX 285).",
             &[Test::value(one(STANDING_FPS, THE_PAPER), AtLeast(150.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "streaming",
             "Moving along `pan`, with tiles synthesised, loaded and copied within the scene's budgets, the median \
              frame takes at most twice as long as with the camera at rest in the same round.",
             &[Test::value(each(SLOWER, names), AtMost(2.0))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "memory",
             "The paper's frame needs at most the 1 GiB of device memory of a GTX 285.",
@@ -102,9 +98,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut side = SideBySide::settled(bench, place, size, (&contenders(), &[PLAIN]), |settings| {
         settings.streaming = streaming.clone();
     })?;
-    let mut rows = side.time(bench)?;
-    rows.extend(side.lists());
-    rows.extend(side.counts()?);
+    let mut rows = side.rows(bench)?;
     if let Some((_, session)) = side.sessions.iter_mut().find(|(name, _)| name == THE_PAPER) {
         let rgba = session.picture_bytes()?;
         let picture = Srgb8Picture { width: size[0], height: size[1], rgba };
@@ -113,10 +107,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let walks = walks(&mut side, &path, &extent)?;
     for ((name, session), walks) in side.sessions.iter().zip(&walks) {
         rows.extend(rows_of(name, walks));
-        let memory = session.memory();
-        let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
-        let bytes: u64 = on_device.map(|(_, bytes)| bytes).sum();
-        rows.push(Row::number(&**name, MEMORY, "MiB", bytes as f64 / 1_048_576.0));
+        rows.push(Row::number(&**name, MEMORY, "MiB", device_mib(session)));
     }
     Ok(rows)
 }

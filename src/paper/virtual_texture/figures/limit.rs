@@ -5,8 +5,7 @@ use super::common::{PAPERS, SceneView, own_level_tiles, pixels_of, setting};
 use super::cost::{LIST, ON_THE_HOST, list_of_rounds, list_row};
 use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
-use crate::figure::claim::{Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Test, best, every, one};
-use crate::figure::{Bench, Cell, Contender, Figure, Plot, Row, Setting, Show, Sweep, Timed, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use crate::paper::virtual_texture::streaming::distinct_tiles;
@@ -15,7 +14,6 @@ use crate::paper::virtual_texture::{
 };
 use crate::stats::Summary;
 use crate::vk::{BufferUse, TexelCopy};
-use anyhow::Context;
 use std::cell::RefCell;
 
 pub const LIMIT: Figure = Figure {
@@ -40,24 +38,19 @@ pub const LIMIT: Figure = Figure {
     sweep: Some(Sweep { name: "picture height, pixels", quick: &[720.0], full: &[720.0, 1080.0] }),
     show: Show::scenes(PAPERS).variants(settings),
     measure,
-    plots: &[
-        Plot::bars(LIST).log_y().floor(COPY),
-        Plot::bars(COPIES).log_y(),
-    ],
+    plots: &[Plot::bars(LIST).log_y().floor(COPY), Plot::bars(COPIES).log_y()],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "three-times",
             "The best exact variant finds the list at least 3 times faster than the paper's best.",
             &[Test::ratio(one(LIST, THE_PAPER), best(LIST, ours), AtLeast(3.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "four-copies",
             "The best exact variant on the device takes at most 4 times as long as one copy of the packed request \
              image in the device's memory.",
             &[Test::ratio(best(LIST, ours), one(LIST, COPY), AtMost(4.0))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "exact",
             "Every variant lists the same tiles, each once.",
@@ -78,10 +71,8 @@ fn on_the_device() -> Vec<String> {
 
 /// The exact fused variants, by name, with and without stage 3 as a pass.
 fn fused() -> Vec<Combination> {
-    let of = |name, compact| {
-        let config = Config { dedup: Dedup::FusedExact, compact, ..COMPUTE };
-        Combination { name, config, exact: true }
-    };
+    let of =
+        |name, compact| Combination::exact(name, Config { dedup: Dedup::FusedExact, compact, ..COMPUTE });
     vec![of("fused-exact", Compaction::Append), of("fused-exact, fused-append", Compaction::FusedAppend)]
 }
 

@@ -1,5 +1,5 @@
-//! All figures and tables of paper 1. Only this module, [`super::trade`] and [`super::counts`] use both the GPU's steps
-//! and the reference.
+//! All figures and tables of paper 1. Only this module, [`super::extremes`], [`super::trade`] and [`super::counts`] use
+//! both the GPU's steps and the reference.
 
 mod address;
 pub mod common;

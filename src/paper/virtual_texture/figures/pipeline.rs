@@ -3,8 +3,7 @@
 use super::common::{PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
 use super::side_by_side::{Combination, PLAIN, SideBySide, THE_PAPER, UNLISTED, combinations, settings};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Test, best, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 
 pub const PIPELINE: Figure = Figure {
     id: "vt.pipeline",
@@ -28,21 +27,23 @@ pub const PIPELINE: Figure = Figure {
     measure,
     plots: &[Plot::bars(FRAME).floor(PLAIN)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "1 and 2",
             "gpu-list",
             "A frame that finds the visible tiles on the GPU is faster than one that reads the request image back and \
              finds them on the CPU.",
-            &[Test::ratio(best(FRAME, || those(Combination::is_read_back)), one(FRAME, THE_PAPER), Above(1.0))],
-        )
-        .timed(),
-        Claim::ours(
+            &[Test::ratio(
+                best(FRAME, || those(Combination::is_read_back)),
+                one(FRAME, THE_PAPER),
+                Above(1.0),
+            )],
+        ),
+        Claim::ours_timed(
             "our-gpu-list",
             "The best exact variant's frame is also faster than every frame with read-back.",
             &[Test::ratio(best(FRAME, || those(Combination::is_read_back)), best(FRAME, exact), Above(1.0))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "three-times",
             "The best exact variant finds the list (stages 2 and 3 together, or what fusing adds to the draw) at \
             least 3 times faster than the paper's best pair: a geometry shader over blocks of 8 x 8 pixels with \
@@ -52,9 +53,8 @@ pub const PIPELINE: Figure = Figure {
                 best(LIST, || those(|c| c.is_ours() && c.name != THE_PAPER)),
                 AtLeast(3.0),
             )],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "fusing-adds",
             "A frame that finds the exact list in the texturing draw takes at most 15 % more than one that only \
              textures.",
@@ -63,15 +63,13 @@ pub const PIPELINE: Figure = Figure {
                 one(FRAME, UNLISTED),
                 AtMost(1.15),
             )],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "twice-plain",
             "With the best exact variant a settled frame takes at most twice the time of the same mesh with one plain \
              trilinear texture.",
             &[Test::ratio(best(FRAME, exact), one(FRAME, PLAIN), AtMost(2.0))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };
@@ -90,10 +88,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         (&combinations(), &[PLAIN, UNLISTED]),
         |_| (),
     )?;
-    let mut rows = frames.time(bench)?;
-    rows.extend(frames.lists());
-    rows.extend(frames.counts()?);
-    Ok(rows)
+    frames.rows(bench)
 }
 
 /// Names of the combinations for which `keep` holds.

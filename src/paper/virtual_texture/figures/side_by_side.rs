@@ -3,13 +3,12 @@
 pub use super::cost::{PLAIN, THE_PAPER, UNLISTED};
 
 use super::super::counts::{Requests, TEXELS_PER_PIXEL, of_list};
-use super::common::{SceneView, setting};
+use super::common::{MIB, SceneView, setting};
 use super::cost::{self, FRAME, ON_THE_HOST};
-use crate::figure::{Bench, Contender, Row, Setting};
+use crate::figure::{Bench, Contender, Row, Setting, Timed};
 use crate::frame::Run;
 use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::camera::Pose;
-use crate::math::pyramid::Pyramid;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{Filter, open_texture, source_mesh};
 use crate::paper::virtual_texture::fused::Fused;
@@ -18,11 +17,11 @@ use crate::paper::virtual_texture::texturing::PlainBaseline;
 use crate::paper::virtual_texture::{
     Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
 };
-use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, needs, texels_per_pixel};
+use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, lacks, texels_per_pixel};
 use crate::picture::PixelFormat;
+use crate::texture::source::TileSource;
 use crate::texture::source::remembered::Remembered;
-use crate::texture::source::{TileFormat, TileSource};
-use crate::vk::{Gpu, Need, PassTime};
+use crate::vk::{Gpu, PassTime};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -39,6 +38,11 @@ pub struct Combination {
 }
 
 impl Combination {
+    /// A variant that lists exactly the visible tiles.
+    pub const fn exact(name: &'static str, config: Config) -> Combination {
+        Combination { name, config, exact: true }
+    }
+
     /// True if it makes an exact list on the device.
     pub fn is_ours(&self) -> bool {
         self.exact && self.config.list == Listing::Device
@@ -61,7 +65,7 @@ pub const COMPUTE: Config = Config {
 
 /// The frames that figures compare, the paper's first.
 pub fn combinations() -> Vec<Combination> {
-    let exact = |name, config| Combination { name, config, exact: true };
+    let exact = Combination::exact;
     let superset = |name, config| Combination { name, config, exact: false };
     vec![
         exact(THE_PAPER, PAPER),
@@ -104,25 +108,6 @@ pub struct SideBySide {
     pub missing: Vec<(String, String)>,
 }
 
-/// Opens the run's device with those features of `needs` that it offers; [`lacks`] then reports what cannot run.
-///
-/// # Errors
-/// No device.
-pub fn device(bench: &Bench, needs: &[Need]) -> anyhow::Result<Gpu> {
-    let offered = bench.gpu(&[])?.physical().features.clone();
-    let granted: Vec<Need> = needs.iter().filter(|need| offered.contains(&need.feature)).copied().collect();
-    Ok(bench.gpu(&granted)?)
-}
-
-/// Why `config` cannot run here; `None` if it can.
-pub fn lacks(gpu: &Gpu, config: &Config, pyramid: &Pyramid, format: TileFormat) -> Option<String> {
-    if let Err(unfit) = config.check(pyramid) {
-        return Some(unfit.to_string());
-    }
-    let missing = needs(config, format).into_iter().find(|need| !gpu.has(need.feature))?;
-    Some(format!("the device lacks {}, which pass {:?} needs", missing.feature.name(), missing.pass))
-}
-
 impl SideBySide {
     /// Settled sessions of `combinations` at `size` pixels. `floors` names the baselines that are timed with them
     /// ([`PLAIN`], [`UNLISTED`]). `change` edits the settings last; it must not change the variant.
@@ -137,7 +122,7 @@ impl SideBySide {
         change: impl Fn(&mut VirtualTextureSettings),
     ) -> anyhow::Result<SideBySide> {
         let SceneView { scene, pose, .. } = place;
-        let gpu = device(bench, &all_needs())?;
+        let gpu = bench.gpu_with_offered(&all_needs())?;
         let source = Remembered::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
@@ -163,14 +148,24 @@ impl SideBySide {
         Ok(SideBySide { gpu, pose, source, mesh, floors, sessions, missing })
     }
 
-    /// Times all frames and the floors in turn. Returns rows: "frame" and each pass, in milliseconds.
+    /// The times, the lists and the counts of all variants: the rows "frame" and each pass, in milliseconds, then the
+    /// rows of [`SideBySide::lists`] and [`SideBySide::counts`].
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn time(&mut self, bench: &Bench) -> anyhow::Result<Vec<Row>> {
+    pub fn rows(&mut self, bench: &Bench) -> anyhow::Result<Vec<Row>> {
+        let (timed, counts) = (self.times(bench)?, self.counts()?);
+        let times = timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(self.missing_rows(FRAME));
+        Ok(times.chain(self.lists()).chain(counts).collect())
+    }
+
+    /// Times all frames and the floors in turn.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn times(&mut self, bench: &Bench) -> anyhow::Result<Vec<Timed>> {
         let gpu = self.gpu.clone();
-        let timed = bench.interleave(&gpu, self.contenders()?)?;
-        Ok(timed.iter().flat_map(|of| cost::rows(of, &timed)).chain(self.missing_rows(FRAME)).collect())
+        bench.interleave(&gpu, self.contenders()?)
     }
 
     /// A row of `quantity` for each variant that does not run here.
@@ -219,7 +214,7 @@ impl SideBySide {
     }
 
     /// Rows "list length" and "visible tiles" of each session's last frame.
-    pub fn lists(&self) -> Vec<Row> {
+    fn lists(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         for (name, session) in &self.sessions {
             let Some(record) = session.records.last() else { continue };
@@ -257,6 +252,13 @@ impl SideBySide {
         }
         Ok(rows)
     }
+}
+
+/// A session's device memory, in MiB.
+pub fn device_mib(session: &Run<VirtualTexture>) -> f64 {
+    let memory = session.memory();
+    let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
+    on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()
 }
 
 /// The plain frame, drawn into a picture of its own.

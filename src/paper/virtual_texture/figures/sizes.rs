@@ -1,18 +1,15 @@
 //! vt.resolution, vt.tile-size and vt.texture-size: how the frame scales with the sizes of the picture, of the tiles
 //! and of the texture.
 
-use super::common::{PAPERS, SceneView, pixels_of};
+use super::common::{MIB, PAPERS, SceneView, pixels_of};
 use super::cost::{FRAME, LIST};
-use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, settings};
-use crate::figure::claim::{At, Bound::AtMost, Claim, Places, Test, best, one};
-use crate::figure::{Bench, Cell, Effort, Figure, FigureView, Plot, Row, Show, Sweep};
+use super::side_by_side::{Combination, SideBySide, THE_PAPER, combinations, device_mib, settings};
+use crate::figure::prelude::*;
 use crate::texture::source::TileSource;
 use std::collections::BTreeMap;
 
 /// The variant with one empty pass: the lower bound of all times.
 const EMPTY: &str = "empty pass";
-
-const MIB: f64 = 1_048_576.0;
 
 /// The variants of these figures.
 const SIZES: Figure = Figure {
@@ -46,13 +43,12 @@ pub const RESOLUTION: Figure = Figure {
         Plot::sweep("visible tiles").log_x().log_y().floor(EMPTY),
     ],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "linear",
             "From the smallest to the largest picture, the time of the paper's stages 2 and 3 grows at most a quarter \
              more than the number of pixels.",
             &[Test::growth(one(LIST, THE_PAPER), 2.0, AtMost(1.25))],
-        )
-        .timed(),
+        ),
         Claim::ours(
             "tiles",
             "The number of visible tiles grows no faster than the number of pixels.",
@@ -121,29 +117,27 @@ pub const TEXTURE_SIZE: Figure = Figure {
         Plot::sweep("page table").log_y().floor(EMPTY),
     ],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "introduction",
             "10^6",
             "Textures of the order of 10^6 x 10^6 texels are shown in real time (here: 30 frames a second of 2^20 x \
              2^19 texels).",
             &[Test::value(one(FRAME, THE_PAPER), AtMost(1e3 / 30.0))],
         )
-        .at(LARGEST)
-        .timed(),
-        Claim::ours(
+        .at(LARGEST),
+        Claim::ours_timed(
             "our-10^6",
             "The fastest exact variant shows a texture of 2^20 x 2^19 texels at 30 frames a second.",
             &[Test::value(best(FRAME, names), AtMost(1e3 / 30.0))],
         )
-        .at(LARGEST)
-        .timed(),
+        .at(LARGEST),
         Claim::ours(
             "memory",
             "At 2^20 x 2^19 texels a frame needs at most 1 GiB of device memory, the memory of the paper's GTX 285.",
             &[Test::value(one(MEMORY, THE_PAPER), AtMost(1024.0))],
         )
         .at(LARGEST),
-        Claim::ours(
+        Claim::ours_timed(
             "flat",
             "A texture 16 times as large (2^20 against 2^18) makes the fastest frame at most a quarter slower.",
             &[Test::ratio(
@@ -151,8 +145,7 @@ pub const TEXTURE_SIZE: Figure = Figure {
                 best(FRAME, names).x(At::X(18.0)),
                 AtMost(1.25),
             )],
-        )
-        .timed(),
+        ),
     ],
     ..SIZES
 };
@@ -185,9 +178,7 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         SideBySide::settled(bench, place, pixels_of(pixel_rows), (&contenders(), &[]), |settings| {
             (settings.streaming.gpu_tiles, settings.streaming.host_tiles) = (tiles, tiles);
         })?;
-    let mut rows = frames.time(bench)?;
-    rows.extend(frames.lists());
-    rows.extend(frames.counts()?);
+    let mut rows = frames.rows(bench)?;
     let tile_mib = frames.source.format().tile_bytes(&frames.source.pyramid()) as f64 / MIB;
     for (name, session) in &frames.sessions {
         let row = |quantity: &str, unit, number| Row::number(&**name, quantity, unit, number);
@@ -195,8 +186,7 @@ fn measure(bench: &mut Bench, place: SceneView, pixel_rows: f64, tiles: u32) -> 
         rows.push(row(WORKING_SET, "MiB", visible as f64 * tile_mib));
         rows.push(row("level bias", "levels", f64::from(session.technique.bias())));
         let memory: BTreeMap<_, _> = session.memory().into_iter().collect();
-        let on_device = memory.iter().filter(|(object, _)| !object.contains("host"));
-        rows.push(row(MEMORY, "MiB", on_device.map(|(_, bytes)| *bytes as f64 / MIB).sum()));
+        rows.push(row(MEMORY, "MiB", device_mib(session)));
         for object in
             ["request image", "tile mask", "visible-tile list", "page table", "tile pool", "resident levels"]
         {

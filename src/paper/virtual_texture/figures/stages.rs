@@ -1,8 +1,7 @@
 //! Stages 2 and 3 alone, over a request image that is drawn once (for vt.dedup, vt.compact and others).
 
 use super::common::{SceneView, pixels_of};
-use super::side_by_side::{device, lacks};
-use crate::figure::{Bench, Contender, Effort};
+use crate::figure::prelude::*;
 use crate::frame::{DrawList, FrameSlot, Shape, View};
 use crate::math::pyramid::Pyramid;
 use crate::math::splitmix::SplitMix64;
@@ -12,10 +11,9 @@ use crate::paper::virtual_texture::config::{source_mesh, texture};
 use crate::paper::virtual_texture::dedup::DedupPass;
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::visible_list::VisibleList;
-use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, all_needs};
+use crate::paper::virtual_texture::{Config, PAPER, RequestFormat, all_needs, lacks};
 use crate::texture::source::TileFormat;
 use crate::vk::{BufferUse, Frame, Gpu, TexelCopy};
-use anyhow::Context;
 use std::cell::RefCell;
 
 /// Synthetic worst case: a random tile for each pixel.
@@ -56,7 +54,7 @@ impl Stage1 {
             SceneView::find(if scene == NOISE { "earth/headline" } else { scene })?;
         let pyramid =
             texture(&description)?.pyramid()?.context("a shipped scene states its texture's size")?;
-        let gpu = device(bench, &all_needs())?;
+        let gpu = bench.gpu_with_offered(&all_needs())?;
         let config = Config { request_format: Some(RequestFormat::Packed), ..PAPER };
         let footprint = FootprintPass::new(&gpu, &pyramid, &config, size)?;
         let stage1 = Stage1 { gpu, pyramid, footprint, size };

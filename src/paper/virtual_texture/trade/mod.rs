@@ -19,8 +19,9 @@ use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::model::mesh::{self, Mesh};
 use crate::paper::virtual_texture::config::{open_texture, source_mesh, texture};
-use crate::paper::virtual_texture::figures::side_by_side::{device, lacks};
-use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs};
+use crate::paper::virtual_texture::{
+    VirtualTexture, VirtualTextureError, VirtualTextureSettings, all_needs, lacks,
+};
 use crate::picture::PixelFormat;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::{Scene, choices};
@@ -155,7 +156,7 @@ impl TradeSweep<'_> {
         let source = Remembered::new(source);
         Ok(SweepResources {
             sweep: self,
-            gpu: device(bench, &all_needs())?,
+            gpu: bench.gpu_with_offered(&all_needs())?,
             mesh: mesh::gpu_mesh(&mesh),
             truth: Mosaic::new(&*source, &mesh, &self.pose, self.size, self.kernel)?,
             sources: HashMap::from([((own.border, TileFormat::Rgba8), source)]),

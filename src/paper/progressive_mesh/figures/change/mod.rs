@@ -5,11 +5,7 @@ mod written;
 
 use super::models;
 use super::orders::{CLASSICAL, Executable, IN_PLACE_23, TAIL_23, simplified};
-use crate::figure::claim::{
-    At, Better, Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Bound::Within,
-    Claim, Places, Test, best, each, every, one,
-};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Sweep, Timed};
+use crate::figure::prelude::*;
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::ordered;
 use crate::vk::PassTime;
@@ -78,20 +74,14 @@ pub const CHANGE: Figure = Figure {
             "lists-write-less",
             "On a walk through all levels by single splits, skip lists write less than tail-23 and \
              in-place-23.",
-            &[
-                Test::ratio_of(WRITTEN, [SKIP_LISTS, TAIL_23], Below(1.0)),
-                Test::ratio_of(WRITTEN, [SKIP_LISTS, IN_PLACE_23], Below(1.0)),
-            ],
+            &Test::ratios_of(WRITTEN, [[SKIP_LISTS, TAIL_23], [SKIP_LISTS, IN_PLACE_23]], Below(1.0)),
         )
         .at(SINGLE),
         Claim::ours(
             "small-steps",
             "For steps of up to 1 % of all splits, tail-23 and in-place-23 write less than a copy of all \
              live faces.",
-            &[
-                Test::ratio_of(WRITTEN, [TAIL_23, COPY], Below(1.0)),
-                Test::ratio_of(WRITTEN, [IN_PLACE_23, COPY], Below(1.0)),
-            ],
+            &Test::ratios_of(WRITTEN, [[TAIL_23, COPY], [IN_PLACE_23, COPY]], Below(1.0)),
         )
         .at(Places::ALL.x(0.0, 1.0)),
         Claim::ours(
@@ -111,7 +101,7 @@ pub const CHANGE: Figure = Figure {
             &[Test::ratio(each(WORST, baselines_of_a_copy), one(WORST, COPY), AtMost(1.01))],
         )
         .at(SINGLE),
-        Claim::ours(
+        Claim::ours_timed(
             "compaction-looks-at-all",
             "A compaction visits all faces for every change: one split takes the device at least half as \
              long as all splits.",
@@ -120,9 +110,8 @@ pub const CHANGE: Figure = Figure {
                 one(DEVICE, COMPACTED).x(At::X(ALL)),
                 AtLeast(0.5),
             )],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "less-than-a-copy",
             "For a change of 1 % in tail-23, host and device together take less time than a copy of all live faces, \
              if tail-23 uses the best of its three methods.",
@@ -132,8 +121,7 @@ pub const CHANGE: Figure = Figure {
                 Above(1.0),
             )],
         )
-        .at(Places::ALL.x(1.0, 1.0))
-        .timed(),
+        .at(Places::ALL.x(1.0, 1.0)),
     ],
     ..Figure::BASE
 };

@@ -4,8 +4,7 @@ mod execute;
 mod lines;
 
 use super::{scans, session_of};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Claim, Places, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 use crate::scene::Scene;
 use execute::{
     COPY, FLAT, FLAT_FEW, FLAT_SWAPS, FRAME, LOADED, PRINTED, PRINTED_SWAPS, SPLITS_DOWN, SPLITS_UP, STEP,
@@ -43,59 +42,47 @@ pub const CPU: Figure = Figure {
     measure,
     plots: &[Plot::bars(SPLITS_UP).log_y(), Plot::bars(STEP).log_y().floor(COPY)],
     claims: &[
-        Claim::ours(
+        Claim::ours_timed(
             "rate",
             "With 23 moved faces per split, one core executes 20 million splits per second, and as many \
              collapses, on meshes up to 100 000 faces.",
-            &[
-                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(20.0)),
-                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(20.0)),
-            ],
+            &Test::values([one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_DOWN, FLAT_SWAPS)], AtLeast(20.0)),
         )
-        .at(Places::except(&LARGE))
-        .timed(),
-        Claim::ours(
+        .at(Places::except(&LARGE)),
+        Claim::ours_timed(
             "rate-large",
             "On a mesh as large as the dragon, one core executes 12 million splits per second, and as many \
              collapses.",
-            &[
-                Test::value(one(SPLITS_UP, FLAT_SWAPS), AtLeast(12.0)),
-                Test::value(one(SPLITS_DOWN, FLAT_SWAPS), AtLeast(12.0)),
-            ],
+            &Test::values([one(SPLITS_UP, FLAT_SWAPS), one(SPLITS_DOWN, FLAT_SWAPS)], AtLeast(12.0)),
         )
-        .at(Places::scenes(&LARGE))
-        .timed(),
-        Claim::ours(
+        .at(Places::scenes(&LARGE)),
+        Claim::ours_timed(
             "flat",
             "Flat lists execute splits and collapses at least 1.5 times as fast as the pseudocode.",
             &[
                 Test::ratio_of(SPLITS_UP, [FLAT_SWAPS, PRINTED_SWAPS], AtLeast(1.5)),
                 Test::ratio_of(SPLITS_DOWN, [FLAT_SWAPS, PRINTED_SWAPS], AtLeast(1.5)),
             ],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "headline",
             "load-of-splits",
             "The extension raises the CPU's load by 20 %: relative to splits without tswaps, in pseudocode.",
             &[Test::ratio_of(STEP, [PRINTED_SWAPS, PRINTED], AtMost(1.2))],
-        )
-        .timed(),
-        Claim::paper(
+        ),
+        Claim::paper_timed(
             "headline",
             "load-of-frames",
             "The extension raises the CPU's load by 20 %: relative to the host's work for a drawn frame that \
              executes a hundredth of the splits, in pseudocode.",
             &[Test::ratio_of(LOADED, [PRINTED_SWAPS, PRINTED], AtMost(1.2))],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "our-load-of-frames",
             "With flat lists, tswaps raise the host's work for a drawn frame that executes a hundredth of \
              the splits by at most 20 %.",
             &[Test::ratio_of(LOADED, [FLAT_SWAPS, FLAT], AtMost(1.2))],
-        )
-        .timed(),
+        ),
         Claim::paper(
             "5",
             "lines",

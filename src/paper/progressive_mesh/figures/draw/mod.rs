@@ -2,8 +2,7 @@
 
 use super::orders::{CLASSICAL, IN_PLACE_10, IN_PLACE_23, PAPER, TAIL_23, simplified};
 use super::{face_orders, models};
-use crate::figure::claim::{Better, Bound::AtLeast, Bound::Within, Claim, Places, Test, each, one};
-use crate::figure::{Bench, Cell, Contender, Effort, Figure, Plot, Row, Show};
+use crate::figure::prelude::*;
 use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::paper::progressive_mesh::baselines::{OrderBaseline, PreparedBaseline};
@@ -25,7 +24,6 @@ use crate::vk::{
     Buffer, BufferUse, Clear, Cmd, ColorTarget, DepthTarget, Feature, Format, Frame, Gpu, GraphicsPipeline,
     Image, ImageInfo, IndexRange, IndexType, IndexedGeometry, Need,
 };
-use anyhow::Context;
 use glam::DVec3;
 
 /// The only order whose faces are not those of the level: it draws a separate, discrete mesh.
@@ -95,24 +93,22 @@ pub const DRAW: Figure = Figure {
             ],
         )
         .at(Places::scenes(&["vertices"])),
-        Claim::paper(
+        Claim::paper_timed(
             "headline",
             "vertex-bound-draw",
             "If vertices are the bottleneck, the draw is up to 2 times faster.",
             &[Test::ratio_of(TIME, [CLASSICAL, PAPER], AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
-        .given(VERTEX_BOUND)
-        .timed(),
-        Claim::ours(
+        .given(VERTEX_BOUND),
+        Claim::ours_timed(
             "tail-vertex-bound-draw",
             "If vertices are the bottleneck, the draw is at least 2 times faster with tail-23.",
             &[Test::ratio_of(TIME, [CLASSICAL, TAIL_23], AtLeast(2.0))],
         )
         .at(Places::scenes(&[HEAVY]))
-        .given(VERTEX_BOUND)
-        .timed(),
-        Claim::ours(
+        .given(VERTEX_BOUND),
+        Claim::ours_timed(
             "time-follows-vertices",
             "If vertices are the bottleneck, the draw time is proportional to the shaded vertices, within 20 \
              %.",
@@ -123,15 +119,13 @@ pub const DRAW: Figure = Figure {
             )],
         )
         .at(Places::scenes(&[HEAVY]))
-        .given(VERTEX_BOUND)
-        .timed(),
-        Claim::ours(
+        .given(VERTEX_BOUND),
+        Claim::ours_timed(
             "pixel-bound-draw",
             "If pixels are the bottleneck, the draw times of tail-23 and the classical order differ by at most 10 %.",
             &[Test::ratio_of(TIME, [CLASSICAL, TAIL_23], Within(0.9, 1.1, Better::Neither))],
         )
-        .at(Places::scenes(&["pixels"]))
-        .timed(),
+        .at(Places::scenes(&["pixels"])),
     ],
     ..Figure::BASE
 };

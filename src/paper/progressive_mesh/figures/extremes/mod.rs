@@ -4,8 +4,7 @@ mod cases;
 
 use super::super::simplify::{Simplified, SimplifyOptions, simplify};
 use super::surfaces::baseline;
-use crate::figure::claim::{Bound::AtMost, Bound::Equal, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::model::clean;
 use crate::reference::distance::Triangles;
 use cases::{CASES, Hostile, mesh};

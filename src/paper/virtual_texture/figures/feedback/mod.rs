@@ -6,8 +6,7 @@ mod times;
 mod watch;
 
 use super::common::{ONE_SAMPLE, SceneView, pixels_of, setting};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::Below, Claim, Statistic, Test, each, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::{Config, Listing, PAPER, RequestFormat};
 use watch::{SUBSAMPLINGS, Watch, name};
@@ -56,12 +55,11 @@ pub const FEEDBACK: Figure = Figure {
                 Test::value(one(MOVING_PRECISION, "1/256"), Below(0.5)),
             ],
         ),
-        Claim::ours(
+        Claim::ours_timed(
             "cost",
             "A list from one pixel in 64 takes at most a tenth of the time of a list from all pixels.",
             &[Test::ratio_of(TIME, [ALL_PIXELS, "1/64"], AtLeast(10.0))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };

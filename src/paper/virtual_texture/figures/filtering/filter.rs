@@ -2,8 +2,7 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
-use crate::figure::claim::{Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Below, Claim, Test};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::config::source_mesh;
 use crate::paper::virtual_texture::reference::picture::{ReferenceFilter, SourceTexels, sides};
@@ -12,6 +11,7 @@ use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
 use crate::reference::filter::sample_count;
+use crate::stats::mean;
 
 pub const FILTER: Figure = Figure {
     id: "vt.filter",
@@ -60,12 +60,11 @@ pub const FILTER: Figure = Figure {
              footprint than one trilinear sample.",
             &[Test::ratio_of(AREA_NMSE, ["trilinear", "16 taps along NA 8"], Above(1.0))],
         ),
-        Claim::ours(
+        Claim::ours_timed(
             "one-tap",
             "One random texel takes no more time than a trilinear sample.",
             &[Test::ratio_of(TIME, ["1 tap", "trilinear"], AtMost(1.0))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };
@@ -129,8 +128,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     show(bench, cell, "the mean over the footprint", &truths.area)?;
     let contenders = VARIANTS.iter().map(|variant| sessions[at_na(variant)].contender(variant));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
-    let timed = bench.interleave(&sessions[0].opened.session.gpu, contenders)?;
-    rows.extend(timed.iter().map(|timed| timed.row(TIME)));
+    rows.extend(bench.times(&sessions[0].opened.session.gpu, contenders, TIME)?);
     Ok(rows)
 }
 
@@ -184,15 +182,15 @@ impl Truths {
         let pyramid = session.technique.source.pyramid();
         let lengths: Vec<[f64; 2]> =
             surface.iter().flatten().map(|sample| sides(sample, &pyramid).lengths()).collect();
-        let mean = |most| {
+        let samples_of = |most| {
             let count = |&[longest, shortest]: &[f64; 2]| f64::from(sample_count(longest, shortest, most));
-            lengths.iter().map(count).sum::<f64>() / lengths.len() as f64
+            mean(lengths.iter().map(count))
         };
         Ok(Truths {
             area: picture(ReferenceFilter::Area)?,
             nearer_level: picture(ReferenceFilter::NearerLevel)?,
             samples: samples.collect::<anyhow::Result<_>>()?,
-            counts: NAS.map(mean),
+            counts: NAS.map(samples_of),
             inside,
         })
     }

@@ -1,20 +1,17 @@
 //! vt.na: the cost of NA, the largest number of samples along a footprint, at any tilt.
 
-use super::super::common::{ONE_SAMPLE, SceneView, sampled};
+use super::super::common::{MIB, ONE_SAMPLE, SceneView, sampled};
 use super::super::cost::{self, FRAME, LIST};
 use super::super::side_by_side::{Combination, SideBySide};
 use super::super::streaming::Route;
 use super::{Shown, Variant};
-use crate::figure::claim::{
-    Bound::Above, Bound::AtLeast, Bound::AtMost, Bound::Equal, Claim, Places, Test, every,
-};
-use crate::figure::{self, Bench, Cell, Figure, Plot, Row, Setting, Show, Sweep};
+use crate::figure;
+use crate::figure::prelude::*;
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::streaming::replay::{Replacement, replay, steps};
 use crate::paper::virtual_texture::{Config, Filtering, PAPER};
 use crate::picture::error::compare;
 use crate::texture::source::TileFormat;
-use anyhow::Context;
 
 pub const NA: Figure = Figure {
     id: "vt.na",
@@ -189,7 +186,7 @@ fn along_the_path(
         replay(&steps(&lists, slots, pyramid.first_resident_level()), slots, Replacement::LeastRecentlyShown);
     // The first frame fills the cache.
     let copied: usize = replayed.iter().skip(1).map(|frame| frame.faults).sum();
-    let tile_mib = TileFormat::Rgba8.tile_bytes(&pyramid) as f64 / 1_048_576.0;
+    let tile_mib = TileFormat::Rgba8.tile_bytes(&pyramid) as f64 / MIB;
     let row = |quantity, unit, number| Row::number(variant, quantity, unit, number);
     Ok(vec![
         row(VISIBLE, "tiles", mean(lists.iter().map(Vec::len).sum())),
@@ -207,22 +204,18 @@ fn seams(bench: &Bench, view: &View, na: u32) -> anyhow::Result<f64> {
         let mut shown = Shown::of(bench, view.place(na, border)?, view.size)?;
         shown.picture(&Variant::new(Filtering::Trilinear, na, 1))
     };
-    let difference = compare(&picture(BORDERS[0])?, &picture(BORDERS[1])?)?;
-    Ok(difference.worst().map_or(0.0, |worst| worst.value))
+    Ok(compare(&picture(BORDERS[0])?, &picture(BORDERS[1])?)?.largest())
 }
 
 /// Times of the settled frames, measured in turn.
 fn times(bench: &Bench, view: &View) -> anyhow::Result<Vec<Row>> {
-    let combination = |(name, max_anisotropy): (&'static str, u32)| Combination {
-        name,
-        config: Config { filter: Filter { max_anisotropy, ..PAPER.filter }, ..PAPER },
-        exact: true,
+    let combination = |(name, max_anisotropy)| {
+        Combination::exact(name, Config { filter: Filter { max_anisotropy, ..PAPER.filter }, ..PAPER })
     };
     let combinations = NAS.map(combination);
     let place = view.place(1, BORDERS[0])?;
     let mut frames = SideBySide::settled(bench, place, view.size, (&combinations, &[]), |_| ())?;
-    let gpu = frames.gpu.clone();
-    let timed = bench.interleave(&gpu, frames.contenders()?)?;
+    let timed = frames.times(bench)?;
     let texels = frames.texels()?;
     let times = timed.iter().flat_map(|of| [Some(of.row(FRAME)), cost::list_row(of, &timed)]).flatten();
     Ok(times.chain(frames.missing_rows(FRAME)).chain(texels).collect())

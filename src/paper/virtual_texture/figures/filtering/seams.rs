@@ -2,8 +2,7 @@
 
 use super::super::common::pixels_of;
 use super::{Shown, Variant, detail};
-use crate::figure::claim::{At, Bound::Above, Bound::AtMost, Claim, Pick, Test, each};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::Filtering;
 use crate::paper::virtual_texture::FootprintPicture;
@@ -105,9 +104,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             for (n, picture) in pictures(&mut shown, &variants)?.iter().enumerate() {
                 let at_edges = compare_where(picture, &truths[n], |x, y| near.at(x, y))?;
                 let elsewhere = compare_where(picture, &truths[n], |x, y| !near.at(x, y))?;
-                let worst =
-                    |of: &crate::picture::error::Difference| of.worst().map_or(0.0, |worst| worst.value);
-                let found = [worst(&at_edges), at_edges.nmse(), worst(&elsewhere)];
+                let found = [at_edges.largest(), at_edges.nmse(), elsewhere.largest()];
                 for (points, value) in series[n].iter_mut().zip(found) {
                     points.push([f64::from(border), value]);
                 }

@@ -1,17 +1,15 @@
 //! vt.budget: recovery of the picture after a cut, for several upload budgets.
 
-use super::super::common::{ONE_SAMPLE, samples};
+use super::super::common::{MIB, ONE_SAMPLE, samples};
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{SettledView, session, show_beside};
-use crate::figure::claim::{Bound::Above, Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::streaming::Order;
 use crate::picture::Picture;
 use crate::picture::error::compare;
-use anyhow::Context;
 use std::time::{Duration, Instant};
 
 struct Budget {
@@ -59,12 +57,9 @@ pub const BUDGET: Figure = Figure {
     paper: &["0.5 ms", "1 ms", "2 ms", "4 ms"],
     show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
-    plots: &[
-        Plot::curves(ERROR, "frame").log_y(),
-        Plot::curves(ERROR_MS, "time, ms").log_x().log_y(),
-    ],
+    plots: &[Plot::curves(ERROR, "frame").log_y(), Plot::curves(ERROR_MS, "time, ms").log_x().log_y()],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "3",
             "left-over-waits",
             "Tiles beyond the upload budget wait for the next frame: a budget of 0.5 ms takes more frames than one of \
@@ -74,17 +69,15 @@ pub const BUDGET: Figure = Figure {
                 // Infinite if a tile never arrives.
                 Test::value(one(FRAMES_95, "0.5 ms"), AtMost(MOST_FRAMES as f64)),
             ],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "coarsest-first-errs-less",
             "Requesting the coarsest tiles first gives a smaller error, summed over the frames after a cut.",
             &[
                 Test::ratio(one(SUM, "0.5 ms"), one(SUM, "0.5 ms, coarsest first"), Above(1.0)),
                 Test::ratio(one(SUM, "4 ms"), one(SUM, "4 ms, coarsest first"), Above(1.0)),
             ],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };
@@ -162,6 +155,6 @@ fn of_cuts(name: &str, cuts: &[Cut]) -> Vec<Row> {
         over(SUM, "NMSE x frames", &|cut| Some(cut.trace.0.iter().map(|[_, error]| error).sum())),
         over(MS_50, "ms", &|cut| Some(half(cut)?.1)),
         over(MS_95, "ms", &|cut| Some(most(cut)?.1)),
-        over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / 1_048_576.0)),
+        over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / MIB)),
     ]
 }

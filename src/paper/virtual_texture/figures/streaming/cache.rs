@@ -1,19 +1,15 @@
 //! vt.cache: sizes of the two caches, and the replacement policy.
 
-use super::super::common::samples;
+use super::super::common::{MIB, samples};
 use super::halved::{AT_REST, DIFFERING, HALVED, LAST_STAYS, MISREPORTED, TO_REST, halved};
 use super::{Blank, PATHS, RULER, Route, extent};
-use crate::figure::claim::{
-    Bound::AtLeast, Bound::AtMost, Bound::Below, Bound::Equal, Claim, Places, Test, one,
-};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::streaming::replay::{Replacement, Replayed, replay, steps};
 use crate::paper::virtual_texture::streaming::{
     Order, Streaming, StreamingConfig, StreamingCounts, Uploader,
 };
 use crate::texture::source::TileFormat;
-use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -145,9 +141,10 @@ impl Path {
     /// Counts that no policy changes (`of_path`), and the reads of the program's own caches (`built`).
     fn rows(&self, of_path: &str, built: &str) -> Vec<Row> {
         let distinct = self.lists.iter().flatten().collect::<HashSet<_>>().len();
-        let mib = TileFormat::Rgba8.tile_bytes(&self.pyramid) as f64 / 1_048_576.0;
+        let mib = TileFormat::Rgba8.tile_bytes(&self.pyramid) as f64 / MIB;
         let reads = HOST_SHARES.map(|share| {
-            let config = unhurried(self.largest as u32, (share * self.largest as f64).ceil() as u32);
+            // These budgets never limit a frame, so only the sizes of the caches matter.
+            let config = replayed(self.largest as u32, (share * self.largest as f64).ceil() as u32, 1 << 16);
             let reports = play(&self.pyramid, config, &self.lists);
             let reads: usize = reports.iter().map(|report| report.loads).sum();
             [share, reads as f64 / self.lists.len() as f64]
@@ -181,13 +178,13 @@ impl Path {
     }
 }
 
-/// Settings whose budgets never limit a frame, so that only the cache sizes matter.
-fn unhurried(gpu_tiles: u32, host_tiles: u32) -> StreamingConfig {
+/// Settings of a replay, with a budget of so many tiles per frame for uploads and for loads.
+pub(super) fn replayed(gpu_tiles: u32, host_tiles: u32, tiles_per_frame: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
         host_tiles,
-        upload_tiles_per_frame: 1 << 16,
-        load_tiles_per_frame: 1 << 16,
+        upload_tiles_per_frame: tiles_per_frame,
+        load_tiles_per_frame: tiles_per_frame,
         // The results stored in results/ were measured with this order.
         order: Order::Finest,
         deterministic: true,

@@ -1,10 +1,9 @@
 //! vt.disk: frames continue while the disk is slow or down, and the picture recovers.
 
-use super::super::common::{ONE_SAMPLE, samples};
+use super::super::common::{MIB, ONE_SAMPLE, samples};
 use super::traces::{ROUNDS, Trace, repeated};
 use super::{SettledView, session};
-use crate::figure::claim::{Bound::AtMost, Claim, Test, one};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::virtual_texture::VirtualTexture;
@@ -49,13 +48,9 @@ pub const DISK: Figure = Figure {
     paper: &[HEALTHY, SLOW, DOWN],
     show: Show::scenes(ONE_SAMPLE).variants(settings),
     measure,
-    plots: &[
-        Plot::curves(ERROR, "time, ms").log_x().log_y(),
-        Plot::bars(FRAME),
-        Plot::bars(RECOVERY),
-    ],
+    plots: &[Plot::curves(ERROR, "time, ms").log_x().log_y(), Plot::bars(FRAME), Plot::bars(RECOVERY)],
     claims: &[
-        Claim::paper(
+        Claim::paper_timed(
             "3",
             "no-frame-waits-for-the-disk",
             "The loader has its own threads, so frames do not wait for the disk. (A frame that waited would take 50 ms \
@@ -64,14 +59,12 @@ pub const DISK: Figure = Figure {
                 Test::difference_of(FRAME, [SLOW, HEALTHY], AtMost(50.0)),
                 Test::value(one(LONGEST, DOWN), AtMost(1e3)),
             ],
-        )
-        .timed(),
-        Claim::ours(
+        ),
+        Claim::ours_timed(
             "the-picture-recovers",
             "After 5 s without a disk, recovery takes at most 3 s longer than with a healthy disk.",
             &[Test::difference_of(RECOVERY, [DOWN, HEALTHY], AtMost(3e3))],
-        )
-        .timed(),
+        ),
     ],
     ..Figure::BASE
 };
@@ -165,7 +158,7 @@ fn rows(name: &str, runs: &[Watched]) -> Vec<Row> {
         of(RECOVERY, "ms", &|run| Some(run.recovery()?.0)),
         of(RECOVERY_FRAMES, "frames", &|run| Some(run.recovery()?.1)),
         of(COMPLETE, "ms", &|run| run.errors.0.last().map(|[ms, _]| *ms)),
-        of(READ, "MiB", &|run| Some(run.read as f64 / 1_048_576.0)),
+        of(READ, "MiB", &|run| Some(run.read as f64 / MIB)),
     ];
     if name == DOWN {
         let longest = |run: &Watched| run.frames_ms[..run.while_down].iter().copied().reduce(f64::max);

@@ -20,7 +20,7 @@ pub use pop::POP;
 pub use prefetch::PREFETCH;
 
 use super::common::samples;
-use crate::figure::Bench;
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::math::pyramid::{Pyramid, TileId};
@@ -38,7 +38,6 @@ use crate::scene::Scene;
 use crate::scene::path::CameraPath;
 use crate::texture::source::remembered::Remembered;
 use crate::texture::source::{TileError, TileSource};
-use anyhow::Context;
 use std::sync::Arc;
 
 /// The six paths.

@@ -2,15 +2,14 @@
 
 use super::super::common::ONE_SAMPLE;
 use super::{Route, UNMAGNIFIED, linear, session, show_beside};
-use crate::figure::claim::{Bound::Above, Claim, Test, one};
-use crate::figure::{Bench, Cell, Effort, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::frame::Run;
 use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::picture::PixelFormat;
 use crate::stats::Summary;
 use crate::texture::source::remembered::Remembered;
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use std::sync::Arc;
 
 /// Frames of the fade, and the variants' names.

@@ -1,15 +1,13 @@
 //! vt.prefetch: the number of visible tiles that are missing, without and with prefetch.
 
 use super::super::common::samples;
-use super::cache::Nowhere;
+use super::cache::{Nowhere, replayed};
 use super::{Blank, RULER, Route, UNMAGNIFIED, extent};
-use crate::figure::claim::{Bound::AtMost, Claim, Test};
-use crate::figure::{Bench, Cell, Figure, Plot, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::TextureFrameRecord;
-use crate::paper::virtual_texture::streaming::{Order, Streaming, StreamingConfig};
+use crate::paper::virtual_texture::streaming::Streaming;
 use crate::vk::FRAMES_IN_FLIGHT;
-use anyhow::Context;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -52,18 +50,12 @@ pub const PREFETCH: Figure = Figure {
         Claim::ours(
             "prefetch-halves-misses",
             "8 frames of prefetch at least halve the missing tiles on pan, dive and orbit.",
-            &[
-                Test::ratio_of(MISSING, [EIGHT, NONE], AtMost(0.5)),
-                Test::ratio_of(MISSING, [EIGHT_16, NONE_16], AtMost(0.5)),
-            ],
+            &Test::ratios_of(MISSING, [[EIGHT, NONE], [EIGHT_16, NONE_16]], AtMost(0.5)),
         ),
         Claim::ours(
             "prefetch-is-cheap",
             "8 frames of prefetch copy at most a quarter more tiles.",
-            &[
-                Test::ratio_of(COPIES, [EIGHT, NONE], AtMost(1.25)),
-                Test::ratio_of(COPIES, [EIGHT_16, NONE_16], AtMost(1.25)),
-            ],
+            &Test::ratios_of(COPIES, [[EIGHT, NONE], [EIGHT_16, NONE_16]], AtMost(1.25)),
         ),
     ],
     ..Figure::BASE
@@ -146,16 +138,7 @@ impl PrefetchCounts {
     ) -> anyhow::Result<PrefetchCounts> {
         let largest = records.iter().map(|record| record.visible.len()).max().context("a path has frames")?;
         // Twice the largest visible set, as in vt.cache.
-        let config = StreamingConfig {
-            gpu_tiles: 2 * largest as u32,
-            host_tiles: 4 * largest as u32,
-            upload_tiles_per_frame: 8,
-            load_tiles_per_frame: 8,
-            // The results stored in results/ were measured with this order.
-            order: Order::Finest,
-            deterministic: true,
-            ..StreamingConfig::default()
-        };
+        let config = replayed(2 * largest as u32, 4 * largest as u32, 8);
         let mut streaming = Streaming::new(Arc::new(Blank::like(pyramid)), config)?;
         // The path begins at rest, so the tiles missing in its first frame are not counted.
         while streaming.frame(&records[0].visible, &mut Nowhere).pending > 0 {}

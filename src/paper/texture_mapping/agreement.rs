@@ -146,3 +146,22 @@ pub fn compare_fragments(found: &[[f32; 4]], means: &[Mean]) -> (Agreement, usiz
     }
     (agreement, means.iter().filter(|mean| mean.undecided).count())
 }
+
+/// NMSE of grey values: the sum of squared errors, divided by the sum of squares of the truth. NaN if a value is NaN.
+pub fn nmse(found: impl ExactSizeIterator<Item = f64>, truth: &[f64]) -> f64 {
+    assert_eq!(found.len(), truth.len(), "values");
+    let squares: f64 = found.zip(truth).map(|(found, truth)| (found - truth).powi(2)).sum();
+    squares / truth.iter().map(|truth| truth * truth).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nmse_is_relative_to_the_squares_of_the_truth() {
+        let of = |found: [f64; 2]| nmse(found.into_iter(), &[3.0, 4.0]);
+        assert_eq!((of([3.0, 0.0]), of([3.0, 4.0])), (16.0 / 25.0, 0.0));
+        assert!(of([3.0, f64::NAN]).is_nan());
+    }
+}

@@ -32,10 +32,8 @@ pub enum Way {
 /// The error itself, if it is not a refusal.
 pub(super) fn refused(error: vk::Error) -> vk::Result<String> {
     match error {
-        vk::Error::Limit { .. } | vk::Error::MissingFeature { .. } | vk::Error::OutOfMemory { .. } => {
-            Ok(error.to_string())
-        }
-        broken => Err(broken),
+        vk::Error::OutOfMemory { .. } => Ok(error.to_string()),
+        other => other.unsupported(),
     }
 }
 

@@ -1,19 +1,11 @@
 //! vt.extremes: every variant against the reference for extreme pictures, textures and cameras.
 
-mod contenders;
-mod examine;
-mod scenes;
-mod shapes;
-
-pub use contenders::variants;
-pub use examine::{Examination, Examiner, ListOutcome, Settled};
-pub use scenes::{EXTREMES, Expected, Extreme, Landscape, Sight};
-
 use super::common::{ONE_SAMPLE, setting};
-use crate::figure::claim::{Bound::Equal, Claim, Places, Test, every, one};
-use crate::figure::{Bench, Cell, Figure, FigureView, Row, Setting, Show, Value};
+use crate::figure::prelude::*;
+use crate::paper::virtual_texture::extremes::{
+    EXTREMES, Examination, Examiner, Expected, Extreme, Landscape, ListOutcome, SIZE, Settled, variants,
+};
 use crate::paper::virtual_texture::{Config, all_needs};
-use anyhow::Context;
 
 /// Names of the rows that belong to no variant.
 const STAGE_1: &str = "stage 1";
@@ -70,10 +62,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
             "stage-1-is-explained",
             "Every triple that differs from the f64 reference lies so close to a tile's or level's border that \
             rounding explains it.",
-            &[
-                Test::value(one("unexplained", STAGE_1), Equal(0.0)),
-                Test::value(one("unexplained", STAGE_1_16), Equal(0.0)),
-            ],
+            &Test::values([one("unexplained", STAGE_1), one("unexplained", STAGE_1_16)], Equal(0.0)),
         ),
         Claim::ours(
             "every-texel-is-right",
@@ -94,11 +83,7 @@ pub const EXTREMES_FIGURE: Figure = Figure {
     ..Figure::BASE
 };
 
-const EXACT: &[Test] = &[
-    Test::value(every("lost"), Equal(0.0)),
-    Test::value(every("extra"), Equal(0.0)),
-    Test::value(every("repeated"), Equal(0.0)),
-];
+const EXACT: &[Test] = &Test::values([every("lost"), every("extra"), every("repeated")], Equal(0.0));
 
 /// The names of the cells.
 const NAMES: [&str; EXTREMES.len()] = {
@@ -115,7 +100,7 @@ const NAMES: [&str; EXTREMES.len()] = {
 fn views() -> Vec<FigureView> {
     let shown = |extreme: &&Extreme| {
         let is_scene = matches!(extreme.landscape, Landscape::Scene);
-        is_scene && extreme.size == scenes::SIZE && extreme.expected != Expected::Refused
+        is_scene && extreme.size == SIZE && extreme.expected != Expected::Refused
     };
     let changes = |extreme: &Extreme| ONE_SAMPLE.iter().chain(extreme.changes).copied().collect::<Vec<_>>();
     let views = EXTREMES.iter().filter(shown);
