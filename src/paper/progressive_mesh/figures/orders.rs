@@ -9,7 +9,7 @@ use super::super::simplify::{Collapses, SimplifyOptions, simplify};
 use super::scans;
 use crate::figure::Row;
 use crate::model::Model;
-use crate::paper::progressive_mesh::choices::FaceOrder;
+use crate::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
 
 /// The shipped closed models; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
@@ -73,8 +73,14 @@ impl Executable {
 
 /// A shipped or fetched model and its collapses down to 64 faces.
 pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {
+    simplified_with(name, BuildEffort::Best)
+}
+
+/// As [`simplified`], with another effort.
+pub fn simplified_with(name: &str, effort: BuildEffort) -> anyhow::Result<(Model, Collapses)> {
     let model = scans::open(name)?;
-    let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
+    let options = SimplifyOptions { effort, ..SimplifyOptions::default() };
+    let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
     Ok((model, collapses))
 }
 

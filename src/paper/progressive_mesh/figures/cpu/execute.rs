@@ -6,7 +6,8 @@ use crate::figure::{Contender, Row, Timed};
 use crate::frame::Run;
 use crate::math::camera::Pose;
 use crate::paper::progressive_mesh::ProgressiveMeshes;
-use crate::paper::progressive_mesh::figures::orders::{Executable, ordered, simplified};
+use crate::paper::progressive_mesh::choices::BuildEffort;
+use crate::paper::progressive_mesh::figures::orders::{Executable, ordered, simplified_with};
 use crate::paper::progressive_mesh::order::OrderOptions;
 use crate::paper::progressive_mesh::run::{IgnoreWrites, Instances, Program, State};
 use crate::vk::PassTime;
@@ -50,7 +51,7 @@ pub struct Orders {
 impl Orders {
     /// Builds the orders of a shipped or fetched model.
     pub fn of(name: &str) -> anyhow::Result<Orders> {
-        let (model, collapses) = simplified(name)?;
+        let (model, collapses) = simplified_with(name, BuildEffort::Fast)?;
         let with = |options: Option<&OrderOptions>| Executable::new(ordered(&model, &collapses, options));
         let (best, few) =
             rayon::join(|| with(Some(&OrderOptions::TAIL_23)), || with(Some(&OrderOptions::TAIL_10)));

@@ -2,7 +2,8 @@
 
 use super::MOVED;
 use crate::figure::Row;
-use crate::paper::progressive_mesh::figures::orders::{moved_per_split, ordered, simplified};
+use crate::paper::progressive_mesh::choices::BuildEffort;
+use crate::paper::progressive_mesh::figures::orders::{moved_per_split, ordered, simplified_with};
 use crate::paper::progressive_mesh::order::{OrderOptions, Weights};
 use crate::paper::progressive_mesh::run::{Program, WriteObserver};
 use std::ops::Range;
@@ -54,7 +55,7 @@ pub fn for_each_split(program: &Program) -> f64 {
 
 /// The paper's greedy with and without its weight for lines that earlier operations touched.
 pub fn weighed_rows(name: &str) -> anyhow::Result<Vec<Row>> {
-    let (model, collapses) = simplified(name)?;
+    let (model, collapses) = simplified_with(name, BuildEffort::Fast)?;
     let without = Weights { line: 0.0, ..OrderOptions::PAPER.weights };
     let mut rows = Vec::new();
     for (variant, weights) in [(GREEDY, OrderOptions::PAPER.weights), (NO_WEIGHT, without)] {
