@@ -149,7 +149,7 @@ impl SideBySide {
     }
 
     /// The times, the lists and the counts of all variants: the rows "frame" and each pass, in milliseconds, then the
-    /// rows of [`SideBySide::lists`] and [`SideBySide::counts`].
+    /// rows of `lists` and `counts`.
     ///
     /// # Errors
     /// Device lost, out of memory.
