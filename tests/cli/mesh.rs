@@ -104,6 +104,11 @@ fn an_order_is_chosen_and_reported() {
         let all = moved(&["--groups", many]);
         assert!(all.1 < tail.1, "{many} groups: {all:?}");
     }
+    let smallest = moved(&["--order", "in-place-10", "--cache", "4"]);
+    assert!(
+        (4.0..=10.0).contains(&smallest.0) && smallest.1 < 3.0,
+        "4 entries, 2 of them spare: {smallest:?}"
+    );
     for cache in ["batches", "meshlets"] {
         let far_from_16 = moved(&["--order", "in-place-23", "--cache", cache]);
         assert!((10.0..=23.0).contains(&far_from_16.0) && far_from_16.1 < 2.2, "{cache}: {far_from_16:?}");

@@ -1,11 +1,11 @@
-//! meshoptimizer's clusters, made anew at every level: the best known way to fill batches and meshlets.
+//! meshoptimizer's clusters, made anew at every level: a strong baseline for batches and meshlets.
 
 use crate::paper::progressive_mesh::cache::{Cache, LevelCosts, Transforms, live_faces};
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use meshopt::{VertexDataAdapter, build_meshlets};
 use rayon::prelude::*;
 
-/// meshoptimizer's weights of a cluster's shape against its number of vertices. The weight with the lowest mean counts.
+/// meshoptimizer's weights of a cluster's shape against its number of vertices. The weight with the lowest mean cost is used.
 const CONE_WEIGHTS: [f32; 4] = [0.0, 0.25, 0.5, 0.75];
 
 /// The transforms per vertex if the live faces of each of `levels` are clustered for `cache`: a vertex is transformed

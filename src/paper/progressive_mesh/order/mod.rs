@@ -8,11 +8,11 @@
 //! next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from the
 //! first level of the group, and are degenerate until they are born. The mesh format is the same in both cases.
 //!
-//! Costs are transforms per position: means over the five closed shipped models, at 513 levels each; with births in place
-//! at all levels, and for batches at 128 (pm.average). "Mean", "95 %" (the cost that 95 % of the levels do not exceed) and
-//! "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches of 32 vertices and 32
-//! triangles. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is the number of faces that
-//! change their slot per split. The 513 levels fall on the same few positions within each of the paper's 64 equal groups.
+//! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels of
+//! each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of the
+//! levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches of 32
+//! vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is the
+//! number of faces that change their slot per split. The 513 levels fall on the same few positions within each of the paper's 64 equal groups.
 //! Over all levels the paper's order costs more: mean 2.10, 95 % 2.91 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
@@ -162,14 +162,15 @@ impl OrderOptions {
     /// The cache that the optimizer simulates.
     fn simulated(&self) -> Simulated {
         let (entries, triangles) = match self.cache {
-            // An order that fills the meshlets of one level does not fill those of other levels, because each split adds
-            // a vertex to a meshlet. A FIFO of 19 entries needs 1.32 transforms per vertex in meshlets, a FIFO of 15 and
-            // simulated meshlets 1.33 (in-place-23). Batches are full at 32 triangles, at all levels of a group.
+            // A meshlet ends at 64 vertices, and each split adds one, so an order that fills the meshlets of one level does
+            // not fill those of other levels. In meshlets (in-place-23; mean of bunny, sphere and torus), orders for a FIFO
+            // of 19 entries need 1.320 transforms per vertex, for 15 entries 1.327, and for simulated meshlets 1.34.
             Cache::Meshlets => (20, None),
             cache => (cache.entries(), cache.triangles()),
         };
-        let entries = entries.saturating_sub(self.spare_entries);
-        assert!(entries >= 3, "{:?} with {} spare entries", self.cache, self.spare_entries);
+        assert!(entries >= 4, "{:?} has fewer than 4 entries", self.cache);
+        // A face needs 3 entries.
+        let entries = entries.saturating_sub(self.spare_entries).max(3);
         Simulated { entries: entries as usize, triangles: triangles.map(|most| most as usize) }
     }
 }

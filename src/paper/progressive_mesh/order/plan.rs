@@ -211,9 +211,9 @@ impl<'a> RefinementState<'a> {
     /// A greedy order; for the last level, the best of several greedy orders.
     fn best_order(&self, patch: &Patch, stretches: &[Stretch], lines: &mut Lines) -> Vec<u32> {
         let options = self.options;
-        let spared = options.simulated().entries as u32;
+        let simulated = options.simulated().entries as u32;
         if !options.ahead || (self.done as usize) < self.collapses.wedges.len() {
-            return greedy(patch, spared, &options.weights, stretches, lines);
+            return greedy(patch, simulated, &options.weights, stretches, lines);
         }
         let mut counter = Counter::new(options.cache, patch.vertices);
         let count = patch.faces.len();
@@ -226,7 +226,7 @@ impl<'a> RefinementState<'a> {
             let turned = patch.turned(begin);
             for &valence in valences {
                 // No split follows, so the whole cache is tried too, without spare entries.
-                for entries in [spared, options.cache.entries()] {
+                for entries in [simulated, options.cache.entries()] {
                     let weights = Weights { valence, ..options.weights };
                     let order = greedy(&turned, entries, &weights, stretches, &mut Lines::new(self.at.len()));
                     let drawn = counter.count(order.iter().map(|&face| turned.faces[face as usize]));

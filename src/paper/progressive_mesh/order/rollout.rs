@@ -1,12 +1,12 @@
 //! Rollouts: an optimizer with lookahead. From the current state of the cache, a greedy optimizer draws some faces in
-//! several attempts, with other noise in each. The first faces of the best attempt are kept, and the next rollouts begin
+//! several attempts; all but the first add noise to its scores. The first faces of the best attempt are kept, and the next rollouts begin
 //! where these end.
 //!
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
 //! Rollouts take 16 greedy steps per face and save 0.09 transforms per vertex.
 //!
-//! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no face fits that touches it, and
-//! the next batch begins beside it.
+//! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits,
+//! and the next batch begins beside it.
 
 use super::patch::MOST_FACES;
 
@@ -87,8 +87,8 @@ struct Search {
     /// The faces drawn so far, in order.
     drawn: Vec<u32>,
     undrawn: Undrawn,
-    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached. Those from
-    /// `previous` to `oldest` are the last batch before the current one; with a FIFO, none.
+    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached. With
+    /// batches, those from `previous` to `oldest` are the batch before the current one. A FIFO does not use `previous`.
     entered: Vec<u32>,
     oldest: usize,
     previous: usize,

@@ -126,7 +126,7 @@ fn derivatives_name(method: DerivativeMethod) -> String {
     format!("{} derivatives", method.name())
 }
 
-/// The tilt of a scene `tilt DEGREES`, and the size of a 16:9 picture of as many million pixels as the sweep says.
+/// The tilt of a scene `tilt DEGREES`, and the size of its 16:9 picture; the sweep is in million pixels.
 pub fn tilt_and_size(cell: &Cell) -> anyhow::Result<(f64, [u32; 2])> {
     let tilt = cell.scene.trim_start_matches("tilt ").parse().context("a scene's tilt")?;
     let height = (cell.x.context("a sweep")? * 1e6 * 9.0 / 16.0).sqrt();

@@ -116,8 +116,7 @@ const NMSE: &str = "NMSE against formula (4)'s kernel";
 const BOX: &str = "NMSE against a box";
 const OWN: &str = "NMSE against its own kernel";
 const OF_MAP: &str = "NMSE against the formula's picture";
-/// A count that is equal on every device, as [`TEXELS`]: the texels, which the shader counts, times the map entries per
-/// weight.
+/// Equal on every device, like [`TEXELS`]: the texels times the map entries per weight.
 const ENTRIES: &str = "entries of the weight map read per pixel";
 
 /// The filter with the exact axes and the weights of formula (4).

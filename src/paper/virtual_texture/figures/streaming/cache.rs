@@ -178,7 +178,7 @@ impl Path {
     }
 }
 
-/// Settings of a replay, with a budget of so many tiles per frame for uploads and for loads.
+/// Settings of a replay; `tiles_per_frame` limits both uploads and loads.
 pub(super) fn replayed(gpu_tiles: u32, host_tiles: u32, tiles_per_frame: u32) -> StreamingConfig {
     StreamingConfig {
         gpu_tiles,
