@@ -23,7 +23,7 @@ fn our_orders_need_the_transforms_that_are_published() {
     let models = CLOSED.map(|name| named(name).unwrap());
     let simplified = models.each_ref().map(|model| collapses(model, BuildEffort::Best));
     // The published means over all levels are 1.49, 1.79, 1.24 and 1.27 for the FIFO, and 1.81, 2.05, 1.66 and 1.69 for
-    // batches. Optimised for batches, births in place need 1.58 and 1.62 there, and 1.42 and 1.44 with the FIFO. The
+    // batches. Optimised for batches, births in place need 1.58 and 1.62 there, and about 1.42 and 1.44 with the FIFO. The
     // bounds leave 0.01 to 0.03 for changes of the simplifier. The 95th percentile over the levels may exceed the mean by
     // 0.2 for the tail orders and by 0.05 for the in-place orders (0.06 for the last). With the in-place orders, 6 or 12 %
     // more faces may be drawn than are live.

@@ -57,8 +57,9 @@ pub struct BuildArgs {
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
-    /// The vertex cache for which the order is optimised. N: a FIFO with N entries. `batches`: at most 32 vertices and 32
-    /// triangles share vertices. `meshlets`: 64 vertices and 126 triangles (default: 16)
+    /// The vertex cache for which the order is optimised. N: a FIFO with N entries. `batches`: batches of at most 32
+    /// vertices and 32 triangles, with no reuse between batches. `meshlets`: the same with 64 vertices and 126 triangles
+    /// (default: 16)
     #[arg(long, value_name = "N|batches|meshlets", value_parser = cache, allow_negative_numbers = true)]
     cache: Option<Cache>,
 

@@ -5,7 +5,8 @@ use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 use meshopt::{VertexDataAdapter, build_meshlets};
 use rayon::prelude::*;
 
-/// meshoptimizer's weights of a cluster's shape against its number of vertices. The weight with the lowest mean cost is used.
+/// meshoptimizer's weights of a cluster's shape against its number of vertices. The weight with the lowest mean cost is
+/// used.
 const CONE_WEIGHTS: [f32; 4] = [0.0, 0.25, 0.5, 0.75];
 
 /// The transforms per vertex if the live faces of each of `levels` are clustered for `cache`: a vertex is transformed

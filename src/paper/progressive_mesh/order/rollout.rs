@@ -1,20 +1,21 @@
 //! Rollouts: an optimizer with lookahead. From the current state of the cache, a greedy optimizer draws some faces in
-//! several attempts; all but the first add noise to its scores. The first faces of the best attempt are kept, and the next rollouts begin
-//! where these end.
+//! several attempts; all but the first add noise to its scores. The first faces of the best attempt are kept, and the
+//! next rollouts begin where these end.
 //!
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
-//! Rollouts take 16 greedy steps per face and save 0.09 transforms per vertex.
+//! Rollouts take 16 greedy steps per face and save 0.08 transforms per vertex.
 //!
-//! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits,
-//! and the next batch begins beside it.
+//! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits, and
+//! the next batch begins beside it.
 
 use super::patch::MOST_FACES;
 
 /// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
-/// Mean over the levels of bunny, sphere and torus in the order `in-place-23` (FIFO of 16 entries): 1.243 transforms per
-/// vertex. With as much work, 8 attempts of 64 faces, 32 of them kept, need 1.26. More work pays slowly: 1.237 with 16
-/// attempts, 40 and 24 (1.7 times the work), 1.232 with 20, 32 and 20 (2 times).
+/// Mean over 128 levels of bunny, sphere and torus in the order `in-place-23` (one pass of the simplifier, FIFO of 16
+/// entries): 1.243 transforms per vertex. With as much work, 8 attempts of 64 faces with four valence weights, 32 of the
+/// faces kept, need 1.267. More work pays slowly: 1.237 with 16 attempts, 40 and 24 (1.7 times the work), 1.232 with 20,
+/// 32 and 20 (2 times).
 const ATTEMPTS: u32 = 12;
 const DRAWN: usize = 32;
 const KEPT: usize = 24;
@@ -24,7 +25,7 @@ const TRANSFORM: i32 = 1 << 16;
 
 /// The optimizers' valence weight in percent: see [`super::Weights::valence`]. With 70, in-place-23 needs 1.248.
 const VALENCE_PERCENT: i32 = 50;
-/// All attempts but the first add noise to the scores: at most 0.15 transforms. With 0.05, orders need 0.01 more.
+/// All attempts but the first add noise to the scores: at most 0.15 transforms. With 0.05, orders need about 0.01 more.
 const NOISE: i32 = TRANSFORM * 15 / 100;
 
 /// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex must be

@@ -24,15 +24,15 @@ pub const CPU: Figure = Figure {
             lists, without tswaps and with about 10 and 23 moved faces per split. `bunny` has 3674 faces, `torus:48` \
             9216, `torus:128` 65 536, and `torus:466`, as large as the Stanford dragon, 868 624. The scans \
             `dragon_res4` and, with --full, `dragon` are measured if they have been fetched. The simplifier makes one \
-            pass: a second one takes a minute, and with it the rates were the same within their intervals. The paper \
-            (headline) says that the CPU's load rises by 20 %, but not relative to what. The figure judges the rise \
-            relative to the splits without tswaps, and relative to the host's work for a frame. Rates and times are \
-            medians. The frame draws a scene with one instance at a wanted error of one pixel, in a picture of 640 x 360 (with --full \
-            1280 x 720), without a level change. The frame's load is the host's time (visibility, levels, recording, \
-            submission) plus that of a hundredth of the splits. The whole time until the frame is drawn is shown as \
-            well. The figure also counts the 64-byte lines of the index buffer that a split touches, including its \
-            share of tswaps, with one level per step. On meshes of up to 100 000 faces they are counted for the \
-            paper's greedy too, with and without its weight for lines.",
+            pass: a second one takes a minute, and with it the rates of splits agreed within their intervals. The \
+            paper (headline) says that the CPU's load rises by 20 %, but not relative to what. The figure judges the \
+            rise relative to the splits without tswaps, and relative to the host's work for a frame. Rates and times \
+            are medians. The frame draws a scene with one instance at a wanted error of one pixel, in a picture of \
+            640 x 360 (with --full 1280 x 720), without a level change. The frame's load is the host's time \
+            (visibility, levels, recording, submission) plus that of a hundredth of the splits. The whole time until \
+            the frame is drawn is shown as well. The figure also counts the 64-byte lines of the index buffer that a \
+            split touches, including its share of tswaps, with one level per step. On meshes of up to 100 000 faces \
+            they are counted for the paper's greedy too, with and without its weight for lines.",
     scenes: &["bunny", "torus:48", "torus:128", "torus:466", scans::SMALL, scans::LARGE],
     variants,
     paper: &[PRINTED, PRINTED_SWAPS, GREEDY],
