@@ -6,7 +6,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Largest accepted file of results, Pareto fronts or bookmarks. The largest results of all figures have 2 MB.
-pub const MOST_RESULTS_BYTES: u64 = 256 << 20;
+pub const MAX_RESULTS_BYTES: u64 = 256 << 20;
 
 /// A folder for files that the program can make again: `ortelius/NAME` below `XDG_CACHE_HOME`, else below
 /// `HOME/.cache`. The variable `ORTELIUS_CACHE` names another folder instead of `ortelius`; if the variable is set but
@@ -34,16 +34,16 @@ pub fn open(path: &Path) -> io::Result<File> {
     }
 }
 
-/// Reads a regular file of at most `most` bytes.
+/// Reads a regular file of at most `max` bytes.
 ///
 /// # Errors
-/// As [`open`], and a file longer than `most`.
-pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+/// As [`open`], and a file longer than `max`.
+pub fn read(path: &Path, max: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 <= most {
+    open(path)?.take(max + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 <= max {
         true => Ok(bytes),
-        false => Err(io::Error::other(format!("it has more than {most} bytes"))),
+        false => Err(io::Error::other(format!("it has more than {max} bytes"))),
     }
 }
 
@@ -51,8 +51,8 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`read`], and invalid UTF-8.
-pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
-    String::from_utf8(read(path, most)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+pub fn read_text(path: &Path, max: u64) -> io::Result<String> {
+    String::from_utf8(read(path, max)?).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@
 
 // One plain texture, for surfaces without a virtual texture and as the baseline for virtual textures. The filter is the
 // sampler with implicit derivatives, or a filter of paper 3.
-const float MOST_REACH = 1024.0;
+const float MAX_REACH = 1024.0;
 
 layout(binding = 0) uniform sampler2D plain;
 layout(location = 0) flat in uvec2 triangle_origin;
@@ -50,18 +50,18 @@ vec4 filtered() {
     uint coarsest = uint(textureQueryLevels(plain)) - 1;
     vec4 jacobian = vec4(dx.x, dy.x, dx.y, dy.y);
     if (BOUNDS_LIMB == 1) {
-        float most = most_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * centre.y);
+        float most = max_major_texels(view.limb / gl_FragCoord.w, size.y), across = sin(3.14159265 * centre.y);
         jacobian = limited(jacobian, most, max(across, 1e-3));
     }
     float det = jacobian.x * jacobian.w - jacobian.y * jacobian.z;
     if (FILTER == ELLIPSE) {
         Ellipse finest = ellipse_of(jacobian, det, float(MAX_ANISOTROPY));
-        uint level = ellipse_level(finest, MOST_REACH, coarsest);
+        uint level = ellipse_level(finest, MAX_REACH, coarsest);
         return vec4(ellipse_mean(jacobian, finest, level, level == coarsest, spot_at(level)).colour, 1.0);
     }
-    float level = baseline_level(jacobian, det, MOST_REACH, coarsest), part = fract(level);
+    float level = baseline_level(jacobian, det, MAX_REACH, coarsest), part = fract(level);
     uvec3 seed = uvec3(gl_FragCoord.xy, view.noise);
-    return vec4(baseline_mean(jacobian, det, MOST_REACH, uint(level), part, coarsest, seed), 1.0);
+    return vec4(baseline_mean(jacobian, det, MAX_REACH, uint(level), part, coarsest, seed), 1.0);
 }
 
 void main() {

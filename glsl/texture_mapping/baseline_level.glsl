@@ -1,5 +1,5 @@
 // Footprints and levels of published filters (src/paper/texture_mapping/baselines.rs). Needs footprint.glsl. A larger
-// footprint raises the level: `most_reach` is the largest distance from the pixel's centre to a sample, or half the box
+// footprint raises the level: `max_reach` is the largest distance from the pixel's centre to a sample, or half the box
 // of an ellipse, along each axis and in texels of the level.
 
 // A tap of Mavridis and Papaioannou is the mean of at most this many samples.
@@ -15,8 +15,8 @@ struct Line {
     bool to_the_ends;  // the first and last probe are at the ends; else probes are in the middle of equal parts
 };
 
-float raised(float level, float reach, float most_reach) {
-    return max(level, ceil(log2(max(reach / most_reach, 1e-30))));
+float raised(float level, float reach, float max_reach) {
+    return max(level, ceil(log2(max(reach / max_reach, 1e-30))));
 }
 
 // Major and minor semi-axis of the ellipse r <= 1, and the direction of the major one.
@@ -31,7 +31,7 @@ vec4 axes_of(vec4 jacobian, float det) {
 }
 
 // Rule 0: trilinear; 1: anisotropic; 2: Feline; 3: Mavridis and Papaioannou. `most` samples, probes or taps.
-Line line_of(uint rule, uint most, vec4 jacobian, float det, float most_reach) {
+Line line_of(uint rule, uint most, vec4 jacobian, float det, float max_reach) {
     vec2 right = jacobian.xz;
     vec2 down = jacobian.yw;
     float longer = max(length(right), length(down));
@@ -48,11 +48,11 @@ Line line_of(uint rule, uint most, vec4 jacobian, float det, float most_reach) {
         float minor = max(axes.y, 2.0 * axes.x / float(probes + 1));
         float reach = max(axes.x - minor, 0.0);
         float part = reach / axes.x;
-        return Line(reach * axes.zw, probes, 1, raised(log2(minor), reach, most_reach), 2.0 * part * part, true);
+        return Line(reach * axes.zw, probes, 1, raised(log2(minor), reach, max_reach), 2.0 * part * part, true);
     }
     float tap = 2.0 * axes.x / float(most);
     uint samples = uint(clamp(ceil(tap / axes.y), 1.0, float(SAMPLES_A_TAP)));
-    float level = raised(log2(max(axes.y, tap / float(samples))), axes.x, most_reach);
+    float level = raised(log2(max(axes.y, tap / float(samples))), axes.x, max_reach);
     return Line(axes.x * axes.zw, most, samples, level, 2.0, false);
 }
 
@@ -64,8 +64,8 @@ struct PbrtAxes {
     float level;  // its fraction is the weight of the next coarser level
 };
 
-PbrtAxes pbrt_axes(vec4 jacobian, float most_reach) {
-    const float most_ratio = 8.0;
+PbrtAxes pbrt_axes(vec4 jacobian, float max_reach) {
+    const float max_ratio = 8.0;
     vec2 longer = jacobian.xz;
     vec2 shorter = jacobian.yw;
     if (dot(longer, longer) < dot(shorter, shorter)) {
@@ -75,16 +75,16 @@ PbrtAxes pbrt_axes(vec4 jacobian, float most_reach) {
     }
     float most = length(longer);
     float least = length(shorter);
-    if (least * most_ratio < most && least > 0.0) {
-        shorter *= most / (least * most_ratio);
-        least = most / most_ratio;
+    if (least * max_ratio < most && least > 0.0) {
+        shorter *= most / (least * max_ratio);
+        least = most / max_ratio;
     }
-    return PbrtAxes(longer, shorter, raised(log2(max(least, 1e-30)), most + least, most_reach));
+    return PbrtAxes(longer, shorter, raised(log2(max(least, 1e-30)), most + least, max_reach));
 }
 
 // The level of single texels at random positions in the ellipse.
-float ellipse_taps_level(vec4 jacobian, float det, float most_reach) {
+float ellipse_taps_level(vec4 jacobian, float det, float max_reach) {
     vec3 v = spread(jacobian);
     float minor = sqrt(eigenvalues(v, det * det).y);
-    return raised(floor(log2(max(minor, 1e-30))), sqrt(max(v.x, v.z)), most_reach);
+    return raised(floor(log2(max(minor, 1e-30))), sqrt(max(v.x, v.z)), max_reach);
 }

@@ -35,7 +35,7 @@ struct PbrtMean {
 
 // The mean of one level. A repeating texture has one texel from level `coarsest` on.
 PbrtMean pbrt_of_level(PbrtAxes axes, uint level, uint coarsest) {
-    const int most_turns = 64;
+    const int max_turns = 64;
     if (level >= coarsest) return PbrtMean(texel(spot_at(coarsest).texel, coarsest), 1);
     Spot spot = spot_at(level);
     vec2 offset = spot.within - 0.5;
@@ -51,8 +51,8 @@ PbrtMean pbrt_of_level(PbrtAxes axes, uint level, uint coarsest) {
     vec3 first = vec3(0.0);
     float weights = 0.0;
     uint fetched = 0;
-    for (int row = low.y; row <= high.y && row < low.y + most_turns; ++row) {
-        for (int column = low.x; column <= high.x && column < low.x + most_turns; ++column) {
+    for (int row = low.y; row <= high.y && row < low.y + max_turns; ++row) {
+        for (int column = low.x; column <= high.x && column < low.x + max_turns; ++column) {
             vec2 d = vec2(column, row) - offset;
             float r2 = (a * d.x * d.x + b * d.x * d.y + c * d.y * d.y) / f;
             if (r2 < 1.0) {

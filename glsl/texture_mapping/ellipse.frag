@@ -12,8 +12,8 @@
 #include "texture_mapping/weight_map.glsl"
 #include "texture_mapping/ellipse.glsl"
 
-layout(constant_id = 1) const float MOST_RATIO = 64.0;
-layout(constant_id = 2) const float MOST_REACH = 1024.0;
+layout(constant_id = 1) const float MAX_RATIO = 64.0;
+layout(constant_id = 2) const float MAX_REACH = 1024.0;
 
 void main() {
     Pixel pixel = pixel_by_coordinates(gl_FragCoord.xy);
@@ -21,8 +21,8 @@ void main() {
         store(pixel, Filtered(vec3(0.0), 0, 0, false, 0));
         return;
     }
-    Ellipse finest = ellipse_of(pixel.jacobian, pixel.det, MOST_RATIO);
-    uint level = ellipse_level(finest, MOST_REACH, COARSEST);
+    Ellipse finest = ellipse_of(pixel.jacobian, pixel.det, MAX_RATIO);
+    uint level = ellipse_level(finest, MAX_REACH, COARSEST);
     vec2 centre = pixel.centre * power_of_half(level);
     Spot spot = Spot(ivec2(floor(centre)), centre - floor(centre));
     EllipseMean mean = ellipse_mean(pixel.jacobian, finest, level, level == COARSEST, spot);

@@ -3,17 +3,17 @@
 layout(constant_id = 57) const uint AXES = 2;  // the index of the variant of `Axes`
 
 // Limit on the iterations of each loop, whatever its bounds.
-const int MOST_TURNS = 4096;
+const int MAX_TURNS = 4096;
 
 // 2^-100. A smaller sum of weights counts as 0. f32 loses weights below 2^-126, some devices all subnormal ones, so a
 // smaller sum would have a device-dependent mean. Only footprints far smaller than a texel, with K near 0, are so
 // small.
-const float LEAST_WEIGHTS = 7.8886091e-31;
+const float MIN_WEIGHTS = 7.8886091e-31;
 
 struct EllipseMean {
     vec3 colour;
     uint fetched;
-    bool empty;  // the weights' sum was below LEAST_WEIGHTS; `colour` is the nearest texel's
+    bool empty;  // the weights' sum was below MIN_WEIGHTS; `colour` is the nearest texel's
     uint visited;
 };
 
@@ -63,12 +63,12 @@ EllipseMean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, 
     uint visited = 0;
     int bottom = int(floor(offset.y + rows));
     int row = int(ceil(offset.y - rows));
-    for (int turn = 0; turn < MOST_TURNS && row <= bottom; ++turn, ++row) {
+    for (int turn = 0; turn < MAX_TURNS && row <= bottom; ++turn, ++row) {
         float dv = float(row) - offset.y;
         float span = ROW_SPAN == 1 ? width * sqrt(max(1.0 - dv * dv / reach.z, 0.0)) : width;
         int right = int(floor(offset.x + lean * dv + span));
         int column = int(ceil(offset.x + lean * dv - span));
-        for (int step = 0; step < MOST_TURNS && column <= right; ++step, ++column) {
+        for (int step = 0; step < MAX_TURNS && column <= right; ++step, ++column) {
             float du = float(column) - offset.x;
             vec2 at = vec2(du + disc.shear * dv, dv) * disc.scale;
             float r = length(at);
@@ -92,7 +92,7 @@ EllipseMean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, 
         }
     }
     result.visited = visited;
-    if (weights >= LEAST_WEIGHTS) {
+    if (weights >= MIN_WEIGHTS) {
         result.colour = first + sum / weights;
         result.fetched = fetched;
         result.empty = false;

@@ -1,12 +1,12 @@
 // Step A of paper 3: the ellipse that filters a footprint, and its level of detail. Needs footprint.glsl and
 // weights.glsl. The defaults are those of `EllipseFilter::BEST`. Figures specialize every constant, surfaces every
-// constant but MOST_VISITED.
+// constant but MAX_VISITED.
 layout(constant_id = 50) const uint ALL_POSITIVE = 1;
 layout(constant_id = 51) const float K = 0.8;
 layout(constant_id = 52) const uint ROW_SPAN = 1;
 layout(constant_id = 53) const float MINOR_TEXELS = 1.0;
 layout(constant_id = 54) const float RADIUS = 1.0;
-layout(constant_id = 55) const float MOST_VISITED = 16384.0;
+layout(constant_id = 55) const float MAX_VISITED = 16384.0;
 
 struct Ellipse {
     vec3 v;
@@ -14,24 +14,24 @@ struct Ellipse {
 };
 
 // The ellipse of a footprint in texels of level 0, without the reconstruction term K.
-Ellipse ellipse_of(vec4 jacobian, float jacobian_det, float most_ratio) {
+Ellipse ellipse_of(vec4 jacobian, float jacobian_det, float max_ratio) {
     vec3 v = spread(jacobian * RADIUS);
     float det = jacobian_det * (RADIUS * RADIUS);
     det *= det;
-    v = widened(v, det, most_ratio);
+    v = widened(v, det, max_ratio);
     return Ellipse(v, det);
 }
 
-// `most_reach`: the largest allowed distance from the ellipse's centre to a side of its bounding box, in texels of the
+// `max_reach`: the largest allowed distance from the ellipse's centre to a side of its bounding box, in texels of the
 // returned level, without the reconstruction term.
-uint ellipse_level(Ellipse finest, float most_reach, uint coarsest) {
+uint ellipse_level(Ellipse finest, float max_reach, uint coarsest) {
     vec3 v = finest.v;
-    if (!(v.x + v.z < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return coarsest;
+    if (!(v.x + v.z < MAX_MAJOR_TEXELS * MAX_MAJOR_TEXELS)) return coarsest;
     float smaller = eigenvalues(v, finest.det).y;
     float wanted = MINOR_TEXELS > 0.0 ? floor(log2(sqrt(max(smaller, 1e-30)) / MINOR_TEXELS)) : 0.0;
     float visited = ROW_SPAN == 1 ? 4.0 * sqrt(finest.det) : 4.0 * sqrt(v.x * v.z);
-    wanted = max(wanted, ceil(0.5 * log2(max(4.0 * visited / MOST_VISITED, 1e-30))));
-    wanted = max(wanted, ceil(log2(max(sqrt(max(v.x, v.z)) / most_reach, 1e-30))));
+    wanted = max(wanted, ceil(0.5 * log2(max(4.0 * visited / MAX_VISITED, 1e-30))));
+    wanted = max(wanted, ceil(log2(max(sqrt(max(v.x, v.z)) / max_reach, 1e-30))));
     return uint(clamp(wanted, 0.0, float(coarsest)));
 }
 

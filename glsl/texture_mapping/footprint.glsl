@@ -1,7 +1,7 @@
 // Step A of paper 3: the ellipse of a footprint. Symmetric matrices are stored as (11, 12, 22).
 
 // A footprint with a longer semi-axis gets the texture's mean. No texture has a longer side.
-const float MOST_MAJOR_TEXELS = 1048576.0;
+const float MAX_MAJOR_TEXELS = 1048576.0;
 
 // J J^T.
 vec3 spread(vec4 j) {
@@ -14,10 +14,10 @@ vec2 eigenvalues(vec3 v, float det) {
     return vec2(larger, larger > 0.0 ? det / larger : 0.0);
 }
 
-// Stretches the minor axis so that the axis ratio is at most `most_ratio`, and updates det.
-vec3 widened(vec3 v, inout float det, float most_ratio) {
+// Stretches the minor axis so that the axis ratio is at most `max_ratio`, and updates det.
+vec3 widened(vec3 v, inout float det, float max_ratio) {
     vec2 values = eigenvalues(v, det);
-    float least = values.x / (most_ratio * most_ratio);
+    float least = values.x / (max_ratio * max_ratio);
     if (values.y >= least) return v;
     float part = (least - values.y) / (values.x - values.y);
     det = values.x * least;
@@ -29,7 +29,7 @@ vec3 widened(vec3 v, inout float det, float most_ratio) {
 // arc of sqrt(2 p R) at the limb. The bound is the footprint in the middle of that pixel, where the surface has fallen
 // by p / 2: sqrt(p R). `limb` is p / R. The result is in texels of a longitude-latitude texture with `rows` rows; 0: no
 // bound.
-float most_major_texels(float limb, float rows) { return sqrt(limb) * rows * 0.31830989; }
+float max_major_texels(float limb, float rows) { return sqrt(limb) * rows * 0.31830989; }
 
 // Shortens J's major axis, measured on the sphere, to at most `most` texels. `across`: the cosine of the latitude.
 vec4 limited(vec4 j, float most, float across) {

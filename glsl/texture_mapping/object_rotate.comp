@@ -49,8 +49,8 @@ void main() {
     RotatedTriangle polygon;
     polygon.count = ivec2(0);
     vec3 across = cross(own.corners[1] - own.corners[0], own.corners[2] - own.corners[0]);
-    float most_z = max(max(own.corners[0].z, own.corners[1].z), own.corners[2].z);
-    bool seen = dot(across, across) > 0.0 && denominator(most_z) > 0.0;
+    float max_z = max(max(own.corners[0].z, own.corners[1].z), own.corners[2].z);
+    bool seen = dot(across, across) > 0.0 && denominator(max_z) > 0.0;
     vec3 normal = seen ? normalize(across) : vec3(0.0, 0.0, 1.0);
     polygon.turn = turn_of(normal);
     vec2 at[3];

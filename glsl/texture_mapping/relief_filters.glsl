@@ -1,5 +1,6 @@
-// The filters of a relief's footprint along the view direction: `ParallaxFilter` (relief/parallax.rs). Needs what
-// relief_width.glsl needs, and `float advance(float height)`, the steps from a ray's entry to this height.
+// The filters of a relief's footprint along the view direction: `ParallaxFilter` (relief/parallax.rs). Needs the
+// declarations of relief_width.glsl, and `float advance(float height)`: the number of texels along x that a ray
+// advances from its entry until it has descended to `height`.
 layout(constant_id = 0) const uint PARALLAX_FILTER = 5;
 const uint POINT = 0, OFFSET = 1, UNPERTURBED = 2, WHOLE = 3, VISIBLE = 4, PROJECTED = 5;
 
@@ -13,10 +14,10 @@ Sum box(Sum sum, float a, float b, float y, bool visible) {
     float highest = -3.4e38;
     int first = int(ceil(a));
     if (visible) {
-        int reach = int(min(ceil(descent()), float(MOST_TEXELS)));
+        int reach = int(min(ceil(descent()), float(MAX_TEXELS)));
         for (int x = first - reach; x < first; x++) highest = max(highest, entry(float(x), sample_row(x, y).height));
     }
-    for (uint n = 0; n < MOST_TEXELS; n++) {
+    for (uint n = 0; n < MAX_TEXELS; n++) {
         int x = first + int(n);
         if (float(x) >= b) break;
         Texel texel = sample_row(x, y);

@@ -3,8 +3,8 @@ layout(constant_id = 70) const uint TRACER = 0;
 const uint LINEAR = 0, DISTANCES = 1, CONES = 2, RELAXED_CONES = 3;
 layout(constant_id = 71) const uint MAP_BITS = 32;  // 8, 16: several cells per word, in steps of the map's unit
 
-const float LEAST_STEP = 0.5;
-const uint HALVINGS = 6, RELAXED_HALVINGS = 12, MOST_STEPS = 1024, LINEAR_STEPS = 64;
+const float MIN_STEP = 0.5;
+const uint HALVINGS = 6, RELAXED_HALVINGS = 12, MAX_STEPS = 1024, LINEAR_STEPS = 64;
 
 struct Traced {
     float distance;  // along the ray, texels
@@ -59,12 +59,12 @@ float halve(vec2 origin, vec3 direction, float above_at, float below_at) {
 Traced traced(vec2 origin, vec3 direction) {
     float t = 0.0, fixed_step = -relief.depth / direction.z / float(LINEAR_STEPS);
     uint steps = 0;
-    while (steps < MOST_STEPS) {
+    while (steps < MAX_STEPS) {
         float step = TRACER == LINEAR ? fixed_step : allowed(point(origin, direction, t), direction);
         // Guaranteed steps cannot pass the surface; all others are tested.
         bool may_pass = true;
-        if (TRACER == DISTANCES) may_pass = step < LEAST_STEP;
-        if (TRACER != LINEAR) step = max(step, LEAST_STEP);
+        if (TRACER == DISTANCES) may_pass = step < MIN_STEP;
+        if (TRACER != LINEAR) step = max(step, MIN_STEP);
         precise float next = t + step;
         steps++;
         if (may_pass && above(point(origin, direction, next)) <= 0.0) {

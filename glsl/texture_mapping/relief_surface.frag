@@ -40,9 +40,9 @@ float work = 0.0;
 #include "texture_mapping/relief_heights.glsl"
 #include "texture_mapping/relief_ray.glsl"
 
-// If a footprint exceeds MOST_ALONG texels along the view direction or MOST_ACROSS texels across it, the relief counts
+// If a footprint exceeds MAX_ALONG texels along the view direction or MAX_ACROSS texels across it, the relief counts
 // as flat.
-const float MOST_ALONG = 64.0, MOST_ACROSS = 16.0;
+const float MAX_ALONG = 64.0, MAX_ACROSS = 16.0;
 
 float height_at(vec2 at) {
     vec2 cell = floor(at), inside = at - cell;
@@ -101,7 +101,7 @@ vec3 by_footprint(vec2 at, vec3 ray, vec2 dx, vec2 dy) {
     across = vec2(-along.y, along.x);
     vec2 middle = vec2(dot(at, along), dot(at, across));
     vec2 reach = 0.5 * (abs(vec2(dot(dx, along), dot(dx, across))) + abs(vec2(dot(dy, along), dot(dy, across))));
-    if (2.0 * reach.x > MOST_ALONG || 2.0 * reach.y > MOST_ACROSS) {
+    if (2.0 * reach.x > MAX_ALONG || 2.0 * reach.y > MAX_ACROSS) {
         float side = float(relief.side);
         return lit(textureGrad(plain, to_texture(at), dx / side, dy / side).rgb, at);
     }

@@ -11,14 +11,14 @@ struct Sum {
 };
 
 // Limits the iterations of a loop. The strides below need fewer iterations.
-const uint MOST_TEXELS = 4096;
+const uint MAX_TEXELS = 4096;
 // A deep relief in an oblique, near view has descents of thousands of steps, nearly all of them hidden. A descent takes
 // at most this many of the longest strides. If it has at most this many steps, every stride is one step.
-const float MOST_STRIDES = 1024.0;
+const float MAX_STRIDES = 1024.0;
 // A stride of several steps shows at most this share of the footprint.
-const float MOST_SHARE = 1.0 / 64.0;
+const float MAX_SHARE = 1.0 / 64.0;
 
-int longest_stride() { return 1 << uint(ceil(clamp(log2(max(descent() / MOST_STRIDES, 1.0)), 0.0, 20.0))); }
+int longest_stride() { return 1 << uint(ceil(clamp(log2(max(descent() / MAX_STRIDES, 1.0)), 0.0, 20.0))); }
 
 // A stride ends at a multiple of its length, so that neighbouring pixels sample the same positions.
 int after(int x, int stride) { return (x | (stride - 1)) + 1; }
@@ -27,7 +27,7 @@ int after(int x, int stride) { return (x | (stride - 1)) + 1; }
 float hit(float s, float y) {
     int x = int(floor(s)), stride = longest_stride();
     float from = entry(float(x), sample_row(x, y).height);
-    for (uint n = 0; n < MOST_TEXELS; n++) {
+    for (uint n = 0; n < MAX_TEXELS; n++) {
         int next = after(x, stride);
         float to = entry(float(next), sample_row(next, y).height);
         if (to < s) {
@@ -52,8 +52,8 @@ COLOUR colour_at(float x, float y) {
 Sum projected(Sum sum, float a, float b, float y) {
     int x = int(floor(a)), longest = longest_stride(), stride = longest;
     Texel from = sample_row(x, y);
-    float from_entry = entry(float(x), from.height), seen = max(a, from_entry), most = MOST_SHARE * (b - a);
-    for (uint n = 0; n < MOST_TEXELS && seen < b; n++) {
+    float from_entry = entry(float(x), from.height), seen = max(a, from_entry), most = MAX_SHARE * (b - a);
+    for (uint n = 0; n < MAX_TEXELS && seen < b; n++) {
         int next = after(x, stride);
         Texel to = sample_row(next, y);
         float to_entry = entry(float(next), to.height), end = min(to_entry, b);

@@ -33,9 +33,9 @@ vec3 trilinear(vec2 offset, float level) {
 #include "texture_mapping/baselines.glsl"
 
 // The mean of `level`, and of the next coarser level with the weight `part`. `seed`: pixel and frame, for random taps.
-vec3 baseline_mean(vec4 jacobian, float det, float most_reach, uint level, float part, uint coarsest, uvec3 seed) {
+vec3 baseline_mean(vec4 jacobian, float det, float max_reach, uint level, float part, uint coarsest, uvec3 seed) {
     if (level >= coarsest) return texel(spot_at(coarsest).texel, coarsest);
-    if (FILTER == PBRT) return pbrt_mean(pbrt_axes(jacobian, most_reach), level, part, coarsest).colour;
+    if (FILTER == PBRT) return pbrt_mean(pbrt_axes(jacobian, max_reach), level, part, coarsest).colour;
     if (FILTER == ELLIPSE_TAPS) return ellipse_taps_mean(jacobian, level, SAMPLES, seed);
-    return line_mean(line_of(jacobian, det, most_reach), float(level) + part, MAX_ANISOTROPY);
+    return line_mean(line_of(jacobian, det, max_reach), float(level) + part, MAX_ANISOTROPY);
 }

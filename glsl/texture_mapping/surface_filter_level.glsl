@@ -21,28 +21,28 @@ bool reads_two_levels() {
     return FILTER == PBRT;
 }
 
-Line line_of(vec4 jacobian, float det, float most_reach) {
+Line line_of(vec4 jacobian, float det, float max_reach) {
     uint rule = 3;
     if (FILTER == FELINE) rule = 2;
-    return line_of(rule, MAX_ANISOTROPY, jacobian, det, most_reach);
+    return line_of(rule, MAX_ANISOTROPY, jacobian, det, max_reach);
 }
 
 // The level of a published filter; its fraction is the weight of the next coarser one.
-float baseline_level(vec4 jacobian, float det, float most_reach, uint coarsest) {
+float baseline_level(vec4 jacobian, float det, float max_reach, uint coarsest) {
     // The condition also holds for a footprint that is not finite.
-    if (!(dot(jacobian, jacobian) < MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS)) return float(coarsest);
-    float level = FILTER == PBRT         ? pbrt_axes(jacobian, most_reach).level
-                : FILTER == ELLIPSE_TAPS ? ellipse_taps_level(jacobian, det, most_reach)
-                                         : line_of(jacobian, det, most_reach).level;
+    if (!(dot(jacobian, jacobian) < MAX_MAJOR_TEXELS * MAX_MAJOR_TEXELS)) return float(coarsest);
+    float level = FILTER == PBRT         ? pbrt_axes(jacobian, max_reach).level
+                : FILTER == ELLIPSE_TAPS ? ellipse_taps_level(jacobian, det, max_reach)
+                                         : line_of(jacobian, det, max_reach).level;
     return clamp(level, 0.0, float(coarsest));
 }
 
 // Half sides of a box around the pixel's centre that holds all texels which the filter reads, in texels of a level. A
 // sample reads texels up to 3 texels away, because texels of the next coarser level are 2 texels wide.
-vec2 baseline_half_sides(vec4 jacobian, float det, float most_reach, uint level) {
+vec2 baseline_half_sides(vec4 jacobian, float det, float max_reach, uint level) {
     float scale = power_of_half(level);
     if (FILTER == ELLIPSE_TAPS) return sqrt(spread(jacobian).xz) * scale + 0.5;
-    if (FILTER != PBRT) return abs(line_of(jacobian, det, most_reach).reach) * scale + 3.0;
-    PbrtAxes axes = pbrt_axes(jacobian, most_reach);
+    if (FILTER != PBRT) return abs(line_of(jacobian, det, max_reach).reach) * scale + 3.0;
+    PbrtAxes axes = pbrt_axes(jacobian, max_reach);
     return sqrt((axes.longer * axes.longer + axes.shorter * axes.shorter) * (scale * scale) + 4.0) + 1.0;
 }

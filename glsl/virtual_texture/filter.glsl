@@ -203,7 +203,7 @@ vec4 tile_texels(Lookup lookup, ResidentTile tile, float coarser, uvec3 seed) {
     }
     float det = determinant_of(lookup.footprint);
     texels_read = 0;
-    vec3 mean = baseline_mean(j, det, most_line(), tile.level, coarser, coarsest, seed);
+    vec3 mean = baseline_mean(j, det, max_line(), tile.level, coarser, coarsest, seed);
     return COUNTS_TEXELS == 1 ? vec4(texels_read) : vec4(mean, 1.0);
 }
 

@@ -48,7 +48,7 @@ Parallelogram footprint(vec2 dx, vec2 dy, Coordinate at, float limb) {
     vec2 size = vec2(1u << WIDTH_LOG2, 1u << HEIGHT_LOG2), pixel = size * power_of_half(PIXEL_LOG2);  // exact
     Parallelogram f = Parallelogram(pixel * dx, pixel * dy);
     if (BOUNDS_LIMB == 0) return f;
-    float most = most_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
+    float most = max_major_texels(limb * power_of_half(PIXEL_LOG2), size.y);
     float across = sin(3.14159265 * (float(at.texel.y) + at.fraction.y) / size.y);
     vec4 j = limited(jacobian(f), most, max(across, 1e-3));
     return Parallelogram(j.xz, j.yw);
@@ -63,7 +63,7 @@ Ellipse ellipse(Parallelogram f) {
 // adds the half texel of the edge. The squared half side is then at most (1 + 1/t) h^2 + (1 + t) / 4 with
 // t = 2 sqrt(K), because the minor semi-axis is at least sqrt(K). For a small K this bound is useless. The ratio r of
 // the axes then gives 2 h / r <= t <= 2 h, so the squared half side is at most h^2 + h (r + 1) / 2 + 1/4.
-float most_reach() {
+float max_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     if (K >= 0.25) return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);
     if (EDGE == 0) return sqrt(most * most / 1.0001 - K);
@@ -73,14 +73,14 @@ float most_reach() {
 
 // The largest half side for the other filters of paper 3: half a tile, minus the 3 texels around a sample
 // (baseline_half_sides).
-float most_line() { return float(1u << TILE_LOG2 >> 1) - 3.0; }
+float max_line() { return float(1u << TILE_LOG2 >> 1) - 3.0; }
 
 // The level of a filter of paper 3, which may be one of the resident levels (G1). The fraction is the weight of the
 // next coarser level.
 float asked_level(Parallelogram f) {
     uint coarsest = max(WIDTH_LOG2, HEIGHT_LOG2);
-    if (FILTER == ELLIPSE) return float(ellipse_level(ellipse(f), most_reach(), coarsest));
-    return baseline_level(jacobian(f), determinant_of(f), most_line(), coarsest);
+    if (FILTER == ELLIPSE) return float(ellipse_level(ellipse(f), max_reach(), coarsest));
+    return baseline_level(jacobian(f), determinant_of(f), max_line(), coarsest);
 }
 
 bool finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
@@ -147,7 +147,7 @@ uint filter_reach(Coordinate at, uvec2 ij, Parallelogram f, uint q) {
         last = spot.texel + ivec2(floor(spot.within - 0.5 + half_sides));
         margin = int(BORDER);
     } else if (is_of_paper_3()) {
-        vec2 half_sides = baseline_half_sides(jacobian(f), determinant_of(f), most_line(), q);
+        vec2 half_sides = baseline_half_sides(jacobian(f), determinant_of(f), max_line(), q);
         first = spot.texel + ivec2(floor(spot.within - half_sides));
         last = spot.texel + ivec2(floor(spot.within + half_sides));
         // The border of the next coarser level is half of the tile's own border, rounded down at the tile's far edges.

@@ -9,7 +9,7 @@ pub struct DeviceArgs {
     #[arg(long, env = "ORTELIUS_DEVICE")]
     pub device: Option<String>,
     /// Run with Vulkan's validation layer, including synchronisation validation. Any message is a failure. Measured
-    /// times mean nothing
+    /// times are then meaningless
     #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     pub validate: bool,
 }

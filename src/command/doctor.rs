@@ -63,7 +63,7 @@ struct Device {
 /// The faults that the doctor found.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}")]
-pub struct Unwell {
+pub struct DoctorFailed {
     what: String,
     pub exit_code: u8,
 }
@@ -113,7 +113,7 @@ fn diagnose(args: &DoctorArgs) -> (Diagnosis, anyhow::Result<()>) {
         ..Diagnosis::default()
     };
     let survey = match test.deadly {
-        true => Err(anyhow::Error::new(Unwell { what: test.words, exit_code: 1 })),
+        true => Err(anyhow::Error::new(DoctorFailed { what: test.words, exit_code: 1 })),
         false => Instance::survey().map_err(anyhow::Error::new),
     };
     let verdict = survey.and_then(|survey| {
@@ -126,7 +126,9 @@ fn diagnose(args: &DoctorArgs) -> (Diagnosis, anyhow::Result<()>) {
                 Err(Error::NoDevice { searched: driver_folders().join(", ") }.into())
             }
             Some(0) => Ok(()),
-            code => Err(Unwell { what: diagnosis.self_test.clone(), exit_code: code.unwrap_or(1) }.into()),
+            code => {
+                Err(DoctorFailed { what: diagnosis.self_test.clone(), exit_code: code.unwrap_or(1) }.into())
+            }
         }
     });
     diagnosis.healthy = verdict.is_ok();

@@ -1,8 +1,8 @@
 //! The program's exit codes. The library's errors have none; this module maps errors to codes.
 
 use super::Usage;
-use super::doctor::Unwell;
-use super::mesh::Unsound;
+use super::doctor::DoctorFailed;
+use super::mesh::InvalidMeshFile;
 use super::render::Unreadable;
 use super::verify::Damaged;
 use ortelius::paper::progressive_mesh::file::{FileFlaw, PmeshError};
@@ -32,13 +32,13 @@ pub fn exit_code(error: &anyhow::Error) -> u8 {
 /// `None` for errors without a special code.
 fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
     let usage = cause.is::<Usage>().then_some(USAGE_OR_NO_DRIVER);
-    let damaged =
-        (cause.is::<Damaged>() || cause.is::<Unsound>() || cause.is::<Unreadable>()).then_some(DATA_CORRUPT);
+    let damaged = (cause.is::<Damaged>() || cause.is::<InvalidMeshFile>() || cause.is::<Unreadable>())
+        .then_some(DATA_CORRUPT);
     #[cfg(feature = "window")]
     let usage = usage.or(cause.is::<crate::view::NoDisplay>().then_some(USAGE_OR_NO_DRIVER));
     usage
         .or(damaged)
-        .or_else(|| cause.downcast_ref().map(|unwell: &Unwell| unwell.exit_code))
+        .or_else(|| cause.downcast_ref().map(|failed: &DoctorFailed| failed.exit_code))
         .or_else(|| cause.downcast_ref().and_then(vulkan))
         .or_else(|| cause.downcast_ref().and_then(render))
         .or_else(|| cause.downcast_ref().and_then(scene))

@@ -5,7 +5,7 @@ use super::outputs::check_place;
 use anyhow::{Context, anyhow};
 use clap::Args;
 use ortelius::figure::{Changes, ClaimChange, Results, choose, page_of_results};
-use ortelius::file::{MOST_RESULTS_BYTES, read_text};
+use ortelius::file::{MAX_RESULTS_BYTES, read_text};
 use ortelius::picture::write::write_bytes;
 use ortelius::renderer::figures::FAMILIES;
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ pub struct PageArgs {
 pub fn run(args: &PageArgs) -> anyhow::Result<()> {
     let shown = || args.results.display().to_string();
     let output = check_place(&args.output.clone().unwrap_or_else(|| args.results.with_extension("html")))?;
-    let text = read_text(&args.results, MOST_RESULTS_BYTES).with_context(shown)?;
+    let text = read_text(&args.results, MAX_RESULTS_BYTES).with_context(shown)?;
     let stored = Results::parse(&text).with_context(shown)?;
     let known = choose(&FAMILIES, &[]).expect("no name is unknown");
     let judged = stored.judged_again(&known);

@@ -5,7 +5,7 @@ use super::{Usage, say};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use ortelius::figure::{Changes, Effort, Figure, Results, Store, Verdict, write_outputs};
-use ortelius::file::{MOST_RESULTS_BYTES, read_text};
+use ortelius::file::{MAX_RESULTS_BYTES, read_text};
 use ortelius::picture::write::write_bytes;
 use std::path::PathBuf;
 
@@ -35,7 +35,7 @@ enum FailOn {
 pub const WORKER: &str = "--worker";
 
 /// Limit of printed changes; the page lists all.
-const MOST_CHANGES: usize = 20;
+const MAX_CHANGES: usize = 20;
 
 /// Inputs of a report, checked before anything is measured.
 pub struct Checked<'a> {
@@ -52,7 +52,7 @@ impl ReportArgs {
         }
         self.junit.as_deref().map(check_place).transpose()?;
         let read = |path: &PathBuf| -> anyhow::Result<Results> {
-            Ok(Results::parse(&read_text(path, MOST_RESULTS_BYTES)?)?)
+            Ok(Results::parse(&read_text(path, MAX_RESULTS_BYTES)?)?)
         };
         let context = |path: &PathBuf| read(path).with_context(|| format!("--against {}", path.display()));
         Ok(Checked { args: self, against: self.against.as_ref().map(context).transpose()? })
@@ -86,7 +86,7 @@ impl Checked<'_> {
             let name = format!("{} {}", figure.id, claim.id);
             say(format_args!("{name:32} {:30} {}", finding.verdict.name(), finding.numbers))?;
         }
-        changes.iter().flat_map(|changes| changes.lines(MOST_CHANGES)).try_for_each(say)?;
+        changes.iter().flat_map(|changes| changes.lines(MAX_CHANGES)).try_for_each(say)?;
         let counts = results.counts().map(|(verdict, count)| format!("{count} {}", verdict.name()));
         say(format_args!("{} claims: {}", results.claims().count(), counts.collect::<Vec<_>>().join(", ")))?;
         Ok(self.failed(&results, changes.as_ref()))

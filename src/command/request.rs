@@ -140,7 +140,7 @@ impl SceneArgs {
             (None, None) => [false, true].map(own),
             (camera, path) => [camera.clone(), path.clone()],
         };
-        let changes = shown::named(&view.changes, &scene);
+        let changes = shown::for_scene(&view.changes, &scene);
         let overrides = changes.iter().chain(&self.overrides).cloned().collect();
         Ok(SceneArgs { scene: view.scene.clone(), camera, path, overrides, ..self.clone() })
     }

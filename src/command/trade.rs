@@ -7,8 +7,8 @@ use super::request::parse_size;
 use super::{Usage, bound, named, say};
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
-use ortelius::figure::{Bench, Effort, Same, Trade, Traded};
-use ortelius::file::{MOST_RESULTS_BYTES, read_text};
+use ortelius::figure::{Bench, Effort, Same, TimedSetting, Trade};
+use ortelius::file::{MAX_RESULTS_BYTES, read_text};
 use ortelius::paper::virtual_texture::config::owner;
 use ortelius::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, TradeSweep};
 use ortelius::renderer::{sections, trade as plain};
@@ -47,7 +47,7 @@ pub struct TradeArgs {
     /// Write the chosen setting into the scene file, whose comments stay
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
-    /// Measure each time in at least 30 runs instead of 12. In both cases, settings with an uncertain median get more
+    /// Time each setting in at least 30 runs instead of 12. In both cases, settings with an uncertain median get more
     /// runs, up to six times as many
     #[arg(long)]
     full: bool,
@@ -134,7 +134,7 @@ fn measured(args: &TradeArgs, scene: &Scene) -> anyhow::Result<Trade> {
 /// Reads an earlier sweep's report.
 pub fn read(option: &str, path: &Path) -> anyhow::Result<Trade> {
     let context = || format!("{option} {}: not a trade.json of this program", path.display());
-    Trade::parse(&read_text(path, MOST_RESULTS_BYTES).with_context(context)?).with_context(context)
+    Trade::parse(&read_text(path, MAX_RESULTS_BYTES).with_context(context)?).with_context(context)
 }
 
 /// Prints a line of the answer; on stderr if stdout is used for JSON.
@@ -164,9 +164,9 @@ fn check(args: &TradeArgs) -> anyhow::Result<()> {
 }
 
 /// The chosen setting, or `None` if no setting meets the bound; and the line to print.
-fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String) {
+fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a TimedSetting>, String) {
     let measure = &trade.measure;
-    let described = |setting: &Traded| {
+    let described = |setting: &TimedSetting| {
         format!(
             "{} ({:.2} ms, {measure} {:.2e}): {}",
             setting.name,
@@ -200,7 +200,7 @@ fn answer<'a>(args: &TradeArgs, trade: &'a Trade) -> (Option<&'a Traded>, String
     }
 }
 
-fn describe_changes(setting: &Traded) -> String {
+fn describe_changes(setting: &TimedSetting) -> String {
     match &setting.changes[..] {
         [] => "no changes".into(),
         changes => changes.iter().map(|change| format!("-D {change}")).collect::<Vec<_>>().join(" "),

@@ -19,7 +19,7 @@ pub struct ViewArgs {
     /// Relief: relief.method. Plain texture: filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
-    /// When a finished picture replaces the displayed one. Default: fifo. Measurements must not wait for the display:
+    /// The presentation mode. Default: fifo. Measurements must not wait for the display:
     /// with --measure the default is immediate, or mailbox if immediate is not supported
     #[arg(long, value_enum)]
     present: Option<Present>,
@@ -93,7 +93,7 @@ fn opened(args: &ViewArgs, name: &str, request: &RunRequest) -> anyhow::Result<O
     let of_line: Vec<Variant> = args.variant.iter().map(of_line).collect();
     let settings = shown::find(&args.scene.scene).map(|figure| (figure.show.variants)()).unwrap_or_default();
     let of_figure = settings.into_iter().map(|setting| Variant {
-        changes: shown::named(&setting.changes, &request.scene),
+        changes: shown::for_scene(&setting.changes, &request.scene),
         name: setting.name,
     });
     let variants = if of_line.is_empty() { of_figure.collect() } else { of_line };

@@ -79,19 +79,19 @@ impl Changes {
         }
     }
 
-    /// Terminal text: the changed verdicts and the `most` largest changes of values.
-    pub fn lines(&self, most: usize) -> Vec<String> {
+    /// Terminal text: the changed verdicts and the `max` largest changes of values.
+    pub fn lines(&self, max: usize) -> Vec<String> {
         let mut lines = vec![format!("against {}:", self.before)];
         for c in &self.claims {
             let numbers = format!("{} -> {}", c.numbers_before, c.numbers_after);
             lines.push(format!("verdict  {} {}: {} -> {} ({numbers})", c.figure, c.claim, c.before, c.after));
         }
-        for c in self.values.iter().take(most) {
+        for c in self.values.iter().take(max) {
             let ratio = c.ratio.map(|ratio| format!(" ({}x)", human(ratio))).unwrap_or_default();
             lines.push(format!("value    {} {}: {} -> {}{ratio}", c.figure, c.what, c.before, c.after));
         }
-        if self.values.len() > most {
-            lines.push(format!("…        {} more values changed: see the page", self.values.len() - most));
+        if self.values.len() > max {
+            lines.push(format!("…        {} more values changed: see the page", self.values.len() - max));
         }
         let (changed, common) = (self.values.len(), self.common);
         lines.push(format!(

@@ -198,7 +198,7 @@ impl Bench {
         Ok(timed.iter().map(|one| one.row(quantity)).collect())
     }
 
-    /// As [`Bench::interleave`], then repeats all runs until `enough` returns true, or until there are `most` times as
+    /// As [`Bench::interleave`], then repeats all runs until `enough` returns true, or until there are `max` times as
     /// many runs.
     ///
     /// # Errors
@@ -207,7 +207,7 @@ impl Bench {
         &self,
         gpu: &'a Gpu,
         mut contenders: Vec<Contender<'a>>,
-        most: usize,
+        max: usize,
         enough: impl Fn(&[Timed]) -> bool,
     ) -> anyhow::Result<Vec<Timed>> {
         contenders.push(Contender::new("empty pass", || Ok(gpu.run_pass("empty pass", |_| ())?)));
@@ -238,7 +238,7 @@ impl Bench {
                         ..Timed::of(&c.variant, runs.clone())
                     })
                     .collect();
-                if runs >= most * self.runs() || enough(&timed) {
+                if runs >= max * self.runs() || enough(&timed) {
                     return Ok(timed);
                 }
             }

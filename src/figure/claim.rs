@@ -75,7 +75,7 @@ pub enum Term {
 #[derive(Clone, Copy)]
 pub struct Pick {
     pub quantity: &'static str,
-    pub who: Who,
+    pub who: VariantPick,
     /// The scene, if it differs from the scene of the place.
     pub scene: Option<&'static str>,
     pub x: At,
@@ -84,7 +84,7 @@ pub struct Pick {
 
 /// The variants of a pick.
 #[derive(Clone, Copy)]
-pub enum Who {
+pub enum VariantPick {
     One(&'static str),
     /// The variant with the least median. If measurements are repeated, the variant is chosen on every second round and
     /// judged on the other rounds.
@@ -222,22 +222,22 @@ impl Places {
 
 /// A quantity of one variant.
 pub const fn one(quantity: &'static str, variant: &'static str) -> Pick {
-    Pick::of(quantity, Who::One(variant))
+    Pick::of(quantity, VariantPick::One(variant))
 }
 
 /// A quantity of the variant for which the quantity is smallest.
 pub const fn best(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
-    Pick::of(quantity, Who::Best(variants))
+    Pick::of(quantity, VariantPick::Best(variants))
 }
 
 /// A quantity of each of these variants.
 pub const fn each(quantity: &'static str, variants: fn() -> Vec<String>) -> Pick {
-    Pick::of(quantity, Who::Each(variants))
+    Pick::of(quantity, VariantPick::Each(variants))
 }
 
 /// A quantity of every variant that has the quantity, except one variant.
 pub const fn others(quantity: &'static str, but: &'static str) -> Pick {
-    Pick::of(quantity, Who::Others(but))
+    Pick::of(quantity, VariantPick::Others(but))
 }
 
 /// A quantity of every variant that has the quantity.
@@ -246,7 +246,7 @@ pub const fn every(quantity: &'static str) -> Pick {
 }
 
 impl Pick {
-    const fn of(quantity: &'static str, who: Who) -> Pick {
+    const fn of(quantity: &'static str, who: VariantPick) -> Pick {
         Pick { quantity, who, scene: None, x: At::Place, part: Statistic::Median }
     }
 

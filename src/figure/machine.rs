@@ -42,7 +42,7 @@ pub fn load() -> Option<f64> {
 }
 
 /// Peak resident memory of this process in bytes; `None` unless the system reports it (Linux does).
-pub fn most_memory() -> Option<u64> {
+pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
@@ -90,7 +90,7 @@ pub fn short_commit(commit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{day, most_memory, processor_in, short_commit};
+    use super::{day, peak_memory, processor_in, short_commit};
 
     #[test]
     fn a_short_commit_keeps_the_mark_of_changes() {
@@ -113,11 +113,11 @@ mod tests {
     #[test]
     fn peak_memory_includes_freed_memory() {
         // Without Linux's /proc there is nothing to test.
-        let Some(before) = most_memory() else { return };
+        let Some(before) = peak_memory() else { return };
         let bytes = 64 << 20;
         assert!(std::hint::black_box(vec![1_u8; bytes]).iter().all(|&byte| byte == 1));
-        let most = most_memory().unwrap();
-        assert!(most >= before.max(bytes as u64), "{most} bytes after {before} and {bytes}");
+        let max = peak_memory().unwrap();
+        assert!(max >= before.max(bytes as u64), "{max} bytes after {before} and {bytes}");
     }
 
     #[test]

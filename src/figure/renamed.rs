@@ -95,7 +95,7 @@ const RENAMED: &[(&str, &str, &str)] = &[
 ];
 
 /// Gives stored rows of a figure today's names.
-pub fn renew(figure: &str, rows: &mut [Row]) {
+pub fn rename_old(figure: &str, rows: &mut [Row]) {
     for name in rows.iter_mut().flat_map(|row| [&mut row.variant, &mut row.quantity]) {
         *name = now(figure, name);
     }

@@ -69,7 +69,7 @@ pub struct CellRows {
 
 /// Text that cannot be read as results.
 #[derive(Debug, Error)]
-pub enum NoResults {
+pub enum ResultsError {
     #[error("not results of `ortelius reproduce` (results.json): {0}")]
     Json(#[from] serde_json::Error),
     #[error("the file has {0}")]
@@ -80,16 +80,16 @@ impl Results {
     /// Reads the text of a `results.json`. Earlier versions get today's names of variants and quantities.
     ///
     /// # Errors
-    /// [`NoResults`].
-    pub fn parse(text: &str) -> Result<Results, NoResults> {
+    /// [`ResultsError`].
+    pub fn parse(text: &str) -> Result<Results, ResultsError> {
         /// In version 1 this field is the program's version, a string.
         #[derive(Deserialize)]
         struct First {
             version: Option<serde_json::Value>,
         }
         let version = FORMAT.check(text).map_err(|wrong| match wrong {
-            WrongFormat::Json(error) => NoResults::Json(error),
-            wrong => NoResults::Format(wrong),
+            WrongFormat::Json(error) => ResultsError::Json(error),
+            wrong => ResultsError::Format(wrong),
         })?;
         let mut results: Results = serde_json::from_str(text)?;
         results.format_version = version;
@@ -135,7 +135,7 @@ impl Results {
         self.has_rounds().then(|| Results { figures, ..self.clone() })
     }
 
-    /// True if the file states the times of single rounds, from which today's rules give verdicts.
+    /// True if the file has the time of each round, which today's rules need for a verdict.
     pub fn has_rounds(&self) -> bool {
         self.format_version >= WITH_ROUNDS
     }
@@ -185,7 +185,7 @@ impl FigureResult {
     fn renew(&mut self) {
         for cell in &mut self.cells {
             if let CellOutcome::Rows(rows) = &mut cell.outcome {
-                renamed::renew(&self.id, rows);
+                renamed::rename_old(&self.id, rows);
             }
         }
     }

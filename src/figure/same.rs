@@ -1,6 +1,6 @@
 //! Tests whether two sweeps of `ortelius trade` found the same Pareto front.
 
-use super::{Trade, Traded};
+use super::{TimedSetting, Trade};
 use crate::stats::{ALIKE, percentile};
 use std::collections::HashMap;
 
@@ -59,7 +59,7 @@ impl Same {
         }
         let ratio = |&(before, now): &(f64, f64)| (now / before).max(before / now);
         let ratios: Vec<f64> = pairs.values().map(ratio).collect();
-        let other = |setting: &&Traded| !alike(setting.error, named(earlier, &setting.name).error);
+        let other = |setting: &&TimedSetting| !alike(setting.error, named(earlier, &setting.name).error);
         let other_errors = later.settings.iter().filter(other).map(|setting| setting.name.clone()).collect();
         let mut bounds: Vec<f64> =
             [earlier, later].iter().flat_map(|trade| trade.front()).map(|setting| setting.error).collect();
@@ -117,7 +117,7 @@ fn alike(a: f64, b: f64) -> bool {
     a.max(b) <= THREE_DIGITS * a.min(b)
 }
 
-fn named<'a>(trade: &'a Trade, name: &str) -> &'a Traded {
+fn named<'a>(trade: &'a Trade, name: &str) -> &'a TimedSetting {
     trade.settings.iter().find(|setting| setting.name == name).expect("a setting that both have")
 }
 
@@ -159,7 +159,7 @@ pub(super) mod tests {
             commit: text("0123456789abcdef"),
             date: text("2026-11-21"),
         };
-        let traded = |&(name, ms, error): &(&str, f64, f64)| Traded {
+        let traded = |&(name, ms, error): &(&str, f64, f64)| TimedSetting {
             name: text(name),
             changes: Vec::new(),
             ms: Summary::of(&[ms]).unwrap(),
@@ -177,7 +177,7 @@ pub(super) mod tests {
             truth: String::new(),
             machine,
             runs: 10,
-            most_runs: 60,
+            max_runs: 60,
             drift_ms: [1.0; 2],
             settings: settings.iter().map(traded).collect(),
             refused: Vec::new(),

@@ -2,7 +2,7 @@
 //! any moment. Pictures are in `pictures/` and are written before the cell that names them.
 
 use super::{Cell, Effort, Figure, Machine, Row, Value, json};
-use crate::file::{self, MOST_RESULTS_BYTES};
+use crate::file::{self, MAX_RESULTS_BYTES};
 use crate::header::{JsonFormat, WrongFormat};
 use crate::picture::write::{FileError, write_bytes};
 use serde::{Deserialize, Serialize};
@@ -203,7 +203,7 @@ impl Store {
         use std::io::ErrorKind::{NotADirectory, NotFound};
         let path = self.under_way_file();
         let shown = || path.display().to_string();
-        match file::read_text(&path, MOST_RESULTS_BYTES) {
+        match file::read_text(&path, MAX_RESULTS_BYTES) {
             Ok(text) => serde_json::from_str(&text)
                 .map(Some)
                 .map_err(|error| StoreError::Damaged { path: shown(), what: error.to_string() }),
@@ -234,7 +234,7 @@ impl Store {
     pub fn get(&self, figure: &str, cell: &Cell) -> Result<Option<CellResult>, StoreError> {
         let path = self.file(figure, cell);
         let shown = || path.display().to_string();
-        let text = match file::read_text(&path, MOST_RESULTS_BYTES) {
+        let text = match file::read_text(&path, MAX_RESULTS_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(StoreError::Folder { path: shown(), source }),

@@ -20,14 +20,15 @@ pub struct Trade {
     /// The reference picture, and the pixels that are compared.
     pub truth: String,
     pub machine: Machine,
-    /// Fewest timed frames of a setting. More are taken, up to `most_runs`, until the median is precise.
+    /// Fewest timed frames of a setting. More are taken, up to `max_runs`, until the median is precise.
     pub runs: usize,
-    pub most_runs: usize,
+    #[serde(rename = "most_runs")]
+    pub max_runs: usize,
     /// The scene's own setting is timed again with each batch of settings: the least and the greatest of its medians,
     /// in milliseconds. They show the drift during the sweep.
     pub drift_ms: [f64; 2],
     /// The settings, sorted by the number of scene keys that a setting changes, fewest first.
-    pub settings: Vec<Traded>,
+    pub settings: Vec<TimedSetting>,
     pub refused: Vec<Refused>,
     /// Empty if budgets were not varied.
     pub budgets: Vec<Budgeted>,
@@ -35,7 +36,7 @@ pub struct Trade {
 
 /// A measured setting.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Traded {
+pub struct TimedSetting {
     pub name: String,
     /// Its changes to the scene, as arguments of `-D`.
     pub changes: Vec<String>,
@@ -99,7 +100,7 @@ impl Trade {
     /// list of the scene's own setting are excluded: after each move of the camera their lists miss tiles, and the
     /// settled picture does not show this.
     pub fn mark_front(&mut self) {
-        let choice = |setting: &Traded| MeasuredSetting {
+        let choice = |setting: &TimedSetting| MeasuredSetting {
             time: setting.ms.median,
             interval: setting.interval_ms,
             error: setting.error,
@@ -116,26 +117,27 @@ impl Trade {
 
     /// Settings excluded from the front because their lists converge more slowly than the list of the scene's own
     /// setting.
-    pub fn incomplete(&self) -> Vec<&Traded> {
+    pub fn incomplete(&self) -> Vec<&TimedSetting> {
         let whole = self.settings.first().map_or(1, |own| own.list_frames);
         self.settings.iter().filter(|setting| setting.list_frames > whole).collect()
     }
 
     /// The front, from the smallest error to the least time.
-    pub fn front(&self) -> Vec<&Traded> {
-        let mut members: Vec<&Traded> = self.settings.iter().filter(|setting| setting.on_front).collect();
+    pub fn front(&self) -> Vec<&TimedSetting> {
+        let mut members: Vec<&TimedSetting> =
+            self.settings.iter().filter(|setting| setting.on_front).collect();
         members.sort_by(|a, b| a.error.total_cmp(&b.error));
         members
     }
 
     /// The fastest setting of the front with an error of at most `bound`.
-    pub fn cheapest(&self, bound: f64) -> Option<&Traded> {
+    pub fn cheapest(&self, bound: f64) -> Option<&TimedSetting> {
         // Times on the front fall as errors rise.
         self.front().into_iter().rfind(|setting| setting.error <= bound)
     }
 
     /// Of the front's settings with a median of at most `ms`, the setting with the smallest error.
-    pub fn most_accurate(&self, ms: f64) -> Option<&Traded> {
+    pub fn most_accurate(&self, ms: f64) -> Option<&TimedSetting> {
         self.front().into_iter().find(|setting| setting.ms.median <= ms)
     }
 

@@ -9,7 +9,7 @@ type Tap<R> = Box<dyn FnMut(&R) + Send>;
 /// Lines file, for example).
 pub struct Records<R> {
     kept: Vec<R>,
-    most: usize,
+    max: usize,
     tap: Option<Tap<R>>,
 }
 
@@ -26,9 +26,9 @@ impl<R> Records<R> {
         Records::last_ones(usize::MAX)
     }
 
-    /// Keeps the last `most` records.
-    pub fn last_ones(most: usize) -> Records<R> {
-        Records { kept: Vec::new(), most, tap: None }
+    /// Keeps the last `max` records.
+    pub fn last_ones(max: usize) -> Records<R> {
+        Records { kept: Vec::new(), max, tap: None }
     }
 
     /// Also passes each record to `tap` when its frame has ended.
@@ -40,10 +40,10 @@ impl<R> Records<R> {
         if let Some(tap) = &mut self.tap {
             tap(&record);
         }
-        if self.most == 0 {
+        if self.max == 0 {
             return;
         }
-        if self.kept.len() == self.most {
+        if self.kept.len() == self.max {
             self.kept.remove(0);
         }
         self.kept.push(record);

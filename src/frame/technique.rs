@@ -25,7 +25,7 @@ pub const STALL: Duration = Duration::from_secs(60);
 /// Nothing arrived for [`super::Run::stall`].
 #[derive(Debug, Error)]
 #[error(
-    "{pending} visible tiles have not arrived for {} s; see `pending` and `loads` in the report, or raise the load budget",
+    "{pending} visible tiles are missing, and none arrived for {} s; see `pending` and `loads` in the report, or raise the load budget",
     waited.as_secs()
 )]
 pub struct Stalled {

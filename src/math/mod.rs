@@ -1,4 +1,5 @@
-//! Arithmetic shared by all modules: numbering of levels and tiles, projections, geodesy.
+//! Arithmetic shared by all modules: levels and tiles, cameras and geodesy, light, reliefs, weight maps, random
+//! numbers.
 
 pub mod camera;
 pub mod geodesy;

@@ -44,9 +44,9 @@ pub enum PyramidError {
     #[error("a border of {0} texels is wider than half a tile")]
     Border(u32),
     #[error(
-        "{resident} resident levels are outside {least} ..= {most}: a streamed level must consist of whole tiles"
+        "{resident} resident levels are outside {min} ..= {max}: a streamed level must consist of whole tiles"
     )]
-    Resident { resident: u32, least: u32, most: u32 },
+    Resident { resident: u32, min: u32, max: u32 },
 }
 
 /// Sizes of one tiled texture with all its levels.
@@ -84,10 +84,10 @@ impl Pyramid {
             return Err(PyramidError::Border(border_texels));
         }
         let coarsest = width_log2.max(height_log2);
-        let least = coarsest - (narrow - tile_log2);
-        let resident = resident_levels.unwrap_or(least);
-        if !(least..=coarsest).contains(&resident) {
-            return Err(PyramidError::Resident { resident, least, most: coarsest });
+        let min = coarsest - (narrow - tile_log2);
+        let resident = resident_levels.unwrap_or(min);
+        if !(min..=coarsest).contains(&resident) {
+            return Err(PyramidError::Resident { resident, min, max: coarsest });
         }
         Ok(Self { width_log2, height_log2, tile_log2, border_texels, resident_levels: resident })
     }
@@ -222,6 +222,6 @@ mod tests {
     #[test]
     fn a_streamed_level_with_partial_tiles_is_refused() {
         let error = Pyramid::new(18, 17, 9, 4, Some(9)).unwrap_err();
-        assert_eq!(error, PyramidError::Resident { resident: 9, least: 10, most: 18 });
+        assert_eq!(error, PyramidError::Resident { resident: 9, min: 10, max: 18 });
     }
 }

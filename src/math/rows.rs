@@ -17,7 +17,7 @@ struct Row {
 }
 
 /// Minimum capacity of a row that is moved: a vertex of a triangle mesh has about six faces.
-const LEAST_ROOM: u32 = 8;
+const MIN_ROOM: u32 = 8;
 
 impl Rows {
     /// Number of rows.
@@ -52,7 +52,7 @@ impl Rows {
         let row = &mut self.rows[index];
         if row.length == row.room {
             let from = std::mem::replace(&mut row.start, self.items.len());
-            row.room = LEAST_ROOM.max(2 * row.room);
+            row.room = MIN_ROOM.max(2 * row.room);
             self.items.extend_from_within(from..from + row.length as usize);
             self.items.resize(row.start + row.room as usize, 0);
         }

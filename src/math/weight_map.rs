@@ -70,10 +70,10 @@ impl WeightMap {
             MapShape::Radial => middle(column).powi(2),
             MapShape::SquaredRadius => middle(column),
         };
-        let most = f64::from((1u32 << self.bits) - 1);
+        let max = f64::from((1u32 << self.bits) - 1);
         let entries: Vec<u32> = (0..rows)
             .flat_map(|row| (0..self.entries).map(move |column| square_of(row, column)))
-            .map(|square| ((-alpha * reach * reach * square).exp() * most).round() as u32)
+            .map(|square| ((-alpha * reach * reach * square).exp() * max).round() as u32)
             .collect();
         let each = (32 / self.bits) as usize;
         let packed =

@@ -18,15 +18,17 @@ impl Model {
             let mut sorted = corners;
             sorted.sort_unstable();
             if sorted[0] == sorted[1] || sorted[1] == sorted[2] {
-                return Err(format!("face {face} has the positions {corners:?}"));
+                return Err(format!("face {face} is degenerate: its positions are {corners:?}"));
             }
             if !faces.insert(sorted) {
-                return Err(format!("face {face} has the positions {corners:?}, like an earlier face"));
+                return Err(format!("face {face} has the positions of an earlier face: {corners:?}"));
             }
             for k in 0..3 {
                 let side = [corners[k], corners[(k + 1) % 3]];
                 if let Some(other) = sides.insert(side, face) {
-                    return Err(format!("faces {other} and {face} both run along {side:?}"));
+                    return Err(format!(
+                        "faces {other} and {face} traverse the edge {side:?} in the same direction"
+                    ));
                 }
             }
         }
@@ -36,7 +38,7 @@ impl Model {
     fn check_values(&self) -> Result<(), String> {
         let bad = self.positions.iter().position(|position| !position.is_finite());
         if let Some(position) = bad {
-            return Err(format!("position {position} is {}", self.positions[position]));
+            return Err(format!("position {position} is not finite: {}", self.positions[position]));
         }
         let wedges = self.wedge_positions.len();
         let attributes = &self.attributes;
@@ -56,11 +58,14 @@ impl Model {
             (length - 1.0).abs() <= 1e-6
         };
         if let Some(wedge) = attributes.normals.iter().position(|normal| !unit(normal)) {
-            return Err(format!("wedge {wedge} has the normal {:?}", attributes.normals[wedge]));
+            return Err(format!(
+                "the normal of wedge {wedge} is not a unit vector: {:?}",
+                attributes.normals[wedge]
+            ));
         }
         let bad = attributes.coordinates.iter().position(|st| st.iter().any(|x| !x.is_finite()));
         bad.map_or(Ok(()), |wedge| {
-            Err(format!("wedge {wedge} has the coordinate {:?}", attributes.coordinates[wedge]))
+            Err(format!("the coordinate of wedge {wedge} is not finite: {:?}", attributes.coordinates[wedge]))
         })
     }
 

@@ -6,7 +6,7 @@
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
 use super::outliers::usable;
-use super::raw::{MOST, Raw};
+use super::raw::{MAX, Raw};
 use super::report::MeshReport;
 use super::{Attributes, Model};
 use glam::DVec3;
@@ -24,7 +24,7 @@ const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// (readers refuse such files).
 pub fn clean(raw: &Raw) -> (Model, MeshReport) {
     let vertices = raw.positions.len();
-    assert!(vertices <= MOST && raw.faces.len() <= MOST, "{vertices} vertices, {} faces", raw.faces.len());
+    assert!(vertices <= MAX && raw.faces.len() <= MAX, "{vertices} vertices, {} faces", raw.faces.len());
     let Attributes { normals, coordinates, colors } = &raw.attributes;
     for length in [normals.len(), coordinates.len(), colors.len()] {
         assert!(length == 0 || length == vertices, "{length} attributes for {vertices} vertices");
@@ -130,9 +130,9 @@ fn is_flat(positions: &[DVec3], face: [u32; 3]) -> bool {
 
 /// True if a face's area can be explained by rounding its corners to f32.
 fn is_thin(positions: &[DVec3], face: [u32; 3]) -> bool {
-    let most = face.iter().fold(0f64, |most, &point| most.max(positions[point as usize].abs().max_element()));
+    let max = face.iter().fold(0f64, |max, &point| max.max(positions[point as usize].abs().max_element()));
     let (slender, longest) = slenderness(positions, face);
-    slender <= FLAT || slender * longest <= most * f64::from(f32::EPSILON)
+    slender <= FLAT || slender * longest <= max * f64::from(f32::EPSILON)
 }
 
 /// Builds the wedges in use. `points` maps vertices to the points before the cut; `faces.points` holds the positions

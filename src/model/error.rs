@@ -13,8 +13,8 @@ pub enum ModelError {
          by .gz"
     )]
     Kind { path: PathBuf },
-    #[error("{path}: {what} than the limit of {most} bytes")]
-    Large { path: PathBuf, what: &'static str, most: u64 },
+    #[error("{path}: {what} than the limit of {max} bytes")]
+    Large { path: PathBuf, what: &'static str, max: u64 },
     /// A fault inside the file. Lines count from 1, bytes from 0.
     #[error("{path}{place}: {what}")]
     Content { path: PathBuf, place: FilePosition, what: String },

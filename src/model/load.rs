@@ -2,7 +2,7 @@
 
 use super::error::{FilePosition, ModelError, ModelFault};
 use super::names::wrong_size;
-use super::raw::{MOST, Raw};
+use super::raw::{MAX, Raw};
 use super::{FETCHED, MeshReport, Model, NAMES, clean, fetched, glb, named, obj, ply};
 use crate::file;
 use flate2::read::MultiGzDecoder;
@@ -10,11 +10,11 @@ use std::io::Read;
 use std::path::Path;
 
 /// Files are read whole: a scan of 20 million faces takes about 1 GiB.
-const MOST_BYTES: u64 = 2 << 30;
+const MAX_BYTES: u64 = 2 << 30;
 /// Limits for compressed files. Scans compress to about a quarter. A file is refused if it unpacks to more than 64
-/// times its size and more than `FEWEST_UNPACKED_BYTES`, or to more than `MOST_BYTES`.
+/// times its size and more than `FEWEST_UNPACKED_BYTES`, or to more than `MAX_BYTES`.
 const FEWEST_UNPACKED_BYTES: u64 = 64 << 20;
-const MOST_PACKING: u64 = 64;
+const MAX_PACKING: u64 = 64;
 
 impl Model {
     /// Opens a generated or downloaded model by its name in [`NAMES`] or [`FETCHED`]; [`named`] explains sizes
@@ -64,16 +64,16 @@ impl Model {
         let mut file = file::open(path).map_err(failed)?;
         let length = file.metadata().map_err(failed)?.len();
         let mut bytes = Vec::new();
-        let (most, what) = if packed {
-            let most = (length.saturating_mul(MOST_PACKING)).clamp(FEWEST_UNPACKED_BYTES, MOST_BYTES);
-            MultiGzDecoder::new(file).take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
-            (most, "unpacks to more")
+        let (max, what) = if packed {
+            let max = (length.saturating_mul(MAX_PACKING)).clamp(FEWEST_UNPACKED_BYTES, MAX_BYTES);
+            MultiGzDecoder::new(file).take(max + 1).read_to_end(&mut bytes).map_err(failed)?;
+            (max, "unpacks to more")
         } else {
-            file.by_ref().take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-            (MOST_BYTES, "has more")
+            file.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+            (MAX_BYTES, "has more")
         };
-        if bytes.len() as u64 > most {
-            return Err(ModelError::Large { path: path.to_owned(), what, most });
+        if bytes.len() as u64 > max {
+            return Err(ModelError::Large { path: path.to_owned(), what, max });
         }
         Self::from_bytes(path, &bytes)
     }
@@ -86,8 +86,8 @@ impl Model {
         let (read, _) = kind(path)?;
         let content = |ModelFault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
         let raw = read(bytes).map_err(content)?;
-        if raw.positions.len() > MOST {
-            return Err(content(ModelFault::whole(format!("more than {MOST} vertices"))));
+        if raw.positions.len() > MAX {
+            return Err(content(ModelFault::whole(format!("more than {MAX} vertices"))));
         }
         let (model, report) = clean(&raw);
         if model.faces.is_empty() {

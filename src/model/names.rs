@@ -32,9 +32,9 @@ pub fn named(name: &str) -> Option<Model> {
 pub(super) fn wrong_size(name: &str) -> Option<String> {
     let (name, size) = name.split_once(':')?;
     if let Some(Generated { sizes, powers, .. }) = GENERATED.iter().find(|model| model.name == name) {
-        let (least, most) = (sizes.start(), sizes.end());
+        let (min, max) = (sizes.start(), sizes.end());
         let which = if *powers { "a power of two" } else { "a number" };
-        return Some(format!("{name} has no size {size:?}; sizes: {which} from {least} to {most}"));
+        return Some(format!("{name} has no size {size:?}; sizes: {which} from {min} to {max}"));
     }
     NAMES.contains(&name).then(|| format!("{name} has only one size; omit :{size}"))
 }

@@ -82,11 +82,11 @@ fn set_aside(raw: &Raw, far: &[f64], usable: &mut [bool], report: &mut MeshRepor
 fn f32_steps(positions: &[DVec3], usable: &[bool]) -> Option<usize> {
     let fitting = || positions.iter().zip(usable).filter(|(_, fits)| **fits).map(|(p, _)| *p);
     let (low, high) = fitting().fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
-    let most = low.abs().max(high.abs()).max_element();
-    if fitting().next().is_none() || most == 0.0 {
+    let max = low.abs().max(high.abs()).max_element();
+    if fitting().next().is_none() || max == 0.0 {
         return None;
     }
-    let step = 2.0_f64.powi((most.log2().floor() as i32 - 23).max(-149));
+    let step = 2.0_f64.powi((max.log2().floor() as i32 - 23).max(-149));
     let steps = (high - low).max_element() / step;
     let is_coarse = steps < FEW_STEPS && fitting().all(|p| p.as_vec3().as_dvec3() == p);
     is_coarse.then_some(steps as usize)
@@ -143,7 +143,7 @@ mod tests {
             let positions = model.positions.iter().map(place).collect();
             clean(&Raw { positions, faces: model.faces.clone(), ..Raw::default() }).1.f32_steps
         };
-        let extent = model.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
+        let extent = model.positions.iter().fold(DVec3::ZERO, |max, p| max.max(p.abs())).max_element();
         assert!(extent > 0.1, "{extent}");
         // A grid around 0 has millions of steps.
         assert_eq!((steps(0.0, true), steps(1e6, false)), (None, None));

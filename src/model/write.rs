@@ -3,7 +3,7 @@
 //! position, unless there are colours.
 
 use super::Model;
-use crate::picture::write::{FileError, write_whole};
+use crate::picture::write::{FileError, write_atomically};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -36,7 +36,7 @@ impl Model {
     /// # Panics
     /// May panic if an index or a length is not valid.
     pub fn write(&self, path: &Path, format: MeshFormat) -> Result<(), FileError> {
-        write_whole(path, |out| match format {
+        write_atomically(path, |out| match format {
             MeshFormat::Ply => self.write_ply(out),
             MeshFormat::Obj => self.write_obj(out),
         })

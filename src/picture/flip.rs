@@ -50,7 +50,7 @@ impl FlipMap {
     }
 
     /// Largest value.
-    pub fn most(&self) -> f64 {
+    pub fn max(&self) -> f64 {
         self.values.iter().copied().fold(0.0, f32::max).into()
     }
 }
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn equal_pictures_have_a_flip_of_zero() {
         let map = flip(&grey(), &grey()).unwrap();
-        assert_eq!((map.values.len(), map.mean(), map.most()), (24 * 16, 0.0, 0.0));
+        assert_eq!((map.values.len(), map.mean(), map.max()), (24 * 16, 0.0, 0.0));
         let one = Picture::filled(1, 1, [0.5; 4]);
         assert_eq!(flip(&one, &one).unwrap().values, [0.0]);
     }
@@ -79,7 +79,7 @@ mod tests {
             flip(&picture, &grey()).unwrap()
         };
         let (weak, strong) = (changed(0.25), changed(1.0));
-        assert_eq!(strong.most(), f64::from(strong.values[5 * 24 + 7]));
+        assert_eq!(strong.max(), f64::from(strong.values[5 * 24 + 7]));
         assert!(0.0 < weak.mean() && weak.mean() < strong.mean(), "{} {}", weak.mean(), strong.mean());
         assert!(strong.values.iter().all(|value| (0.0..=1.0).contains(value)));
     }
@@ -88,7 +88,7 @@ mod tests {
     fn black_against_white_is_nearly_one() {
         let [black, white] = [0.0, 1.0].map(|c| Picture::filled(24, 16, [c, c, c, 1.0]));
         let map = flip(&black, &white).unwrap();
-        assert!(map.mean() > 0.9 && map.most() <= 1.0, "{}", map.mean());
+        assert!(map.mean() > 0.9 && map.max() <= 1.0, "{}", map.mean());
     }
 
     #[test]

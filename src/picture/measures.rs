@@ -53,7 +53,7 @@ impl Comparison {
             nmse: difference.nmse(),
             psnr_db: difference.psnr_db(),
             flip_mean: flip.mean(),
-            flip_worst: flip.most(),
+            flip_worst: flip.max(),
             worst: difference.worst(),
             outlier_bound,
             outliers: difference.count_above(outlier_bound),

@@ -55,7 +55,7 @@ pub struct Planes {
 ///
 /// # Errors
 /// [`FileError`] names the path.
-pub fn write_whole(
+pub fn write_atomically(
     path: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> std::result::Result<(), FileError> {
@@ -86,12 +86,12 @@ pub fn write_whole(
     })
 }
 
-/// As [`write_whole`], with the whole content.
+/// As [`write_atomically`], for content in memory.
 ///
 /// # Errors
 /// [`FileError`] names the path.
 pub fn write_bytes(path: &Path, content: impl AsRef<[u8]>) -> std::result::Result<(), FileError> {
-    write_whole(path, |file| file.write_all(content.as_ref()))
+    write_atomically(path, |file| file.write_all(content.as_ref()))
 }
 
 /// `X.PROCESS.partial`, or `X.PROCESS-1.partial` and so on if another thread of this process is writing `X`.
@@ -132,7 +132,7 @@ pub fn write_png(path: &Path, picture: &Srgb8Picture) -> std::result::Result<(),
     let (width, height) = (picture.width, picture.height);
     let bytes = width as usize * height as usize * 4;
     assert_eq!(picture.rgba.len(), bytes, "bytes of a PNG of {width} x {height}");
-    write_whole(path, |writer| {
+    write_atomically(path, |writer| {
         let mut encoder = png::Encoder::new(writer, width, height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
@@ -187,7 +187,7 @@ pub fn write_exr(path: &Path, planes: &Planes) -> std::result::Result<(), FileEr
         AnyChannels::sort(channels.collect()),
     );
     let image = Image::from_layer(layer);
-    write_whole(path, |writer| image.write().non_parallel().to_buffered(writer).map_err(io_error))
+    write_atomically(path, |writer| image.write().non_parallel().to_buffered(writer).map_err(io_error))
 }
 
 /// Reads the first layer of an EXR as 32-bit floats.
@@ -357,7 +357,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         std::fs::write(&path, "older").unwrap();
-        let error = write_whole(&path, |writer| {
+        let error = write_atomically(&path, |writer| {
             writer.write_all(b"new")?;
             Err(io::Error::other("disk full"))
         });
@@ -375,9 +375,9 @@ mod tests {
     fn two_writers_of_one_file_do_not_share_what_they_write() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
-        write_whole(&path, |first| {
+        write_atomically(&path, |first| {
             first.write_all(b"first")?;
-            write_whole(&path, |second| second.write_all(b"second")).unwrap();
+            write_atomically(&path, |second| second.write_all(b"second")).unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), b"second");
             Ok(())
         })

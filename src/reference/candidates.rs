@@ -19,7 +19,7 @@ pub struct Candidates {
 const DEPTH_SLACK: f64 = 1e-6;
 /// Pieces of less than this fraction of the neighbourhood are slivers from rounding: f64 rounds the corners of
 /// a cut by about 1e-16 of the neighbourhood's side, far below this bound.
-const LEAST_PART: f64 = 1e-12;
+const MIN_PART: f64 = 1e-12;
 
 /// A linear function of the position relative to the pixel's centre, in pixels: dot product with `(x, y, 1)`.
 type LinearForm = DVec3;
@@ -37,18 +37,18 @@ impl ReferenceView {
         let square: Polygon = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
             .map(|(x, y)| DVec2::new(x, y) * radius_px)
             .to_vec();
-        let least_area = LEAST_PART * 4.0 * radius_px * radius_px;
+        let min_area = MIN_PART * 4.0 * radius_px * radius_px;
         let regions: Vec<Region> = self
             .near([x as i32, y as i32], radius_px)
             .filter_map(|setup| Region::new(self, setup, x, y, &square))
             .collect();
         let samples = regions
             .iter()
-            .filter(|region| region.is_visible(&regions, least_area))
+            .filter(|region| region.is_visible(&regions, min_area))
             .map(|region| self.sample_of(region.setup, x, y))
             .collect();
         let empty = regions.iter().fold(vec![square], |empty, region| subtract(empty, &region.sides));
-        Candidates { samples, background: total_area(&empty) > least_area }
+        Candidates { samples, background: total_area(&empty) > min_area }
     }
 }
 
@@ -83,14 +83,14 @@ impl<'a> Region<'a> {
         (polygon.len() >= 3).then_some(Region { setup, sides, polygon, inverse_w })
     }
 
-    /// True if more than `least_area` of the region remains after all regions that are surely in front are
+    /// True if more than `min_area` of the region remains after all regions that are surely in front are
     /// cut out.
-    fn is_visible(&self, regions: &[Region], least_area: f64) -> bool {
+    fn is_visible(&self, regions: &[Region], min_area: f64) -> bool {
         let mut visible = vec![self.polygon.clone()];
         for other in regions.iter().filter(|other| other.setup.triangle != self.setup.triangle) {
             let nearer = other.inverse_w - self.inverse_w * (1.0 + DEPTH_SLACK);
             visible = subtract(visible, &[&other.sides[..], &[nearer]].concat());
-            if total_area(&visible) <= least_area {
+            if total_area(&visible) <= min_area {
                 return false;
             }
         }

@@ -42,33 +42,33 @@ pub fn compare_surfaces(a: Triangles, b: Triangles, samples: usize, seed: u64) -
     Some(Distances {
         mean: (forth.mean + back.mean) / 2.0,
         rms: ((forth.mean_square + back.mean_square) / 2.0).sqrt(),
-        hausdorff: forth.most.max(back.most),
-        forth: forth.most,
-        back: back.most,
+        hausdorff: forth.max.max(back.max),
+        forth: forth.max,
+        back: back.max,
     })
 }
 
 struct OneWay {
     mean: f64,
     mean_square: f64,
-    most: f64,
+    max: f64,
 }
 
 impl OneWay {
     fn new(from: Triangles, samples: usize, seed: u64, distance: impl Fn(DVec3) -> f64) -> OneWay {
-        let (mut sum, mut sum_of_squares, mut most) = (0.0, 0.0, 0.0_f64);
+        let (mut sum, mut sum_of_squares, mut max) = (0.0, 0.0, 0.0_f64);
         let points = spread(from, samples, seed);
         for &point in &points {
             let d = distance(point);
             sum += d;
             sum_of_squares += d * d;
-            most = most.max(d);
+            max = max.max(d);
         }
         for vertex in from.faces.iter().flatten() {
-            most = most.max(distance(from.positions[*vertex as usize]));
+            max = max.max(distance(from.positions[*vertex as usize]));
         }
         let count = points.len().max(1) as f64;
-        OneWay { mean: sum / count, mean_square: sum_of_squares / count, most }
+        OneWay { mean: sum / count, mean_square: sum_of_squares / count, max }
     }
 }
 

@@ -36,10 +36,10 @@ impl Parallelogram {
 }
 
 /// The sample count of an anisotropic filter, min(ceil(longest / shortest), most) (EXT_texture_filter_anisotropic). In
-/// paper 1 the count is nA and the limit `most` is NA.
-pub fn sample_count(longest: f64, shortest: f64, most: u32) -> u32 {
+/// paper 1 the count is nA and the limit `max` is NA.
+pub fn sample_count(longest: f64, shortest: f64, max: u32) -> u32 {
     match longest > 0.0 {
-        true => (longest / shortest).ceil().min(f64::from(most)) as u32,
+        true => (longest / shortest).ceil().min(f64::from(max)) as u32,
         false => 1,
     }
 }
@@ -132,9 +132,9 @@ impl<F: Fn(u32, u32, u32) -> [f64; 4]> MipPyramid<F> {
         self.mean(footprint, [s, t], radius, weight)
     }
 
-    /// Weighted mean over the points up to `reach` sides of the footprint from (s, t). Samples are an eighth of the
-    /// shorter side apart in both directions, and each sample is a quarter of the shorter side wide. The side ratio is
-    /// limited to 32.
+    /// Weighted mean over the parallelogram around `centre` that extends `reach` sides of the footprint in each
+    /// direction. Samples are an eighth of the shorter side apart in both directions, and each sample is a quarter of
+    /// the shorter side wide. The side ratio is limited to 32.
     fn mean(
         &self,
         footprint: &Parallelogram,

@@ -130,8 +130,8 @@ fn pink_noise(side: u32) -> Vec<u8> {
         (0..octaves).map(octave).sum()
     };
     let values: Vec<f64> = (0..side).flat_map(|y| (0..side).map(move |x| value(x, y))).collect();
-    let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
-    values.iter().map(|value| ((value - least) / (most - least) * 255.0).round() as u8).collect()
+    let (min, max) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &v| (low.min(v), high.max(v)));
+    values.iter().map(|value| ((value - min) / (max - min) * 255.0).round() as u8).collect()
 }
 
 #[cfg(test)]

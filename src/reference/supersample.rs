@@ -31,8 +31,8 @@ pub struct Density {
     /// Strata per texel, in each direction.
     pub per_texel: f64,
     /// Limits of the strata along one axis of a pixel's support.
-    pub least: u32,
-    pub most: u32,
+    pub min: u32,
+    pub max: u32,
 }
 
 /// A one-channel picture and its accuracy.
@@ -48,7 +48,7 @@ pub struct Truth {
     /// Squared error of each value, estimated from the independent halves.
     pub squared_errors: Vec<f64>,
     /// Largest number of samples of a pixel, and the mean.
-    pub most_samples: u64,
+    pub max_samples: u64,
     pub mean_samples: f64,
 }
 
@@ -123,13 +123,13 @@ impl Tiled {
 
 impl Density {
     /// At least 2 x 32 x 32 samples per pixel. The truth's own NMSE is then about 1e-6; figures report it.
-    pub const FINE: Density = Density { per_texel: 2.0, least: 32, most: 1024 };
+    pub const FINE: Density = Density { per_texel: 2.0, min: 32, max: 1024 };
 
     /// Strata along a side of the support that spans this many texels.
     fn strata(&self, texels: f64) -> u32 {
         let wanted = (self.per_texel * texels).ceil();
         // Off the surface, for instance beyond the horizon, the extent is infinite.
-        if wanted.is_finite() { (wanted as u32).clamp(self.least, self.most) } else { self.most }
+        if wanted.is_finite() { (wanted as u32).clamp(self.min, self.max) } else { self.max }
     }
 }
 
@@ -157,7 +157,7 @@ pub fn supersample(
         of_one_half: halves.iter().map(|(a, ..)| a.value).collect(),
         whole: halves.iter().map(|(a, b, _)| a.whole && b.whole).collect(),
         squared_errors: halves.iter().map(|(a, b, _)| ((a.value - b.value) / 2.0).powi(2)).collect(),
-        most_samples: halves.iter().map(|(.., strata)| samples(*strata)).max().unwrap_or(0),
+        max_samples: halves.iter().map(|(.., strata)| samples(*strata)).max().unwrap_or(0),
         mean_samples: halves.iter().map(|(.., strata)| samples(*strata) as f64).sum::<f64>() / count as f64,
     }
 }
@@ -243,7 +243,7 @@ mod tests {
         let amplitude = (-2.0 * PI * PI * 0.25 * (seen[0] * seen[0] + seen[1] * seen[1])).exp();
         assert!((0.1..0.9).contains(&amplitude), "{amplitude}");
         let wave = |[u, v]: [f64; 2]| 0.5 + 0.5 * (TAU * (f[0] * u + f[1] * v)).cos();
-        let density = Density { per_texel: 1.0, least: 128, most: 128 };
+        let density = Density { per_texel: 1.0, min: 128, max: 128 };
         let truth = supersample([4, 3], affine, wave, GAUSSIAN, density);
         for (n, value) in truth.values.iter().enumerate() {
             let [u, v] = affine((n % 4) as f64 + 0.5, (n / 4) as f64 + 0.5).unwrap();
@@ -261,7 +261,7 @@ mod tests {
         let size = [48, 48];
         // The impulse is at the picture's middle.
         let around = |x: f64, y: f64| affine(x - 24.3, y - 23.8).map(|[u, v]| [u + 32.5, v + 32.5]);
-        let density = Density { per_texel: 1.0, least: 48, most: 48 };
+        let density = Density { per_texel: 1.0, min: 48, max: 48 };
         let truth = supersample(size, around, |at| texture.at(at), kernel, density);
         let mut moments = [0.0; 3];
         let mut total = 0.0;
@@ -295,7 +295,7 @@ mod tests {
         let texture = Tiled::new(64, &texels);
         let steep = |x: f64, y: f64| Some([3.0 * x, 11.0 * y]);
         let of = |per_axis: u32| {
-            let density = Density { per_texel: 0.0, least: per_axis, most: per_axis };
+            let density = Density { per_texel: 0.0, min: per_axis, max: per_axis };
             supersample([16, 16], steep, |at| texture.at(at), GAUSSIAN, density)
         };
         let (coarse, fine) = (of(12), of(96));
@@ -322,7 +322,7 @@ mod tests {
         let texture = Tiled::new(64, &texels);
         // The second pixel is half beyond the surface, and its footprint is a hundred times as long.
         let edge = |x: f64, y: f64| (x < 1.5).then_some([if x < 1.0 { x } else { 100.0 * x }, y]);
-        let density = Density { per_texel: 0.0, least: 8, most: 8 };
+        let density = Density { per_texel: 0.0, min: 8, max: 8 };
         let truth = supersample([2, 1], edge, |at| texture.at(at), PixelKernel::Box, density);
         let all = truth.own_nmse_where(&[true; 2]);
         assert!(truth.own_nmse() > 0.0 && all > 10.0 * truth.own_nmse(), "{all} {}", truth.own_nmse());

@@ -5,7 +5,7 @@
 
 use super::sections::LANGUAGES;
 use super::trade;
-use crate::figure::{Bench, Effort, Machine, Trade, Traded};
+use crate::figure::{Bench, Effort, Machine, TimedSetting, Trade};
 use crate::file;
 use crate::math::camera::Pose;
 use crate::paper::texture_mapping::config::ReliefKeys;
@@ -36,7 +36,7 @@ pub struct Chosen {
 }
 
 /// Limit of a front's file in bytes; larger than any front.
-const MOST_BYTES: u64 = 1 << 24;
+const MAX_BYTES: u64 = 1 << 24;
 
 /// The surface whose filter is `"auto"`, and its bound.
 pub fn wanted(scene: &Scene) -> Option<(&str, FilterBound)> {
@@ -101,7 +101,7 @@ fn select<'a>(
     surface: &str,
     bound: FilterBound,
     front: &'a Trade,
-) -> Result<&'a Traded, SceneError> {
+) -> Result<&'a TimedSetting, SceneError> {
     let members = front.front();
     let (found, key, nearest) = match bound {
         FilterBound::MaxError(error) => (front.cheapest(error), "max_error", members.first()),
@@ -116,7 +116,7 @@ fn select<'a>(
     })
 }
 
-fn describe(setting: &Traded) -> String {
+fn describe(setting: &TimedSetting) -> String {
     format!("{} ({:.2} ms, NMSE {:.2e})", setting.name, setting.ms.median, setting.error)
 }
 
@@ -128,7 +128,7 @@ fn file_name(base: &Scene, Place { pose, size, .. }: &Place<'_>) -> String {
 
 /// A kept front of the same machine and program.
 fn read(path: &Path, machine: &Machine) -> Option<Trade> {
-    let front = Trade::parse(&file::read_text(path, MOST_BYTES).ok()?).ok()?;
+    let front = Trade::parse(&file::read_text(path, MAX_BYTES).ok()?).ok()?;
     machine.is_same(&front.machine).then_some(front)
 }
 

@@ -4,7 +4,7 @@ use super::RenderError;
 use super::plain::{ALBEDO, PlainFilter};
 use crate::paper::texture_mapping::config::{ReliefKeys, side_of};
 use crate::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF};
-use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
+use crate::paper::texture_mapping::relief::surface::{MAX_WORK, work};
 use crate::paper::texture_mapping::relief::{Relief, ReliefKind};
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::picture::srgb;
@@ -85,7 +85,7 @@ pub(super) fn relief(
     };
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
-    if work(&relief, keys.method) > MOST_WORK {
+    if work(&relief, keys.method) > MAX_WORK {
         let what = "building the method's map of so many texels, or of a relief this deep, takes minutes; use a \
                     picture of at most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());

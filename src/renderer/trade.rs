@@ -6,11 +6,11 @@ use super::truth::SceneTruth;
 use super::{Options, Renderer};
 use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
-use crate::paper::texture_mapping::relief::surface::{MOST_WORK, work};
+use crate::paper::texture_mapping::relief::surface::{MAX_WORK, work};
 use crate::paper::virtual_texture::choices::{FilterMap, Filtering};
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::paper::virtual_texture::trade::{
-    Batch, MOST, Mosaic, SweepPoint, TradeResult, TradeSweep, levelled,
+    Batch, MAX, Mosaic, SweepPoint, TradeResult, TradeSweep, in_milliseconds,
 };
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
@@ -22,7 +22,7 @@ use anyhow::Context;
 const ELLIPSES: [[u32; 2]; 6] = [[4, 1], [4, 2], [4, 4], [16, 1], [16, 2], [16, 4]];
 
 /// Limits memory: each setting's renderer stays open, because the timed runs are interleaved.
-const MOST_SETTINGS: usize = 64;
+const MAX_SETTINGS: usize = 64;
 
 /// Rays along each side of a pixel of the reference.
 const RAYS: u32 = 12;
@@ -47,8 +47,8 @@ pub fn run(
         scene.name
     );
     anyhow::ensure!(
-        settings.len() <= MOST_SETTINGS,
-        "scene {}: its surfaces have {} combinations of filters, but at most {MOST_SETTINGS} can be measured together; \
+        settings.len() <= MAX_SETTINGS,
+        "scene {}: its surfaces have {} combinations of filters, but at most {MAX_SETTINGS} can be measured together; \
          measure a scene with fewer surfaces",
         scene.name,
         settings.len()
@@ -74,7 +74,7 @@ pub fn run(
     });
     let own = found.remove(0);
     let batch = Batch::time(bench, &gpu, measure, &found, contenders.collect())?;
-    let (settings, drift_ms) = levelled(&own, vec![batch], measure);
+    let (settings, drift_ms) = in_milliseconds(&own, vec![batch], measure);
     let mut trade = Trade {
         scene: scene.name.clone(),
         size,
@@ -82,7 +82,7 @@ pub fn run(
         truth: truth.describe(),
         machine: Machine::here(gpu.physical()),
         runs: bench.runs(),
-        most_runs: MOST * bench.runs(),
+        max_runs: MAX * bench.runs(),
         drift_ms,
         settings,
         refused: Vec::new(),
@@ -129,7 +129,7 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
     if let Some((keys, heights, _)) = relief(scene, surface)? {
         let quantised = scene.has(&["surface", name, "relief", "map_precision"]);
         let fits = |method: &&ReliefMethod| {
-            (!quantised || method.has_distance_map()) && work(&heights, **method) <= MOST_WORK
+            (!quantised || method.has_distance_map()) && work(&heights, **method) <= MAX_WORK
         };
         let methods = ReliefMethod::ALL.iter().filter(|method| **method != keys.method).filter(fits);
         let of = |method: &ReliefMethod| {
@@ -171,15 +171,15 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
         }
     }
     // Mavridis: four taps, each of up to 16 samples, cost about as much as the ellipse.
-    for (kind, most, words) in [
+    for (kind, max, words) in [
         (Filtering::Feline, Some(16), "feline, 16 samples"),
         (Filtering::Mavridis, Some(4), "mavridis, 4 taps"),
         (Filtering::Pbrt, None, "pbrt"),
     ] {
-        let max_anisotropy = most.unwrap_or(Filter::DEFAULT.max_anisotropy);
+        let max_anisotropy = max.unwrap_or(Filter::DEFAULT.max_anisotropy);
         if own != (Filter { kind, max_anisotropy, ..Filter::DEFAULT }) {
-            let most = most.map_or_else(String::new, |most| format!(", max_anisotropy={most}"));
-            let change = format!("surface.{name}.filter={{kind='{}'{most}}}", kind.name());
+            let max = max.map_or_else(String::new, |max| format!(", max_anisotropy={max}"));
+            let change = format!("surface.{name}.filter={{kind='{}'{max}}}", kind.name());
             others.push([words.to_string(), change]);
         }
     }

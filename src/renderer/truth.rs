@@ -29,7 +29,7 @@ use std::collections::HashMap;
 const MESH_PIXELS: f64 = 0.25;
 
 /// The reference keeps about 400 bytes for a triangle.
-const MOST_TRIANGLES: usize = 1_500_000;
+const MAX_TRIANGLES: usize = 1_500_000;
 
 /// A scene seen from one pose.
 pub struct SceneTruth<'a> {
@@ -247,9 +247,9 @@ pub(super) fn instances(
         mesh.coordinates.extend(&coordinates[..live]);
         turned.extend(own[..live].iter().map(|normal| place.rotation * *normal));
         mesh.triangles.extend(faces.iter().map(|face| face.map(|vertex| first + vertex)));
-        if mesh.triangles.len() > MOST_TRIANGLES {
+        if mesh.triangles.len() > MAX_TRIANGLES {
             return Err(format!(
-                "{}: the reference of this view has more than {MOST_TRIANGLES} triangles",
+                "{}: the reference of this view has more than {MAX_TRIANGLES} triangles",
                 model.name
             ));
         }

@@ -77,7 +77,7 @@ pub struct Camera {
 impl Camera {
     /// The camera with the pose `pose`, and with the field of view and the near plane of `like`. Roll is lost. When
     /// looking straight up or down, the heading is the picture's up direction.
-    pub fn of_pose(pose: &Pose, like: &Camera) -> Camera {
+    pub fn from_pose(pose: &Pose, like: &Camera) -> Camera {
         let (place, altitude_m) = match like.place.ground() {
             Ground::Planet => {
                 let geodesy::Geodetic { latitude_deg, longitude_deg, altitude_m } =
@@ -148,7 +148,7 @@ pub fn near_m(altitude_m: f64) -> f64 {
 /// Extrapolates a camera's motion by `frames` frames: the rigid motion from `before` to `now` is repeated. Stops
 /// before the camera has moved farther than half its height, so that it never goes below the ground. `None` if a
 /// single frame moves further than that (a jump), or if the camera is at rest.
-pub fn continued(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
+pub fn extrapolated(before: &Pose, now: &Pose, frames: u32) -> Option<Pose> {
     if (before.eye, before.forward, before.up) == (now.eye, now.forward, now.up) {
         return None;
     }
@@ -216,7 +216,7 @@ mod tests {
         for (place, altitude_m) in places.into_iter().flat_map(|place| [1.0, 1e4, 1e8].map(|m| (place, m))) {
             for (heading_deg, tilt_deg) in [(0.0, 0.0), (-120.0, 0.0), (75.0, 60.0), (180.0, 179.0)] {
                 let camera = Camera { altitude_m, ..camera(place, heading_deg, tilt_deg) };
-                let (pose, found) = (camera.pose(), Camera::of_pose(&camera.pose(), &camera));
+                let (pose, found) = (camera.pose(), Camera::from_pose(&camera.pose(), &camera));
                 let again = found.pose();
                 // One ulp of the eye's distance from the earth's centre is 1e-9 m; it is magnified near the pole.
                 assert!(again.eye.distance(pose.eye) < 1e-7 + 1e-15 * altitude_m, "{camera:?} {found:?}");

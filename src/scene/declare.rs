@@ -19,7 +19,7 @@ pub struct KeyDeclaration {
     /// True if a key without default must be stated. Otherwise it is optional, and its documentation says what its
     /// absence means.
     pub required: bool,
-    pub least_and_most: Option<[Json; 2]>,
+    pub min_and_max: Option<[Json; 2]>,
     /// Empty if there is none.
     pub unit: &'static str,
     /// Resolves a relative path against a folder; returns other values unchanged.
@@ -86,7 +86,7 @@ impl KeyDeclaration {
             kind: T::kind(),
             required: default.is_none(),
             default: default.and_then(|default| default.to_toml()),
-            least_and_most: range.map(|range| [json(*range.start()), json(*range.end())]),
+            min_and_max: range.map(|range| [json(*range.start()), json(*range.end())]),
             unit,
             anchored: anchored::<T>,
         }

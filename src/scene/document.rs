@@ -10,7 +10,7 @@ use toml::de::DeTable;
 use toml::{Table, Value};
 
 /// Far larger than any scene.
-pub(super) const MOST_BYTES: u64 = 1 << 20;
+pub(super) const MAX_BYTES: u64 = 1 << 20;
 
 /// An invalid value or key.
 #[derive(Clone, Debug)]
@@ -55,19 +55,19 @@ enum Origin<'a> {
 impl Document {
     pub fn read(path: &Path) -> Result<Document, SceneError> {
         let shown = path.display().to_string();
-        let bytes = file::read(path, MOST_BYTES)
-            .map_err(|source| SceneError::Read { path: shown.clone(), source })?;
+        let bytes =
+            file::read(path, MAX_BYTES).map_err(|source| SceneError::Read { path: shown.clone(), source })?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let start = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes());
             // `start` is the first invalid byte. The replacement changes nothing before it.
             SceneError::at(&shown, &text, start..start, "this byte is not UTF-8, which TOML requires")
         })?;
-        Document::of_text(path, text)
+        Document::from_text(path, text)
     }
 
     /// Parses `text` as the content of the file at `path`, which need not exist.
-    pub fn of_text(path: &Path, text: String) -> Result<Document, SceneError> {
+    pub fn from_text(path: &Path, text: String) -> Result<Document, SceneError> {
         let shown = path.display().to_string();
         let table = text.parse().map_err(|error: toml::de::Error| {
             SceneError::at(&shown, &text, error.span().unwrap_or(0..0), error.message())
@@ -87,12 +87,12 @@ impl Document {
             SceneError::Unknown { name: name.to_owned(), shipped: list(SHIPPED.map(|(name, _)| name)) }
         })?;
         let path = PathBuf::from(format!("scenes/{name}.toml"));
-        Ok(Document { folder: PathBuf::new(), ..Document::of_text(&path, (*text).to_owned())? })
+        Ok(Document { folder: PathBuf::new(), ..Document::from_text(&path, (*text).to_owned())? })
     }
 
     /// Parses a text that is not in a file; messages show `shown` as its path.
-    pub fn of_parts(shown: &str, name: &str, folder: &Path, text: String) -> Result<Document, SceneError> {
-        let document = Document::of_text(Path::new(shown), text)?;
+    pub fn from_parts(shown: &str, name: &str, folder: &Path, text: String) -> Result<Document, SceneError> {
+        let document = Document::from_text(Path::new(shown), text)?;
         Ok(Document { name: name.to_owned(), folder: folder.to_owned(), ..document })
     }
 

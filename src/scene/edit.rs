@@ -1,7 +1,7 @@
 //! Writes overrides into a scene file, keeping comments and order.
 
 use super::Scene;
-use super::document::MOST_BYTES;
+use super::document::MAX_BYTES;
 use super::error::SceneError;
 use super::overrides::Override;
 use crate::file;
@@ -26,13 +26,13 @@ pub fn write_changes(
     let path = path.canonicalize().map_err(failed)?;
     let wanted = Scene::load(&path)?.with(changes)?;
     check(&wanted)?;
-    let text = file::read_text(&path, MOST_BYTES).map_err(failed)?;
+    let text = file::read_text(&path, MAX_BYTES).map_err(failed)?;
     let mut document: DocumentMut = text.parse().map_err(|error| failed(Error::other(error)))?;
     for change in changes {
         put(&mut document, &Override::parse(change)?);
     }
     let text = document.to_string();
-    let written = Scene::of_text(&path, text.clone())?;
+    let written = Scene::from_text(&path, text.clone())?;
     assert_eq!(written, wanted, "the scene as written differs from the requested one");
     Ok(write_bytes(&path, &text)?)
 }

@@ -109,18 +109,18 @@ pub(super) fn camera(part: &SceneTable<'_>, ground: Ground) -> Result<Camera, Sc
     let place = match ground {
         Ground::Planet => {
             let kind = "a camera over the earth";
-            part.absent(&["east_m", "north_m"], kind)?;
+            part.reject(&["east_m", "north_m"], kind)?;
             GroundPoint::Planet {
-                latitude_deg: part.needed("latitude_deg", &keys.latitude_deg, kind)?,
-                longitude_deg: part.needed("longitude_deg", &keys.longitude_deg, kind)?,
+                latitude_deg: part.required("latitude_deg", &keys.latitude_deg, kind)?,
+                longitude_deg: part.required("longitude_deg", &keys.longitude_deg, kind)?,
             }
         }
         Ground::Plane => {
             let kind = "a camera over a plane";
-            part.absent(&["latitude_deg", "longitude_deg"], kind)?;
+            part.reject(&["latitude_deg", "longitude_deg"], kind)?;
             GroundPoint::Plane {
-                east_m: part.needed("east_m", &keys.east_m, kind)?,
-                north_m: part.needed("north_m", &keys.north_m, kind)?,
+                east_m: part.required("east_m", &keys.east_m, kind)?,
+                north_m: part.required("north_m", &keys.north_m, kind)?,
             }
         }
     };
@@ -146,9 +146,9 @@ pub(super) fn path(
     };
     let all = ["camera", "cameras", "degrees", "heading_deg", "distance_m", "to_altitude_m"];
     let others: Vec<&str> = all.into_iter().filter(|key| !own.contains(key)).collect();
-    part.absent(&others, kind)?;
-    let start = || find("camera", &part.needed("camera", &keys.camera, kind)?);
-    let number = |name, value| part.needed::<f64>(name, value, kind);
+    part.reject(&others, kind)?;
+    let start = || find("camera", &part.required("camera", &keys.camera, kind)?);
+    let number = |name, value| part.required::<f64>(name, value, kind);
     let motion = match keys.kind {
         PathKind::Orbit => Motion::Orbit { start: start()?, degrees: number("degrees", &keys.degrees)? },
         PathKind::Pan => Motion::Pan {
@@ -160,7 +160,7 @@ pub(super) fn path(
             Motion::Dive { start: start()?, to_altitude_m: number("to_altitude_m", &keys.to_altitude_m)? }
         }
         PathKind::Teleport => {
-            let stops = part.needed("cameras", &keys.cameras, kind)?;
+            let stops = part.required("cameras", &keys.cameras, kind)?;
             if stops.is_empty() {
                 return Err(part.fault("cameras", "a teleport needs at least one camera"));
             }

@@ -63,7 +63,7 @@ impl Scene {
     }
 
     /// The scene as TOML with its overrides, and the absolute base folder of its relative paths, so that
-    /// [`Scene::of_parts`] can rebuild it anywhere. Paths set by overrides, which are relative to the working
+    /// [`Scene::from_parts`] can rebuild it anywhere. Paths set by overrides, which are relative to the working
     /// directory, become absolute.
     pub fn to_parts(&self, languages: &[&Language]) -> (PathBuf, String) {
         // Without a working directory no relative path resolves; it stays unchanged.

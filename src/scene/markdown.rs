@@ -106,8 +106,7 @@ fn range(key: &KeyDeclaration) -> String {
         Some(large) if large >= 1e6 && number.is_f64() => format!("{large:e}"),
         _ => number.to_string().trim_end_matches(".0").to_owned(),
     };
-    let range =
-        key.least_and_most.as_ref().map(|[least, most]| format!("{} .. {}", short(least), short(most)));
+    let range = key.min_and_max.as_ref().map(|[min, max]| format!("{} .. {}", short(min), short(max)));
     let unit = (!key.unit.is_empty()).then(|| key.unit.to_owned());
     [range, unit].into_iter().flatten().collect::<Vec<_>>().join(" ")
 }

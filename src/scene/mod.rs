@@ -128,21 +128,21 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::load`].
-    pub fn of_text(path: &std::path::Path, text: String) -> Result<Scene, SceneError> {
-        Scene::of(Document::of_text(path, text)?)
+    pub fn from_text(path: &std::path::Path, text: String) -> Result<Scene, SceneError> {
+        Scene::of(Document::from_text(path, text)?)
     }
 
     /// Rebuilds the scene from [`Scene::to_parts`]; messages show `shown` as its file.
     ///
     /// # Errors
     /// As [`Scene::load`].
-    pub fn of_parts(
+    pub fn from_parts(
         shown: &str,
         name: &str,
         folder: &std::path::Path,
         text: String,
     ) -> Result<Scene, SceneError> {
-        Scene::of(Document::of_parts(shown, name, folder, text)?)
+        Scene::of(Document::from_parts(shown, name, folder, text)?)
     }
 
     /// Loads a shipped scene by name (`earth`), otherwise a scene file by path (`./earth` for a file of that name).

@@ -89,19 +89,19 @@ impl<'a> SceneTable<'a> {
         Ok(read)
     }
 
-    /// A key that is required for this kind.
+    /// The value of a key that this kind requires.
     ///
     /// # Errors
     /// [`SceneFault`] if it is missing.
-    pub fn needed<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, SceneFault> {
+    pub fn required<T: Clone>(&self, name: &str, value: &Option<T>, kind: &str) -> Result<T, SceneFault> {
         value.clone().ok_or_else(|| self.fault(name, format!("{kind} needs {name}")))
     }
 
-    /// Keys that are not allowed for this kind.
+    /// Checks that the scene states none of `names`, which this kind does not have.
     ///
     /// # Errors
     /// [`SceneFault`] for the first one that the scene states.
-    pub fn absent(&self, names: &[&str], kind: &str) -> Result<(), SceneFault> {
+    pub fn reject(&self, names: &[&str], kind: &str) -> Result<(), SceneFault> {
         match names.iter().find(|name| self.states(name)) {
             Some(name) => Err(self.fault(name, format!("{kind} has no {name}"))),
             None => Ok(()),

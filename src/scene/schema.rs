@@ -78,8 +78,8 @@ fn described(mut schema: Json, key: &KeyDeclaration) -> Json {
 fn of_key(key: &KeyDeclaration) -> Json {
     let ranged = |kind: &str| {
         let mut schema = json!({ "type": kind });
-        if let Some([least, most]) = &key.least_and_most {
-            (schema["minimum"], schema["maximum"]) = (least.clone(), most.clone());
+        if let Some([min, max]) = &key.min_and_max {
+            (schema["minimum"], schema["maximum"]) = (min.clone(), max.clone());
         }
         schema
     };

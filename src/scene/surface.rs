@@ -161,8 +161,8 @@ settings! {
 
 fn check_plain(plain: &Plain, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match plain.source {
-        PlainSource::File => part.needed("path", &plain.path, "a plain texture").map(drop),
-        other => part.absent(&["path"], &format!("the source {:?}", other.name())),
+        PlainSource::File => part.required("path", &plain.path, "a plain texture").map(drop),
+        other => part.reject(&["path"], &format!("the source {:?}", other.name())),
     }
 }
 

@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// The type of a key's value, for documents.
+/// The type of a key's value, as named in docs/scenes.md, in the JSON Schema and by `ortelius keys`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {
     Whole,
@@ -25,15 +25,15 @@ pub enum ValueKind {
 impl ValueKind {
     pub fn words(&self) -> String {
         match self {
-            ValueKind::Whole => "whole number".into(),
+            ValueKind::Whole => "integer".into(),
             ValueKind::Number => "number".into(),
             ValueKind::Numbers(count) => format!("{count} numbers"),
             ValueKind::Truth => "true or false".into(),
-            ValueKind::Text => "text".into(),
+            ValueKind::Text => "string".into(),
             ValueKind::Names => "list of names".into(),
             ValueKind::Choice(values) => quoted(values.iter().map(|(name, _)| *name)),
             ValueKind::Table => "table".into(),
-            ValueKind::TableOrText => "table or text".into(),
+            ValueKind::TableOrText => "table or string".into(),
         }
     }
 }
@@ -76,7 +76,7 @@ impl SettingValue for u32 {
     }
     fn read(value: &Value, _: &Path) -> Result<u32, String> {
         let whole = value.as_integer().and_then(|whole| u32::try_from(whole).ok());
-        whole.map_or_else(|| not(value, "a whole number from 0 up to 4294967295"), Ok)
+        whole.map_or_else(|| not(value, "an integer from 0 to 4294967295"), Ok)
     }
     fn to_toml(&self) -> Option<Value> {
         Some(Value::Integer(i64::from(*self)))
@@ -151,7 +151,7 @@ pub(super) use plain_settings;
 
 plain_settings! {
     bool, ValueKind::Truth, "true or false", |value, _| value.as_bool(), |truth| Value::Boolean(*truth);
-    String, ValueKind::Text, "a text", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
+    String, ValueKind::Text, "a string", |value, _| value.as_str().map(str::to_owned), |text| Value::String(text.clone());
     PathBuf, ValueKind::Text, "a path", |value, folder| value.as_str().map(|path| folder.join(path)),
         |path| Value::String(path.display().to_string());
     Vec<String>, ValueKind::Names, "a list of names", |value, _| {

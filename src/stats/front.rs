@@ -45,8 +45,8 @@ pub fn front(choices: &[MeasuredSetting]) -> Vec<usize> {
             members.iter().all(|&member| choices[place].clearly_faster_than(&choices[member]))
         };
         let faster: Vec<usize> = alike.iter().copied().filter(faster).collect();
-        let least = faster.iter().map(|&place| choices[place].time).fold(f64::INFINITY, f64::min);
-        let as_fast = |&place: &usize| choices[place].time <= ALIKE * least;
+        let min = faster.iter().map(|&place| choices[place].time).fold(f64::INFINITY, f64::min);
+        let as_fast = |&place: &usize| choices[place].time <= ALIKE * min;
         // The sort is stable, so the first is the simplest.
         members.extend(faster.iter().copied().find(as_fast));
     }

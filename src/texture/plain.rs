@@ -8,7 +8,7 @@ use std::path::Path;
 use thiserror::Error;
 
 /// Maximum texels of level 0: 1 GiB as RGBA8, a third more with all levels.
-const MOST_TEXELS: u64 = 1 << 28;
+const MAX_TEXELS: u64 = 1 << 28;
 
 /// A picture that cannot be used as a plain texture.
 #[derive(Debug, Error)]
@@ -41,7 +41,7 @@ impl PlainTexture {
     pub fn open(path: &Path) -> Result<PlainTexture, PlainError> {
         let mut rows = bake::open_picture(path)?;
         let [width, height] = rows.size();
-        if u64::from(width) * u64::from(height) > MOST_TEXELS {
+        if u64::from(width) * u64::from(height) > MAX_TEXELS {
             return Err(PlainError::Size { path: path.display().to_string(), width, height });
         }
         let row_bytes = 4 * width as usize;

@@ -36,7 +36,7 @@ struct FirstScene {
 }
 
 /// Interval at which the opening of the first scene is checked.
-const LOOK_AGAIN: Duration = Duration::from_millis(5);
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Runs until the window is closed.
 ///
@@ -199,7 +199,7 @@ impl ApplicationHandler for App {
             return self.after(events, Err(error));
         }
         if self.first.is_some() {
-            return events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_AGAIN));
+            return events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + POLL_INTERVAL));
         }
         let Some(live) = &mut self.live else { return };
         let done = live.take_results();

@@ -2,7 +2,7 @@
 //! folder. Its table `[SCENE]` has one camera for each digit, in the format of scene files.
 
 use anyhow::{Context, anyhow};
-use ortelius::file::{MOST_RESULTS_BYTES, read_text};
+use ortelius::file::{MAX_RESULTS_BYTES, read_text};
 use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use std::path::{Path, PathBuf};
@@ -82,7 +82,7 @@ fn path(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
 }
 
 fn table(path: &Path) -> anyhow::Result<toml::Table> {
-    let text = read_text(path, MOST_RESULTS_BYTES).with_context(|| path.display().to_string())?;
+    let text = read_text(path, MAX_RESULTS_BYTES).with_context(|| path.display().to_string())?;
     text.parse().with_context(|| format!("{}: not valid TOML; correct or remove the file", path.display()))
 }
 

@@ -1,7 +1,7 @@
 //! Encodes a recording as a looping animated PNG, and also as an MP4 if ffmpeg is installed.
 
 use anyhow::{Context, bail};
-use ortelius::picture::write::{read_png, write_whole};
+use ortelius::picture::write::{read_png, write_atomically};
 use ortelius::scene::path::FRAMES_PER_SECOND;
 use std::io;
 use std::path::Path;
@@ -14,7 +14,7 @@ use std::process::Command;
 pub fn animation(folder: &Path, frames: u32) -> anyhow::Result<()> {
     let picture = |frame: u32| read_png(&folder.join(format!("{frame:05}.png")));
     let first = picture(0)?;
-    write_whole(&folder.join("animation.png"), |file| {
+    write_atomically(&folder.join("animation.png"), |file| {
         let mut encoder = png::Encoder::new(file, first.width, first.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);

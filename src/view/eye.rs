@@ -113,9 +113,9 @@ impl Eye {
                 pose.moved(DVec3::new(by.x, by.y, 0.0))
             }
             Ground::Planet => {
-                let most = LONGEST_STEP * self.camera.altitude_m / geodesy::MEAN_RADIUS_M;
+                let max = LONGEST_STEP * self.camera.altitude_m / geodesy::MEAN_RADIUS_M;
                 let (axis, angle) = arc(from, to);
-                pose.rotated(DQuat::from_axis_angle(axis, angle.min(most)), DVec3::ZERO)
+                pose.rotated(DQuat::from_axis_angle(axis, angle.min(max)), DVec3::ZERO)
             }
         };
         self.take(&moved, self.camera.altitude_m);
@@ -124,7 +124,7 @@ impl Eye {
     /// Sets the camera from a pose, with the given height.
     fn take(&mut self, pose: &Pose, altitude_m: f64) {
         let altitude_m = altitude_m.clamp(LOWEST_M, HIGHEST_M);
-        self.camera = Camera { altitude_m, ..Camera::of_pose(pose, &self.camera) };
+        self.camera = Camera { altitude_m, ..Camera::from_pose(pose, &self.camera) };
     }
 
     /// Moves by `by_m`: metres to the right, forward along the ground, and up.
@@ -134,8 +134,8 @@ impl Eye {
         let (sin, cos) = self.camera.heading_deg.to_radians().sin_cos();
         let ahead = frame.north * cos + frame.east * sin;
         let right = frame.east * cos - frame.north * sin;
-        let most = LONGEST_STEP * self.camera.altitude_m;
-        let over = (right * by_m.x + ahead * by_m.y).clamp_length_max(most);
+        let max = LONGEST_STEP * self.camera.altitude_m;
+        let over = (right * by_m.x + ahead * by_m.y).clamp_length_max(max);
         let pose = self.camera.pose();
         let moved = match self.camera.place.ground() {
             Ground::Plane => pose.moved(over),
@@ -175,7 +175,7 @@ impl Eye {
         // Stops the pitch before the horizon, and keeps the camera upright.
         let upright = tilted.up.dot(up) > 0.0 && -tilted.forward.dot(up) > 0.02;
         let pose = if upright { tilted } else { turned };
-        let found = Camera::of_pose(&pose, &self.camera);
+        let found = Camera::from_pose(&pose, &self.camera);
         if (LOWEST_M..=HIGHEST_M).contains(&found.altitude_m) {
             self.camera = found;
         }
@@ -195,7 +195,7 @@ impl Eye {
     /// Flies above the ground point under a pixel, to a quarter of the current height.
     pub fn fly_to_pixel(&mut self, pixel: DVec2, size: [u32; 2]) {
         let Some(ground) = self.ground_at(pixel, size) else { return };
-        let over = Camera::of_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);
+        let over = Camera::from_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);
         let altitude_m = (self.camera.altitude_m / 4.0).max(LOWEST_M);
         self.fly_to(Camera { place: over.place, altitude_m, tilt_deg: 0.0, ..self.camera });
     }

@@ -24,10 +24,10 @@ pub struct GroundHeights {
 /// A grid of heights that are never below the mesh: for each cell, the highest vertex of all triangles whose bounding
 /// boxes overlap it.
 struct Heights {
-    least: DVec2,
+    min: DVec2,
     cell: DVec2,
     /// Row by row from the south-west; -infinity for a cell without triangles.
-    most_m: Vec<f64>,
+    max_m: Vec<f64>,
 }
 
 impl GroundHeights {
@@ -74,18 +74,18 @@ impl Heights {
     }
 
     fn new(vertices: &[DVec3], faces: &[[u32; 3]]) -> Heights {
-        let least = vertices.iter().fold(DVec2::INFINITY, |least, at| least.min(at.truncate()));
-        let most = vertices.iter().fold(DVec2::NEG_INFINITY, |most, at| most.max(at.truncate()));
-        let cell = ((most - least) / CELLS as f64).max(DVec2::splat(f64::MIN_POSITIVE));
-        let mut heights = Heights { least, cell, most_m: vec![f64::NEG_INFINITY; CELLS * CELLS] };
+        let min = vertices.iter().fold(DVec2::INFINITY, |min, at| min.min(at.truncate()));
+        let max = vertices.iter().fold(DVec2::NEG_INFINITY, |max, at| max.max(at.truncate()));
+        let cell = ((max - min) / CELLS as f64).max(DVec2::splat(f64::MIN_POSITIVE));
+        let mut heights = Heights { min, cell, max_m: vec![f64::NEG_INFINITY; CELLS * CELLS] };
         for face in faces {
             let corners = face.map(|vertex| vertices[vertex as usize]);
-            let least = corners.iter().fold(DVec3::INFINITY, |least, corner| least.min(*corner));
-            let most = corners.iter().fold(DVec3::NEG_INFINITY, |most, corner| most.max(*corner));
-            let [from, to] = [least, most].map(|corner| heights.cell_of(corner.truncate()));
+            let min = corners.iter().fold(DVec3::INFINITY, |min, corner| min.min(*corner));
+            let max = corners.iter().fold(DVec3::NEG_INFINITY, |max, corner| max.max(*corner));
+            let [from, to] = [min, max].map(|corner| heights.cell_of(corner.truncate()));
             for row in from[1]..=to[1] {
-                for cell in &mut heights.most_m[row * CELLS..][from[0]..=to[0]] {
-                    *cell = cell.max(most.z);
+                for cell in &mut heights.max_m[row * CELLS..][from[0]..=to[0]] {
+                    *cell = cell.max(max.z);
                 }
             }
         }
@@ -94,14 +94,14 @@ impl Heights {
 
     fn cell_of(&self, at: DVec2) -> [usize; 2] {
         // The cast clamps negative values to 0.
-        ((at - self.least) / self.cell).to_array().map(|cells| (cells as usize).min(CELLS - 1))
+        ((at - self.min) / self.cell).to_array().map(|cells| (cells as usize).min(CELLS - 1))
     }
 
     fn at(&self, at: DVec2) -> f64 {
         let size = self.cell * CELLS as f64;
-        let within = (at - self.least).cmpge(DVec2::ZERO).all() && (at - self.least).cmple(size).all();
+        let within = (at - self.min).cmpge(DVec2::ZERO).all() && (at - self.min).cmple(size).all();
         let [column, row] = self.cell_of(at);
-        if within { self.most_m[row * CELLS + column] } else { f64::NEG_INFINITY }
+        if within { self.max_m[row * CELLS + column] } else { f64::NEG_INFINITY }
     }
 }
 

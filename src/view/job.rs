@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// Interval at which the window checks its jobs.
-pub const LOOK_AGAIN: Duration = Duration::from_millis(50);
+pub const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Work whose result is a `T`: the path of what was written, or an opened scene. Dropping the job stops the work and
 /// waits for its thread.

@@ -203,7 +203,7 @@ impl Map {
         }
         let known: Vec<f64> = self.errors.iter().flatten().map(|&error| f64::from(error)).collect();
         let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
-        let most = known.iter().copied().fold(0.0, f64::max);
+        let max = known.iter().copied().fold(0.0, f64::max);
         let what = match question {
             Question::Error => "error against the reference, linear light",
             Question::Flip => "FLIP, left against right",
@@ -212,7 +212,7 @@ impl Map {
         let share = 100 * self.done / self.errors.len().max(1);
         let progress = if self.ended { String::new() } else { format!(", {share} % of this pass") };
         format!(
-            "{what}: mean {mean:.5}, largest {most:.4}{rays}{progress}; colours: black is 0, dark is 1e-5, light \
+            "{what}: mean {mean:.5}, largest {max:.4}{rays}{progress}; colours: black is 0, dark is 1e-5, light \
              is 1 (logarithmic)"
         )
     }

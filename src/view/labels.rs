@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// Pixels between two points of the grid.
 const STEP: u32 = 48;
 
-/// Width and height of a label with a gap, in points.
+/// Width and height of a label, with its margin, in points.
 const LABEL: [f32; 2] = [72.0, 16.0];
 
 /// Bytes of a texel of the overlay's image: four words.
@@ -18,7 +18,7 @@ const STRIDE: u64 = 16;
 /// Level, row and column.
 type Tile = [u32; 3];
 
-/// The name of a tile, and the pixel in its middle.
+/// A tile, and the mean position of the grid points at which it is visible, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Label {
     pub at: [f32; 2],
@@ -97,7 +97,7 @@ fn labels(points: impl Iterator<Item = ([u32; 2], Tile)>) -> Vec<Label> {
 }
 
 /// The labels without those that would cover an earlier label.
-pub fn apart(labels: &[Label], pixels_per_point: f32) -> Vec<Label> {
+pub fn without_overlaps(labels: &[Label], pixels_per_point: f32) -> Vec<Label> {
     let size = LABEL.map(|points| points * pixels_per_point);
     let mut shown: Vec<Label> = Vec::new();
     for label in labels {
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(found, expected);
         // With one pixel per point, the labels just do not overlap. With two pixels per point, each label is twice as
         // wide.
-        assert_eq!(apart(&found, 1.0), expected);
-        assert_eq!(apart(&found, 2.0), [expected[0], expected[2]]);
+        assert_eq!(without_overlaps(&found, 1.0), expected);
+        assert_eq!(without_overlaps(&found, 2.0), [expected[0], expected[2]]);
     }
 }

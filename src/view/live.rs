@@ -237,7 +237,7 @@ impl Live {
 
     /// When [`Live::take_results`] must be called again; `None` if no job is under way.
     pub fn results_due(&self) -> Option<Instant> {
-        (self.jobs() > 0).then(|| Instant::now() + job::LOOK_AGAIN)
+        (self.jobs() > 0).then(|| Instant::now() + job::POLL_INTERVAL)
     }
 
     /// Screenshots, recordings, openings and compilations under way.

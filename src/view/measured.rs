@@ -28,7 +28,7 @@ impl Live {
         let mut raw = self.input.take_egui_input(&self.window);
         if let Some(response) = self.measure.as_mut().and_then(|measure| measure.response.as_mut()) {
             raw.events.extend(response.events());
-            if response.rests() {
+            if response.is_at_rest() {
                 self.panels.hide_message();
             }
         }
@@ -43,7 +43,7 @@ impl Live {
         };
         if let Some(buffer) = self.screen.take_read() {
             self.stage.renderer.drain()?;
-            response.see(&buffer.mapped(), self.stage.settled() && !has_jobs);
+            response.count_frame(&buffer.mapped(), self.stage.settled() && !has_jobs);
         }
         Ok(())
     }

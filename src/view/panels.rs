@@ -44,7 +44,7 @@ const WIDTH: f32 = 330.0;
 
 /// Space around the status line, and its least width, in points.
 const MARGIN: f32 = 8.0;
-const LEAST_STATUS: f32 = 100.0;
+const MIN_STATUS: f32 = 100.0;
 
 impl Panels {
     pub fn new(open: bool) -> Panels {
@@ -152,13 +152,13 @@ impl Panels {
             }
         }
         let recording = shown.film.map(|(done, all)| {
-            ui.ctx().request_repaint_after(job::LOOK_AGAIN);
+            ui.ctx().request_repaint_after(job::POLL_INTERVAL);
             (format!("recording: {done} of {all} frames"), false)
         });
         let line = line.or(recording);
         let Some((text, is_error)) = line else { return };
         let colour = if is_error { Color32::from_rgb(255, 140, 120) } else { Color32::WHITE };
-        let width = (ui.available_width() - 2.0 * MARGIN).max(LEAST_STATUS);
+        let width = (ui.available_width() - 2.0 * MARGIN).max(MIN_STATUS);
         let area = egui::Area::new("status".into()).anchor(Align2::LEFT_BOTTOM, vec2(MARGIN, -MARGIN));
         area.show(ui.ctx(), |ui| {
             // Without this call, egui would keep the width of the last message.
@@ -195,7 +195,7 @@ fn section<R>(ui: &mut Ui, name: &str, is_open: bool, content: impl FnOnce(&mut 
 /// Level, row and column of each visible tile, white on black.
 fn labels(ui: &Ui, shown: &PanelInput<'_>) {
     let points = ui.ctx().pixels_per_point();
-    for label in super::labels::apart(shown.labels, points) {
+    for label in super::labels::without_overlaps(shown.labels, points) {
         let [level, row, column] = label.tile;
         let (text, font) = (format!("{level}: {row} {column}"), egui::FontId::monospace(10.0));
         let at = Pos2::from(label.at) / points;
@@ -236,13 +236,13 @@ fn times(ui: &mut Ui, shown: &PanelInput<'_>) {
     };
     ui.label(format!("{total:.2} ms on the device"));
     let history: Vec<f64> = records.iter().filter_map(|record| total_ms(&record.passes)).collect();
-    let most = history.iter().copied().fold(1e-3, f64::max);
+    let max = history.iter().copied().fold(1e-3, f64::max);
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 40.0), Sense::hover());
     let step = rect.width() / HISTORY as f32;
     // One shape of two triangles for each bar. A rectangle with smoothed edges has ten.
     let mut bars = Mesh::default();
     for (n, ms) in history.iter().enumerate() {
-        let high = rect.height() * (ms / most) as f32;
+        let high = rect.height() * (ms / max) as f32;
         let left = rect.right() - step * (history.len() - n) as f32;
         let bar = Rect::from_min_size(egui::pos2(left, rect.bottom() - high), vec2(step.max(1.0), high));
         bars.add_colored_rect(bar, Color32::from_rgb(90, 150, 210));

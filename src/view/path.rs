@@ -73,7 +73,7 @@ impl Player {
             Motion::Orbit { start, .. } | Motion::Pan { start, .. } | Motion::Dive { start, .. } => start,
             Motion::Teleport { stops } => stops.first()?,
         };
-        Some(Camera::of_pose(&path.pose_at(self.frame), like))
+        Some(Camera::from_pose(&path.pose_at(self.frame), like))
     }
 }
 

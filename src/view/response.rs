@@ -15,7 +15,7 @@ const KEYS: [Key; 9] = [Key::F1, Key::F1, Key::F2, Key::F2, Key::G, Key::X, Key:
 const STILL: u32 = 6;
 
 /// A key that changes nothing within this number of frames counts as having no effect.
-const MOST: u32 = 30;
+const MAX: u32 = 30;
 
 /// If the picture does not come to rest within this number of frames and this time, the key is pressed anyway, and no
 /// frames are counted for it.
@@ -26,7 +26,7 @@ const LONGEST_WAIT: (u32, Duration) = (300, Duration::from_secs(60));
 enum Effect {
     /// Frames from the press to the changed picture.
     Frames(u32),
-    /// The same picture in [`MOST`] frames.
+    /// The same picture in [`MAX`] frames.
     NoChange,
     /// The picture before the press did not rest.
     NeverAtRest,
@@ -94,8 +94,8 @@ impl Response {
     }
 
     fn presses_next(&self) -> bool {
-        let ((frames, begun), (most, longest)) = (self.waited, self.longest_wait);
-        let is_too_long = || frames >= most && begun.elapsed() >= longest;
+        let ((frames, begun), (max, longest)) = (self.waited, self.longest_wait);
+        let is_too_long = || frames >= max && begun.elapsed() >= longest;
         self.effects.len() < KEYS.len() && self.since.is_none() && (self.still >= STILL || is_too_long())
     }
 
@@ -104,13 +104,14 @@ impl Response {
         (self.since, self.still, self.waited) = (None, 0, (0, Instant::now()));
     }
 
-    /// True unless a press waits for its changed picture. While true, nothing but a key may change the picture.
-    pub fn rests(&self) -> bool {
+    /// False between a key press and the changed picture. While it is true, the caller must keep the picture still:
+    /// only a key may change it.
+    pub fn is_at_rest(&self) -> bool {
         self.since.is_none()
     }
 
     /// Counts a presented frame. `settled`: true if the frame's picture is complete.
-    pub fn see(&mut self, picture: &[u8], settled: bool) {
+    pub fn count_frame(&mut self, picture: &[u8], settled: bool) {
         let same = self.last == picture;
         match &mut self.since {
             None => {
@@ -122,7 +123,7 @@ impl Response {
                 let frames = *since;
                 match same {
                     false => self.add(Effect::Frames(frames)),
-                    true if frames == MOST => self.add(Effect::NoChange),
+                    true if frames == MAX => self.add(Effect::NoChange),
                     true => {}
                 }
             }
@@ -139,7 +140,7 @@ impl Response {
         }
         let named = KEYS.iter().zip(&self.effects).map(|(key, effect)| match effect {
             Effect::Frames(frames) => format!("{} {frames}", key.name()),
-            Effect::NoChange => format!("{} no change within {MOST} frames", key.name()),
+            Effect::NoChange => format!("{} no change within {MAX} frames", key.name()),
             Effect::NeverAtRest => {
                 format!("{} not counted, because the picture did not come to rest", key.name())
             }
@@ -149,8 +150,8 @@ impl Response {
             Effect::Frames(frames) => Some(*frames),
             _ => None,
         });
-        let most = frames.max().unwrap_or(0);
-        Some(format!("frames from a key press to a changed picture: {}; most {most}", named.join(", ")))
+        let max = frames.max().unwrap_or(0);
+        Some(format!("frames from a key press to a changed picture: {}; maximum {max}", named.join(", ")))
     }
 }
 
@@ -168,7 +169,7 @@ mod tests {
             }
             pending.iter_mut().for_each(|left| *left -= 1);
             presses += pending.extract_if(.., |left| *left == 0).count() as u8;
-            response.see(&[presses], true);
+            response.count_frame(&[presses], true);
             if let Some(report) = response.report() {
                 return report;
             }
@@ -182,7 +183,7 @@ mod tests {
         let (mut response, picture) = (Response::default(), [7]);
         while response.report().is_none() {
             response.events();
-            response.see(&picture, true);
+            response.count_frame(&picture, true);
         }
         assert!(response.report().unwrap().contains("G no change within 30 frames"));
     }
@@ -195,7 +196,7 @@ mod tests {
             assert_eq!(has_event, !response.events().is_empty());
             // After the second key, each picture differs from the one before.
             let picture = if response.effects.len() < 2 { response.effects.len() as u32 } else { n };
-            response.see(&picture.to_le_bytes(), true);
+            response.count_frame(&picture.to_le_bytes(), true);
         }
         let report = response.report().unwrap();
         let never = "not counted, because the picture did not come to rest";
@@ -210,11 +211,11 @@ mod tests {
     fn no_key_is_pressed_while_the_picture_changes_or_is_incomplete() {
         let mut response = Response::default();
         for n in 0..50 {
-            response.see(&[n], true);
+            response.count_frame(&[n], true);
             assert_eq!(response.events(), []);
         }
         for _ in 0..50 {
-            response.see(&[0], false);
+            response.count_frame(&[0], false);
             assert_eq!(response.events(), []);
         }
     }

@@ -161,12 +161,12 @@ impl Entry<'_> {
         if typed.is_nan() {
             *typed = self.number().unwrap_or_default();
         }
-        let bound = |n: usize| self.key.least_and_most.as_ref().and_then(|bounds| bounds[n].as_f64());
-        let (least, most) = (bound(0).unwrap_or(f64::MIN), bound(1).unwrap_or(f64::MAX));
+        let bound = |n: usize| self.key.min_and_max.as_ref().and_then(|bounds| bounds[n].as_f64());
+        let (min, max) = (bound(0).unwrap_or(f64::MIN), bound(1).unwrap_or(f64::MAX));
         let whole = matches!(self.key.kind, ValueKind::Whole);
         let speed = if whole { 1.0f64 } else { 0.01 }.max(typed.abs() * 0.005);
         let widget =
-            DragValue::new(typed).range(least..=most).speed(speed).suffix(format!(" {}", self.key.unit));
+            DragValue::new(typed).range(min..=max).speed(speed).suffix(format!(" {}", self.key.unit));
         ui.add(if whole { widget.fixed_decimals(0) } else { widget })
     }
 }

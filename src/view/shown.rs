@@ -7,7 +7,7 @@ use super::path::Player;
 use super::probe::ProbedPixel;
 use super::stage::Stage;
 use egui::{Pos2, TextureHandle};
-use ortelius::figure::{Trade, Traded};
+use ortelius::figure::{TimedSetting, Trade};
 use ortelius::scene::camera::Camera;
 use ortelius::vk::PassResources;
 
@@ -55,7 +55,7 @@ impl<'a> PanelInput<'a> {
 
 /// The Pareto-optimal settings of a sweep, from the smallest error to the shortest time, and the selected one.
 pub struct Front {
-    pub front: Vec<Traded>,
+    pub front: Vec<TimedSetting>,
     /// Name of the error measure.
     pub measure: String,
     pub at: Option<usize>,

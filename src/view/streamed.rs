@@ -142,11 +142,7 @@ pub fn meshes(ui: &mut Ui, last: &Record, stage: &Stage) {
     for surface in stage.renderer.technique.meshes.iter().flat_map(|meshes| &meshes.surfaces) {
         let full = surface.program.last_level();
         let levels: Vec<u32> = surface.instances().map(|(_, level)| level).collect();
-        let (least, most) = (levels.iter().min().unwrap_or(&0), levels.iter().max().unwrap_or(&0));
-        ui.label(format!(
-            "{}: {} instances at levels {least} … {most} of {full}",
-            surface.name,
-            levels.len()
-        ));
+        let (min, max) = (levels.iter().min().unwrap_or(&0), levels.iter().max().unwrap_or(&0));
+        ui.label(format!("{}: {} instances at levels {min} … {max} of {full}", surface.name, levels.len()));
     }
 }

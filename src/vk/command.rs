@@ -48,7 +48,7 @@ impl Cmd<'_> {
         unsafe { self.device.handle.cmd_pipeline_barrier2(self.handle, &dependency) };
     }
 
-    /// Runs `read`, whose shaders read a depth image.
+    /// Runs `read` with `depth` in its shader-read layout, then restores the layout.
     ///
     /// # Errors
     /// The error of `read`.
@@ -172,8 +172,8 @@ impl Cmd<'_> {
         }
     }
 
-    /// Every binding that the shaders declare must be given. lavapipe 22.3 crashes if one of a set is
-    /// missing.
+    /// Every binding that the shaders declare must be given: lavapipe 22.3 crashes if a binding of a descriptor
+    /// set is not written.
     fn descriptor_set(
         &mut self,
         pipeline: &super::pipeline::PipelineHandles,
@@ -206,12 +206,12 @@ impl Cmd<'_> {
     /// Checks that shaders can address all of a storage buffer. Vertex and index buffers may be larger, as long as no
     /// shader reads them.
     fn check_range(&self, kind: DescriptorKind, resource: &Resource<'_>, pipeline: &str) -> Result<()> {
-        let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
+        let max = u64::from(self.device.physical.limits.max_storage_buffer_range);
         match resource {
-            Resource::Buffer(buffer) if kind == DescriptorKind::StorageBuffer && buffer.bytes() > most => {
+            Resource::Buffer(buffer) if kind == DescriptorKind::StorageBuffer && buffer.bytes() > max => {
                 let bytes = buffer.bytes();
                 let what = format!(
-                    "has {bytes} bytes; {pipeline} can address {most} on this device; take a smaller mesh"
+                    "has {bytes} bytes; {pipeline} can address {max} on this device; take a smaller mesh"
                 );
                 Err(Error::limit(buffer.name(), what))
             }

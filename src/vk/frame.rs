@@ -4,7 +4,7 @@
 //! declares what it reads or writes, so no dependency can be forgotten. Passes never overlap, so their times add up.
 
 use super::command::Cmd;
-use super::ring::{MOST_PASSES, PassTime, Ring, Slot, Times};
+use super::ring::{MAX_PASSES, PassTime, Ring, Slot, Times};
 use super::used::Listing;
 use super::{Check, Error, Feature, Gpu, Image, PassResources, Result, Semaphore, Work};
 use ash::vk;
@@ -158,7 +158,7 @@ impl Frame<'_> {
     ) -> Result<R::Output> {
         let (device, counting, lists) = (&*self.gpu.device, self.counting, self.listed.is_some());
         let slot = self.slot();
-        assert!(slot.labels.len() < MOST_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
+        assert!(slot.labels.len() < MAX_PASSES, "{label:?} is pass {} of a frame", slot.labels.len() + 1);
         let query = slot.labels.len() as u32;
         slot.labels.push(label.to_string());
         let statistics = slot.statistics.filter(|_| counting);

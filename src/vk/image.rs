@@ -185,7 +185,7 @@ impl Gpu {
     fn check_limits(&self, name: &str, info: &ImageInfo, create: &vk::ImageCreateInfo<'_>) -> Result<()> {
         let limit = |what: String| Err(Error::limit(name, what));
         // SAFETY: plain query of a live device.
-        let most = unsafe {
+        let max = unsafe {
             self.device.instance.handle.get_physical_device_image_format_properties(
                 self.device.physical.handle,
                 create.format,
@@ -195,17 +195,17 @@ impl Gpu {
                 create.flags,
             )
         };
-        let most = match most {
+        let max = match max {
             Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => {
                 return limit(format!("this device does not support {:?} images for this use", info.format));
             }
-            most => most.check("vkGetPhysicalDeviceImageFormatProperties", name)?,
+            max => max.check("vkGetPhysicalDeviceImageFormatProperties", name)?,
         };
         let [width, height] = info.size;
-        if width > most.max_extent.width || height > most.max_extent.height {
-            let (most_width, most_height) = (most.max_extent.width, most.max_extent.height);
+        if width > max.max_extent.width || height > max.max_extent.height {
+            let (max_width, max_height) = (max.max_extent.width, max.max_extent.height);
             return limit(format!(
-                "needs {width} x {height} texels; this device supports {most_width} x {most_height} of {:?}",
+                "needs {width} x {height} texels; this device supports {max_width} x {max_height} of {:?}",
                 info.format
             ));
         }
@@ -216,18 +216,18 @@ impl Gpu {
                 info.format
             ));
         }
-        if info.layers > most.max_array_layers || info.mip_levels > most.max_mip_levels {
+        if info.layers > max.max_array_layers || info.mip_levels > max.max_mip_levels {
             return limit(format!(
                 "needs {} layers of {} levels; this device supports {} of {}",
-                info.layers, info.mip_levels, most.max_array_layers, most.max_mip_levels
+                info.layers, info.mip_levels, max.max_array_layers, max.max_mip_levels
             ));
         }
         // The driver's padding comes on top, so allocation may still fail.
         let bytes = info.bytes();
-        if bytes > most.max_resource_size {
+        if bytes > max.max_resource_size {
             return limit(format!(
                 "needs {bytes} bytes in one image; this device supports {}; choose smaller caches, tiles or pictures",
-                most.max_resource_size
+                max.max_resource_size
             ));
         }
         Ok(())

@@ -181,8 +181,8 @@ impl Instance {
             shared_bytes: core.limits.max_compute_shared_memory_size,
             offered,
             limits: core.limits,
-            most_feedback_bytes: feedback.max_transform_feedback_buffer_size,
-            most_buffer_bytes: buffers.max_buffer_size,
+            max_feedback_bytes: feedback.max_transform_feedback_buffer_size,
+            max_buffer_bytes: buffers.max_buffer_size,
         })
     }
 

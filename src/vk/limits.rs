@@ -17,23 +17,21 @@ pub fn group_line(groups: u64) -> [u32; 3] {
 
 /// Checks the number of groups of a dispatch.
 pub(super) fn require_groups(limits: &PhysicalDeviceLimits, pipeline: &str, groups: [u32; 3]) -> Result<()> {
-    let most = limits.max_compute_work_group_count;
-    require((0..3).all(|axis| groups[axis] <= most[axis]), pipeline, || {
-        format!(
-            "needs {groups:?} workgroups; this device supports {most:?}; choose a smaller picture or mesh"
-        )
+    let max = limits.max_compute_work_group_count;
+    require((0..3).all(|axis| groups[axis] <= max[axis]), pipeline, || {
+        format!("needs {groups:?} workgroups; this device supports {max:?}; choose a smaller picture or mesh")
     })
 }
 
 /// Checks the workgroup of a compute shader.
 fn require_workgroup(limits: &PhysicalDeviceLimits, name: &str, group: [u32; 3]) -> Result<()> {
-    let (invocations, most) = (group.iter().product::<u32>(), limits.max_compute_work_group_invocations);
-    require(invocations <= most, name, || {
-        format!("needs workgroups of {invocations}; this device supports {most}; choose another variant")
+    let (invocations, max) = (group.iter().product::<u32>(), limits.max_compute_work_group_invocations);
+    require(invocations <= max, name, || {
+        format!("needs workgroups of {invocations}; this device supports {max}; choose another variant")
     })?;
-    let most = limits.max_compute_work_group_size;
-    require((0..3).all(|axis| group[axis] <= most[axis]), name, || {
-        format!("needs workgroups of {group:?}; this device supports {most:?}; choose another variant")
+    let max = limits.max_compute_work_group_size;
+    require((0..3).all(|axis| group[axis] <= max[axis]), name, || {
+        format!("needs workgroups of {group:?}; this device supports {max:?}; choose another variant")
     })
 }
 
@@ -44,10 +42,10 @@ fn require_descriptors(
     descriptors: &[(u32, DescriptorKind)],
 ) -> Result<()> {
     let buffers = descriptors.iter().filter(|(_, kind)| *kind == DescriptorKind::StorageBuffer).count();
-    let most = limits.max_per_stage_descriptor_storage_buffers;
-    require(buffers as u64 <= u64::from(most), name, || {
+    let max = limits.max_per_stage_descriptor_storage_buffers;
+    require(buffers as u64 <= u64::from(max), name, || {
         format!(
-            "needs {buffers} storage buffers; this device supports {most} per stage; choose another variant"
+            "needs {buffers} storage buffers; this device supports {max} per stage; choose another variant"
         )
     })
 }
@@ -76,9 +74,9 @@ impl Gpu {
             ("maxGeometryTotalOutputComponents", components, limits.max_geometry_total_output_components),
             ("maxGeometryShaderInvocations", invocations, limits.max_geometry_shader_invocations),
         ];
-        checks.into_iter().try_for_each(|(limit, wanted, most)| {
-            require(wanted <= most, name, || {
-                format!("needs {limit} = {wanted}; this device has {most}; choose smaller blocks")
+        checks.into_iter().try_for_each(|(limit, wanted, max)| {
+            require(wanted <= max, name, || {
+                format!("needs {limit} = {wanted}; this device has {max}; choose smaller blocks")
             })
         })
     }
@@ -101,10 +99,10 @@ impl Gpu {
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_shared(&self, name: &str, bytes: u64, advice: &str) -> Result<()> {
-        let most = self.device.physical.shared_bytes;
-        require(bytes <= u64::from(most), name, || {
+        let max = self.device.physical.shared_bytes;
+        require(bytes <= u64::from(max), name, || {
             format!(
-                "needs {bytes} bytes of shared memory for each workgroup; this device has {most}; {advice}"
+                "needs {bytes} bytes of shared memory for each workgroup; this device has {max}; {advice}"
             )
         })
     }
@@ -114,9 +112,9 @@ impl Gpu {
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_storage(&self, name: &str, bytes: u64, advice: &str) -> Result<()> {
-        let most = u64::from(self.device.physical.limits.max_storage_buffer_range);
-        require(bytes <= most, name, || {
-            format!("needs {bytes} bytes; this device's shaders can address {most}; {advice}")
+        let max = u64::from(self.device.physical.limits.max_storage_buffer_range);
+        require(bytes <= max, name, || {
+            format!("needs {bytes} bytes; this device's shaders can address {max}; {advice}")
         })
     }
 
@@ -125,10 +123,10 @@ impl Gpu {
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_indices(&self, name: &str, vertices: usize) -> Result<()> {
-        let most = u64::from(self.device.physical.limits.max_draw_indexed_index_value) + 1;
-        require(vertices as u64 <= most, name, || {
+        let max = u64::from(self.device.physical.limits.max_draw_indexed_index_value) + 1;
+        require(vertices as u64 <= max, name, || {
             format!(
-                "needs {vertices} vertices; this device's indices can address {most}; choose a coarser mesh"
+                "needs {vertices} vertices; this device's indices can address {max}; choose a coarser mesh"
             )
         })
     }
@@ -139,9 +137,9 @@ impl Gpu {
     /// # Errors
     /// [`Error::Limit`] with both numbers.
     pub fn require_layers(&self, name: &str, layers: u32, advice: impl FnOnce() -> String) -> Result<()> {
-        let most = self.device.physical.limits.max_image_array_layers;
-        require(layers <= most, name, || {
-            format!("needs {layers} layers; this device supports {most}: {}", advice())
+        let max = self.device.physical.limits.max_image_array_layers;
+        require(layers <= max, name, || {
+            format!("needs {layers} layers; this device supports {max}: {}", advice())
         })
     }
 
@@ -150,7 +148,7 @@ impl Gpu {
         let physical = &self.device.physical;
         let texels = 4 * u64::from(physical.limits.max_texel_buffer_elements);
         let storage = u64::from(physical.limits.max_storage_buffer_range);
-        let (whose, most, advice) = match usage {
+        let (whose, max, advice) = match usage {
             BufferUse::Storage => {
                 ("shaders can address", storage, "take larger tiles, or lower variant.list_capacity")
             }
@@ -161,15 +159,13 @@ impl Gpu {
             BufferUse::Texels => ("texel buffers can hold", texels, "take larger tiles"),
             BufferUse::TransformFeedback => (
                 "transform feedback can write",
-                physical.most_feedback_bytes,
+                physical.max_feedback_bytes,
                 "lower variant.list_capacity, or show fewer tiles",
             ),
             _ => ("buffers can hold", u64::MAX, "take a smaller mesh"),
         };
-        let most = most.min(physical.most_buffer_bytes);
-        require(bytes <= most, name, || {
-            format!("needs {bytes} bytes; this device's {whose} {most}; {advice}")
-        })
+        let max = max.min(physical.max_buffer_bytes);
+        require(bytes <= max, name, || format!("needs {bytes} bytes; this device's {whose} {max}; {advice}"))
     }
 }
 
@@ -178,7 +174,7 @@ mod tests {
     use super::*;
 
     /// The least limits that Vulkan allows.
-    fn least() -> PhysicalDeviceLimits {
+    fn min() -> PhysicalDeviceLimits {
         PhysicalDeviceLimits {
             max_compute_work_group_count: [65_535; 3],
             max_compute_work_group_invocations: 128,
@@ -196,32 +192,32 @@ mod tests {
             // There are fewer idle groups than rows.
             assert!(groups <= found && found < groups.max(1) + u64::from(y), "{groups}: {x} x {y}");
             assert_eq!(z, 1);
-            require_groups(&least(), "line", [x, y, z]).unwrap();
+            require_groups(&min(), "line", [x, y, z]).unwrap();
         }
     }
 
     #[test]
     fn too_many_groups_are_refused_with_the_pipelines_name() {
-        assert!(require_groups(&least(), "walk", [65_535; 3]).is_ok());
+        assert!(require_groups(&min(), "walk", [65_535; 3]).is_ok());
         // 9 million pixels in groups of 64.
         for groups in [[140_625, 1, 1], [1, 65_536, 1], [1, 1, 65_536]] {
-            let line = require_groups(&least(), "walk", groups).unwrap_err().to_string();
+            let line = require_groups(&min(), "walk", groups).unwrap_err().to_string();
             assert!(line.starts_with("walk: needs [") && line.contains("65535"), "{line}");
         }
     }
 
     #[test]
     fn workgroups_and_storage_buffers_beyond_a_limit_are_refused() {
-        assert!(require_workgroup(&least(), "wide", [128, 1, 1]).is_ok());
+        assert!(require_workgroup(&min(), "wide", [128, 1, 1]).is_ok());
         for group in [[256, 1, 1], [16, 16, 1], [1, 1, 65]] {
-            let line = require_workgroup(&least(), "wide", group).unwrap_err().to_string();
+            let line = require_workgroup(&min(), "wide", group).unwrap_err().to_string();
             assert!(line.starts_with("wide: needs workgroups of "), "{line}");
         }
         let buffers = [0, 1, 2, 3, 4].map(|binding| (binding, DescriptorKind::StorageBuffer));
-        assert!(require_descriptors(&least(), "many", &buffers[..4]).is_ok());
+        assert!(require_descriptors(&min(), "many", &buffers[..4]).is_ok());
         let textures = [(5, DescriptorKind::SampledImage), (6, DescriptorKind::TexelBuffer)];
-        assert!(require_descriptors(&least(), "many", &[&buffers[..4], &textures].concat()).is_ok());
-        let line = require_descriptors(&least(), "many", &buffers).unwrap_err().to_string();
+        assert!(require_descriptors(&min(), "many", &[&buffers[..4], &textures].concat()).is_ok());
+        let line = require_descriptors(&min(), "many", &buffers).unwrap_err().to_string();
         assert!(line.contains("needs 5 storage buffers; this device supports 4"), "{line}");
     }
 }

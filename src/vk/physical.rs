@@ -21,8 +21,8 @@ pub struct PhysicalDevice {
     pub shared_bytes: u32,
     pub(crate) offered: Offered,
     pub(crate) limits: vk::PhysicalDeviceLimits,
-    pub(crate) most_feedback_bytes: u64,
-    pub(crate) most_buffer_bytes: u64,
+    pub(crate) max_feedback_bytes: u64,
+    pub(crate) max_buffer_bytes: u64,
 }
 
 impl PhysicalDevice {

@@ -27,7 +27,7 @@ pub struct ComputePipeline(pub(crate) Arc<PipelineHandles>);
 
 /// Maximum number of unused pipelines that are kept. Some are kept because a window resizes its picture and returns to
 /// earlier variants.
-const MOST_UNUSED: usize = 64;
+const MAX_UNUSED: usize = 64;
 
 /// The pipelines of a device. A request for a known description compiles nothing: lavapipe keeps some memory for each
 /// compilation until the program ends.
@@ -68,12 +68,12 @@ impl Pipelines {
         self.known.last().map(|(_, base)| base.clone())
     }
 
-    /// Adds a pipeline. Drops unused ones beyond [`MOST_UNUSED`], the least recently requested first.
+    /// Adds a pipeline. Drops unused ones beyond [`MAX_UNUSED`], the least recently requested first.
     fn add(&mut self, description: Description, base: Arc<PipelineHandles>) {
         self.compiled += 1;
         let is_unused = |(_, base): &(_, Arc<PipelineHandles>)| Arc::strong_count(base) == 1;
         let mut surplus =
-            self.known.iter().filter(|known| is_unused(known)).count().saturating_sub(MOST_UNUSED);
+            self.known.iter().filter(|known| is_unused(known)).count().saturating_sub(MAX_UNUSED);
         self.known.retain(|known| {
             let drops = surplus > 0 && is_unused(known);
             surplus -= usize::from(drops);

@@ -312,7 +312,7 @@ impl Render<'_, '_> {
 
     /// As [`Render::draw`], with transform feedback: the geometry shader's output is written to a buffer from
     /// its start. The pass must reset the query ([`Cmd::reset`]) before it begins to render.
-    pub fn draw_into(
+    pub fn draw_captured(
         &mut self,
         pipeline: &GraphicsPipeline,
         resources: &[(u32, Resource<'_>)],

@@ -17,7 +17,7 @@ use std::time::Instant;
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
 /// Limit of passes in a frame; each takes two timestamps.
-pub(super) const MOST_PASSES: usize = 64;
+pub(super) const MAX_PASSES: usize = 64;
 
 /// Time and work of a pass.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -120,7 +120,7 @@ impl Slot {
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         let query_info = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(2 * MOST_PASSES as u32);
+            .query_count(2 * MAX_PASSES as u32);
         // SAFETY: the device lives. A failure half-way leaks a pool, but ends the program.
         unsafe {
             let pool =
@@ -136,7 +136,7 @@ impl Slot {
                 device.handle.create_query_pool(&query_info, None).check("vkCreateQueryPool", "frame")?;
             let statistics = match device.features.contains(&Feature::PipelineStatistics) {
                 true => {
-                    let info = statistics_info(MOST_PASSES as u32);
+                    let info = statistics_info(MAX_PASSES as u32);
                     Some(device.handle.create_query_pool(&info, None).check("vkCreateQueryPool", "frame")?)
                 }
                 false => None,
@@ -198,9 +198,9 @@ impl Slot {
                 .handle
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
                 .check("vkResetCommandPool", "frame")?;
-            device.handle.reset_query_pool(self.queries, 0, 2 * MOST_PASSES as u32);
+            device.handle.reset_query_pool(self.queries, 0, 2 * MAX_PASSES as u32);
             if let Some(statistics) = self.statistics {
-                device.handle.reset_query_pool(statistics, 0, MOST_PASSES as u32);
+                device.handle.reset_query_pool(statistics, 0, MAX_PASSES as u32);
             }
             device.handle.begin_command_buffer(self.buffer, &once()).check("vkBeginCommandBuffer", "frame")
         }

@@ -32,16 +32,16 @@ impl Gpu {
         self.create_sampler(name, info.filter, [in_s, edge], 1)
     }
 
-    /// A sampler for a texture that tiles the plane. `most_anisotropy` above 1 selects the device's
+    /// A sampler for a texture that tiles the plane. `max_anisotropy` above 1 selects the device's
     /// anisotropic filter with at most that many samples, or the device's own maximum if that is lower. The
     /// device must have been opened with [`Feature::SamplerAnisotropy`].
     ///
     /// # Errors
     /// Out of memory.
-    pub fn tiling_sampler(&self, name: &str, most_anisotropy: u32) -> Result<Sampler> {
-        let allowed = most_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
+    pub fn tiling_sampler(&self, name: &str, max_anisotropy: u32) -> Result<Sampler> {
+        let allowed = max_anisotropy == 1 || self.has(Feature::SamplerAnisotropy);
         assert!(allowed, "{name}: the device was opened without samplerAnisotropy");
-        self.create_sampler(name, SamplerFilter::Linear, [vk::SamplerAddressMode::REPEAT; 2], most_anisotropy)
+        self.create_sampler(name, SamplerFilter::Linear, [vk::SamplerAddressMode::REPEAT; 2], max_anisotropy)
     }
 
     fn create_sampler(
@@ -49,21 +49,21 @@ impl Gpu {
         name: &str,
         filter: SamplerFilter,
         [in_s, in_t]: [vk::SamplerAddressMode; 2],
-        most_anisotropy: u32,
+        max_anisotropy: u32,
     ) -> Result<Sampler> {
         let (texels, levels) = match filter {
             SamplerFilter::Nearest => (vk::Filter::NEAREST, vk::SamplerMipmapMode::NEAREST),
             SamplerFilter::Linear => (vk::Filter::LINEAR, vk::SamplerMipmapMode::LINEAR),
         };
-        let most = self.device.physical.limits.max_sampler_anisotropy;
+        let max = self.device.physical.limits.max_sampler_anisotropy;
         let create = vk::SamplerCreateInfo::default()
             .mag_filter(texels)
             .min_filter(texels)
             .mipmap_mode(levels)
             .address_mode_u(in_s)
             .address_mode_v(in_t)
-            .anisotropy_enable(most_anisotropy > 1)
-            .max_anisotropy((most_anisotropy as f32).min(most))
+            .anisotropy_enable(max_anisotropy > 1)
+            .max_anisotropy((max_anisotropy as f32).min(max))
             .max_lod(vk::LOD_CLAMP_NONE);
         // SAFETY: the device lives.
         let handle =

@@ -82,7 +82,7 @@ fn feedback(gpu: &Gpu) -> Result<()> {
         cmd.render([1, 1], &[], None, |render| {
             let into =
                 TransformFeedback { buffer: &buffer, counter: &counter, query: &query, query_index: 0 };
-            render.draw_into(&pipeline, &[], &[], 100, &into)
+            render.draw_captured(&pipeline, &[], &[], 100, &into)
         })
     })?;
     frame.pass("read-back", |cmd| {

@@ -30,7 +30,7 @@ const PATIENCE_NS: u64 = 100_000_000;
 /// Number of attempts, 0.1 ms apart, to find a moment at which no frame is being recorded. Recording takes
 /// milliseconds; a frame that is never submitted is a bug. Attempts are counted instead of time, because time also
 /// passes while the process is stopped.
-const MOST_ATTEMPTS: u32 = 600_000;
+const MAX_ATTEMPTS: u32 = 600_000;
 
 /// A window surface that a device can present to. Keeps the window alive.
 pub struct WindowSurface {
@@ -214,11 +214,11 @@ impl Swapchain {
 
     fn create(&mut self, capabilities: &vk::SurfaceCapabilitiesKHR, extent: vk::Extent2D) -> Result<()> {
         let (format, mode, usage) = (self.format, self.check_mode()?, self.usage(capabilities)?);
-        let most = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
+        let max = if capabilities.max_image_count == 0 { u32::MAX } else { capabilities.max_image_count };
         let old = self.handle;
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(self.surface.handle)
-            .min_image_count((capabilities.min_image_count + 1).min(most))
+            .min_image_count((capabilities.min_image_count + 1).min(max))
             .image_format(format.vk())
             .image_color_space(vk::ColorSpaceKHR::SRGB_NONLINEAR)
             .image_extent(extent)
@@ -390,7 +390,7 @@ impl Swapchain {
 
 /// The ring's lock, taken when no thread records a frame. A frame being recorded keeps dropped objects alive.
 fn lock_between_frames(gpu: &Gpu) -> MutexGuard<'_, Ring> {
-    for _ in 0..MOST_ATTEMPTS {
+    for _ in 0..MAX_ATTEMPTS {
         let ring = gpu.lock_ring();
         if gpu.device.objects().recording == 0 {
             return ring;
@@ -406,12 +406,12 @@ fn is_stale(result: vk::Result) -> bool {
 }
 
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, [width, height]: [u32; 2]) -> vk::Extent2D {
-    let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);
+    let (min, max) = (capabilities.min_image_extent, capabilities.max_image_extent);
     match capabilities.current_extent {
         // This value means that the images determine the window's size.
         vk::Extent2D { width: u32::MAX, .. } => vk::Extent2D {
-            width: width.clamp(least.width, most.width),
-            height: height.clamp(least.height, most.height),
+            width: width.clamp(min.width, max.width),
+            height: height.clamp(min.height, max.height),
         },
         extent => extent,
     }

@@ -61,8 +61,8 @@ fn a_build_reports_its_steps_and_times() {
         assert!(report["milliseconds"][step].as_f64().is_some_and(|time| time >= 0.0), "{step}: {report}");
     }
     // The program itself needs more than a MiB.
-    let most = &report["most_memory_bytes"];
-    assert!(most.is_null() || most.as_u64().unwrap() > 1 << 20, "{most}");
+    let max = &report["most_memory_bytes"];
+    assert!(max.is_null() || max.as_u64().unwrap() > 1 << 20, "{max}");
     // Checked before the build: nothing is written.
     let (code, line) = mesh_failure(&folder, &["build", "bunny", "-o", "x.pmesh", "--report", "no/r.json"]);
     assert_eq!(code, 1);

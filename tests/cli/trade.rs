@@ -29,8 +29,8 @@ fn a_sweep_finds_its_front_and_writes_the_setting_within_the_bound() {
     assert!(4.0 * number(own, "error") < number(coarse, "error"), "{own} {coarse}");
     assert!(number(named("stochastic 16"), "error") < number(named("stochastic 1, NA 1"), "error"));
     let front: Vec<&Value> = settings.iter().filter(|setting| setting["on_front"] == true).collect();
-    let least = settings.iter().map(|setting| number(setting, "error")).fold(f64::INFINITY, f64::min);
-    assert!(front.iter().any(|member| number(member, "error") <= 1.01 * least), "{front:?}");
+    let min = settings.iter().map(|setting| number(setting, "error")).fold(f64::INFINITY, f64::min);
+    assert!(front.iter().any(|member| number(member, "error") <= 1.01 * min), "{front:?}");
     let page = read(&folder, "report/index.html");
     assert!(page.contains("<svg") && page.contains("bias 2") && page.contains("p5 to p95"));
     assert_eq!(

@@ -153,23 +153,23 @@ const SMALL_RUNS: [&str; 3] = [
 /// Each run, with the largest number of its calls that are made to fail.
 fn runs() -> Vec<(String, usize)> {
     let mut runs: Vec<(String, usize)> = SMALL_RUNS.map(|run| (run.to_owned(), usize::MAX)).into();
-    let most = match std::env::var("ORTELIUS_FAULTS").as_deref() {
+    let max = match std::env::var("ORTELIUS_FAULTS").as_deref() {
         Err(_) => return runs,
         Ok("all") => usize::MAX,
         Ok(number) => number.parse().expect("ORTELIUS_FAULTS=N or ORTELIUS_FAULTS=all"),
     };
     let of_scene = |name: &str| format!("render {name} --size 64x36 --deterministic -o a.png");
-    runs.extend(SHIPPED.iter().map(|(name, _)| (of_scene(name), most)));
+    runs.extend(SHIPPED.iter().map(|(name, _)| (of_scene(name), max)));
     runs
 }
 
 fn sweep(kind: &str) {
-    for (shown, most) in runs() {
+    for (shown, max) in runs() {
         let arguments: Vec<&str> = shown.split_ascii_whitespace().collect();
         let undisturbed = run(&arguments, kind, 0);
         assert_eq!(undisturbed.code, Some(0), "{shown}: {}", undisturbed.stderr);
         let count = undisturbed.calls.len();
-        let taken = count.min(most);
+        let taken = count.min(max);
         // A run uses one processor for most of its time.
         let numbers = (0..taken).into_par_iter().map(|n| 1 + n * count / taken);
         let has_failed = |number: &usize| {

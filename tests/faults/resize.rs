@@ -8,7 +8,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// Calls of the resize that fail, evenly spaced.
-const MOST: usize = 8;
+const MAX: usize = 8;
 const START: &str = "ORTELIUS_FAULT_START";
 
 /// Resizes a renderer; the layer counts only the calls of the resize. Prints how it ended.
@@ -61,9 +61,9 @@ fn a_resize_that_fails_changes_nothing() {
         return resize_with_a_fault(Path::new(&start));
     }
     let (refused, calls) = run_again(0);
-    assert!(!refused && calls > MOST, "{calls} calls");
-    let ended = (0..MOST).map(|n| run_again(1 + n * calls / MOST));
+    assert!(!refused && calls > MAX, "{calls} calls");
+    let ended = (0..MAX).map(|n| run_again(1 + n * calls / MAX));
     let ended: Vec<_> = ended.collect();
     assert!(ended.iter().all(|(_, failed)| *failed == 1), "{ended:?}");
-    assert!(ended.iter().filter(|(refused, _)| *refused).count() > MOST / 2, "{ended:?}");
+    assert!(ended.iter().filter(|(refused, _)| *refused).count() > MAX / 2, "{ended:?}");
 }

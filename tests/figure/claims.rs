@@ -1,7 +1,7 @@
 //! Every claim of every real figure holds on a table that meets its tests, and fails on a table that breaks one of
 //! these tests.
 
-use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, Who};
+use ortelius::figure::claim::{At, Better, Bound, Claim, Pick, Places, Term, Test, VariantPick};
 use ortelius::figure::{Effort, Figure, Machine, Row, Table, TableRecord, Value, Verdict};
 use ortelius::renderer::figures::FAMILIES;
 use std::collections::BTreeMap;
@@ -28,11 +28,11 @@ fn sides(bound: Bound) -> [f64; 2] {
     }
 }
 
-fn variants(who: Who) -> Vec<String> {
+fn variants(who: VariantPick) -> Vec<String> {
     match who {
-        Who::One(name) => vec![name.into()],
-        Who::Best(names) | Who::Each(names) => names(),
-        Who::Others(_) => vec!["any other".into()],
+        VariantPick::One(name) => vec![name.into()],
+        VariantPick::Best(names) | VariantPick::Each(names) => names(),
+        VariantPick::Others(_) => vec!["any other".into()],
     }
 }
 

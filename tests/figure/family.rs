@@ -146,8 +146,8 @@ pub const MEASURES: &str = "ORTELIUS_TEST_MEASURES";
 
 fn wait_for_the_kill_after_enough_cells() {
     static MEASURED: AtomicUsize = AtomicUsize::new(0);
-    let most = std::env::var(MEASURES).map_or(usize::MAX, |text| text.parse().expect("a number"));
-    while MEASURED.load(Ordering::Relaxed) >= most {
+    let max = std::env::var(MEASURES).map_or(usize::MAX, |text| text.parse().expect("a number"));
+    while MEASURED.load(Ordering::Relaxed) >= max {
         std::thread::sleep(Duration::from_secs(1));
     }
     MEASURED.fetch_add(1, Ordering::Relaxed);

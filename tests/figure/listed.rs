@@ -1,7 +1,7 @@
 //! Rules for the real figures, and selection by name.
 
 use super::family::{BARS, FAILS, SWEPT};
-use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Test, Who, one};
+use ortelius::figure::claim::{At, Bound, Claim, Origin, Pick, Statistic, Test, VariantPick, one};
 use ortelius::figure::{Effort, Family, Figure, FigureView, Setting, Show, Views, choose};
 use ortelius::paper::virtual_texture::extremes::EXTREMES;
 use ortelius::renderer::figures::{FAMILIES, shown};
@@ -101,7 +101,7 @@ fn not_shown(figure: &Figure) -> Option<String> {
             return fault(format!("{}: no camera or path {:?}", view.name, view.eye));
         }
         for setting in &settings {
-            let changed = scene.with(&shown::named(&setting.changes, &scene));
+            let changed = scene.with(&shown::for_scene(&setting.changes, &scene));
             if let Err(error) = changed.and_then(|changed| sections::check(&changed)) {
                 return fault(format!("{}, {}: {error}", view.name, setting.name));
             }
@@ -137,9 +137,11 @@ fn not_judged_on_the_paper(figure: &Figure) -> Option<String> {
         return Some(format!("{}: no variant {unknown}", figure.id));
     }
     let is_the_papers = |pick: &Pick| match pick.who {
-        Who::One(name) => figure.paper.contains(&name),
-        Who::Best(names) | Who::Each(names) => names().iter().all(|name| figure.paper.contains(&&**name)),
-        Who::Others(but) => figure.paper.iter().any(|name| *name != but),
+        VariantPick::One(name) => figure.paper.contains(&name),
+        VariantPick::Best(names) | VariantPick::Each(names) => {
+            names().iter().all(|name| figure.paper.contains(&&**name))
+        }
+        VariantPick::Others(but) => figure.paper.iter().any(|name| *name != but),
     };
     let of_the_paper = figure.claims.iter().filter(|claim| claim.from != Origin::Ours);
     let elsewhere =
@@ -172,9 +174,9 @@ fn no_claim_about_time_selects_a_value_by_the_rounds_that_judge_it() {
             assert!(!selects_without_a_split(claim), "{} {}", figure.id, claim.id);
         }
     }
-    const LEAST: &[Test] = &[Test::value(one("time", "a").x(At::Least), Bound::AtMost(1.0))];
-    const MOST: &[Test] = &[Test::value(one("time", "a").part(Statistic::Most), Bound::AtMost(1.0))];
-    for tests in [LEAST, MOST] {
+    const MIN: &[Test] = &[Test::value(one("time", "a").x(At::Least), Bound::AtMost(1.0))];
+    const MAX: &[Test] = &[Test::value(one("time", "a").part(Statistic::Most), Bound::AtMost(1.0))];
+    for tests in [MIN, MAX] {
         assert!(selects_without_a_split(&Claim::ours_timed("id", "text", tests)));
         assert!(!selects_without_a_split(&Claim::ours("id", "text", tests)));
     }

@@ -24,12 +24,12 @@ fn a_run_measures_every_cell_once() {
     assert_eq!(run(&resumed).unwrap().kept, 24, "a run that is resumed when it is done measures nothing");
 }
 
-/// Starts `a_run_measures_every_cell_once` in a process of its own, which measures at most `most` cells.
-fn measuring(folder: &Path, most: usize) -> Child {
+/// Starts `a_run_measures_every_cell_once` in a process of its own, which measures at most `max` cells.
+fn measuring(folder: &Path, max: usize) -> Child {
     Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "runs::a_run_measures_every_cell_once"])
         .env(FOLDER, folder)
-        .env(MEASURES, most.to_string())
+        .env(MEASURES, max.to_string())
         .stdout(Stdio::null())
         .spawn()
         .unwrap()

@@ -3,7 +3,7 @@
 use crate::lexer::{Token, tokens};
 
 /// Lines between a body's braces, comments and blank lines included.
-pub const MOST_LINES: usize = 60;
+pub const MAX_LINES: usize = 60;
 
 /// A function of a file and the lines of its body.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!(lengths("fn a() {}"), [("a".into(), 0)]);
         assert_eq!(lengths("fn a() {\n    b();\n\n    // why\n}"), [("a".into(), 3)]);
         let long = format!("fn a() {{\n{}}}", "b();\n".repeat(61));
-        assert_eq!(lengths(&long), [("a".into(), MOST_LINES + 1)]);
+        assert_eq!(lengths(&long), [("a".into(), MAX_LINES + 1)]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Splits Rust text into names and marks. Comments and literals are left out, because they contain no
+//! Splits Rust text into identifiers and punctuation. Comments and literals are left out, because they contain no
 //! imports.
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,7 +80,7 @@ impl<'a> Rest<'a> {
         true
     }
 
-    /// A character literal, or only the mark of a lifetime.
+    /// A character literal, or only the apostrophe of a lifetime.
     fn apostrophe(&mut self) {
         let mut following = self.text[1..].chars();
         let (first, second) = (following.next(), following.next());
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_literals_are_no_names() {
+    fn comments_and_literals_contain_no_names() {
         let text = r####"
             // unsafe
             /* unsafe /* nested */ unsafe */

@@ -43,7 +43,7 @@ fn unsealed(_: &mut [u8]) {}
 fn scene(path: &Path) -> Result<(), String> {
     let scene = sections::load(path.to_str().expect("UTF-8"), &[]).map_err(|error| error.to_string())?;
     let again =
-        Scene::of_text(path, scene.to_toml()).unwrap_or_else(|error| panic!("written again: {error}"));
+        Scene::from_text(path, scene.to_toml()).unwrap_or_else(|error| panic!("written again: {error}"));
     assert_eq!(again, scene);
     Ok(())
 }
@@ -111,12 +111,12 @@ fn model(path: &Path) -> Result<(), String> {
 }
 
 /// Most pixels of a picture that is read; larger ones are only opened.
-const MOST_PIXELS: u64 = 1 << 20;
+const MAX_PIXELS: u64 = 1 << 20;
 
 fn picture(path: &Path) -> Result<(), String> {
     let mut rows = open_picture(path).map_err(|error| error.to_string())?;
     let [width, height] = rows.size();
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
         return Ok(());
     }
     let mut rgba = vec![0; width as usize * 4];

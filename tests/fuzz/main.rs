@@ -15,17 +15,17 @@ use std::process::Command;
 
 /// Address space of a process that reads damaged files: enough for the program, some stacks and two allocator arenas,
 /// but less than a single wrong length would reserve.
-const MOST_KIB: usize = 512 << 10;
+const MAX_KIB: usize = 512 << 10;
 const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
 
 /// Runs a kind's cases in a child process with limited memory; the child calls this function too.
 fn cases_of(name: &str) {
     if std::env::var_os(LIMITED).is_some() {
-        assert!(Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
+        assert!(Vec::<u8>::new().try_reserve_exact(MAX_KIB << 10).is_err(), "no limit");
         return read_all(KINDS.iter().find(|kind| kind.name == name).expect("a kind"));
     }
     let mut command = Command::new("sh");
-    command.args(["-c", &format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"")]);
+    command.args(["-c", &format!("ulimit -v {MAX_KIB} && exec \"$0\" \"$@\"")]);
     command.arg(std::env::current_exe().unwrap()).args(["--exact", name, "--test-threads=1"]);
     // Each thread has its own arena.
     let ran = command.env(LIMITED, "1").env("RAYON_NUM_THREADS", "2").output().unwrap();
@@ -91,8 +91,8 @@ fn read_all(kind: &Kind) {
     }
     println!("{}: {read} read, {refused} refused", kind.name);
     // A test in which damage is always rejected at once, or never detected, would prove nothing.
-    let most = cases + paths.len();
-    assert!(read > most / 200 && refused > most / 200, "{}: {read} read, {refused} refused", kind.name);
+    let max = cases + paths.len();
+    assert!(read > max / 200 && refused > max / 200, "{}: {read} read, {refused} refused", kind.name);
 }
 
 macro_rules! tests {

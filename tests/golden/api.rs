@@ -14,7 +14,7 @@ use ortelius::picture::PixelFormat;
 use ortelius::renderer::{Options, Renderer};
 use ortelius::scene::Scene;
 use ortelius::texture::source::TileSource;
-use ortelius::texture::source::remembered::Remembered;
+use ortelius::texture::source::cached::CachedSource;
 use ortelius::vk::{Gpu, GpuOptions, Watched};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -84,7 +84,7 @@ pub fn virtual_texture(gpu: &Gpu, shared: &mut Shared, case: &Case) -> Vec<Entry
         settings.streaming.upload_tiles_per_frame = 64;
     }
     let open = || -> (Arc<dyn TileSource>, Mesh) {
-        let source = Remembered::new(open_texture(&scene).unwrap());
+        let source = CachedSource::new(open_texture(&scene).unwrap());
         (source, gpu_mesh(&source_mesh(&scene).unwrap()))
     };
     let (source, mesh) = shared.textured.entry(case.scene).or_insert_with(open);

@@ -26,7 +26,7 @@ altitude_m = 1.0
 ";
 
 fn scene(text: &str) -> Scene {
-    Scene::of_text(Path::new("haze.toml"), text.into()).unwrap()
+    Scene::from_text(Path::new("haze.toml"), text.into()).unwrap()
 }
 
 #[test]

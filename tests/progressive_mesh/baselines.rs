@@ -31,8 +31,8 @@ fn as_a_set(faces: &[[u32; 3]], positions: &[[f32; 3]]) -> Vec<ByPosition> {
     let with_area = |face: &ByPosition| face[0] != face[1] && face[1] != face[2] && face[2] != face[0];
     let turned = |face: &[u32; 3]| {
         let mut face = face.map(|vertex| positions[vertex as usize].map(f32::to_bits));
-        let least = (0..3).min_by_key(|&corner| face[corner]).unwrap();
-        face.rotate_left(least);
+        let min = (0..3).min_by_key(|&corner| face[corner]).unwrap();
+        face.rotate_left(min);
         face
     };
     let mut set: Vec<_> = faces.iter().map(turned).filter(with_area).collect();

@@ -49,19 +49,19 @@ pub fn torus(around: usize, along: usize, seams: bool, tetrahedra: usize) -> Mod
     model
 }
 
-/// Random half-edge collapses, also of whole components, until none is possible or at most `least` faces remain.
-pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
+/// Random half-edge collapses, also of whole components, until none is possible or at most `min` faces remain.
+pub fn collapse(model: &Model, min: usize, random: &mut Random) -> Collapses {
     let mut faces: Vec<Option<[u32; 3]>> = model.faces.iter().copied().map(Some).collect();
     let mut collapses = Collapses::default();
     let mut failures = 0;
     let mut live = faces.len();
-    while live > least && failures < 50 {
+    while live > min && failures < 50 {
         let shown: Vec<usize> = (0..faces.len()).filter(|&face| faces[face].is_some()).collect();
         let face = faces[shown[random.below(shown.len())]].unwrap();
         let corner = random.below(3);
         let positions = face.map(|wedge| model.wedge_positions[wedge as usize]);
         let step = match random.below(5) {
-            0 => component(model, &faces, positions[0], live - least),
+            0 => component(model, &faces, positions[0], live - min),
             _ => edge(model, &faces, positions[corner], positions[(corner + 1) % 3]),
         };
         let Some((wedges, gone)) = step else {
@@ -83,9 +83,9 @@ pub fn collapse(model: &Model, least: usize, random: &mut Random) -> Collapses {
 
 type Step = (Vec<[u32; 2]>, Vec<u32>);
 
-/// The connected component of a position: its faces and their wedges. `None` if the component has more than `most`
+/// The connected component of a position: its faces and their wedges. `None` if the component has more than `max`
 /// faces.
-fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usize) -> Option<Step> {
+fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, max: usize) -> Option<Step> {
     let positions = |face: [u32; 3]| face.map(|wedge| model.wedge_positions[wedge as usize]);
     let mut reached = BTreeSet::from([position]);
     loop {
@@ -102,7 +102,7 @@ fn component(model: &Model, faces: &[Option<[u32; 3]>], position: u32, most: usi
     let inside = |face: &Option<[u32; 3]>| face.is_some_and(|face| reached.contains(&positions(face)[0]));
     let gone: Vec<u32> = (0..faces.len() as u32).filter(|&face| inside(&faces[face as usize])).collect();
     let wedges = reached.iter().flat_map(|&position| at(model, position));
-    (gone.len() <= most && gone.len() < 20).then(|| (wedges.map(|wedge| [wedge, NOWHERE]).collect(), gone))
+    (gone.len() <= max && gone.len() < 20).then(|| (wedges.map(|wedge| [wedge, NOWHERE]).collect(), gone))
 }
 
 /// The wedges of a position.
@@ -227,8 +227,8 @@ fn permute(swaps: &mut Swaps, level: u32, face_in: &mut [u32], slot_of: &mut [u3
     while rest.len() >= 2 {
         let (cycle, others) = rest.split_at((2 + random.below(4)).min(rest.len()));
         rest = others;
-        let least = (0..cycle.len()).min_by_key(|&at| cycle[at]).unwrap();
-        cycles.push([&cycle[least..], &cycle[..least]].concat());
+        let min = (0..cycle.len()).min_by_key(|&at| cycle[at]).unwrap();
+        cycles.push([&cycle[min..], &cycle[..min]].concat());
     }
     cycles.sort_unstable();
     for cycle in &cycles {

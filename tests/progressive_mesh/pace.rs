@@ -77,8 +77,8 @@ fn a_jump_of_the_camera_reaches_the_wanted_level_by_limited_steps() {
     assert!(farther.len() <= 24 && *farther.last().unwrap() == coarsest, "{farther:?}");
     // The frame of the jump hides its own change: nothing else of the picture stays, either. Afterwards no frame makes
     // an eighth of the splits that one frame makes without a limit.
-    let most = nearer.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
-    assert!(8 * most < finest - coarsest, "{most} of {}", finest - coarsest);
+    let max = nearer.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+    assert!(8 * max < finest - coarsest, "{max} of {}", finest - coarsest);
 }
 
 #[test]

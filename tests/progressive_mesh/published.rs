@@ -27,7 +27,7 @@ fn our_orders_need_the_transforms_that_are_published() {
     // bounds leave 0.01 to 0.03 for changes of the simplifier. The 95th percentile over the levels may exceed the mean by
     // 0.2 for the tail orders and by 0.05 for the in-place orders (0.06 for the last). With the in-place orders, 6 or 12 %
     // more faces may be drawn than are live.
-    for (options, most) in [
+    for (options, max) in [
         (OrderOptions::TAIL_23, [1.50, 0.20, 1.84, 1.0]),
         (OrderOptions::TAIL_10, [1.82, 0.20, 2.09, 1.0]),
         (OrderOptions::IN_PLACE_23, [1.25, 0.05, 1.69, 1.06]),
@@ -50,10 +50,7 @@ fn our_orders_need_the_transforms_that_are_published() {
         let costs: Vec<[f64; 4]> = models.iter().zip(&simplified).map(cost).collect();
         let mean: [f64; 4] =
             std::array::from_fn(|n| costs.iter().map(|cost| cost[n]).sum::<f64>() / costs.len() as f64);
-        assert!(
-            mean.iter().zip(&most).all(|(mean, most)| mean <= most),
-            "{mean:?}, {most:?} at most: {costs:?}"
-        );
+        assert!(mean.iter().zip(&max).all(|(mean, max)| mean <= max), "{mean:?}, {max:?} at most: {costs:?}");
     }
 }
 
@@ -65,7 +62,7 @@ fn one_percent_more_requested_error_removes_a_few_faces_and_no_stated_error_is_b
         let levels = classical(&model, &collapses).levels;
         let faces = |error: f32| levels[level_for_error(&levels, error) as usize].faces;
         let error_at =
-            |most: usize| levels.iter().rev().find(|level| level.faces as usize <= most).unwrap().error;
+            |max: usize| levels.iter().rev().find(|level| level.faces as usize <= max).unwrap().error;
         let (mut wanted, last) = (error_at(model.faces.len() * 9 / 10), error_at(1000));
         let (mut steps, mut rests) = (0, 0);
         while wanted * 1.01 <= last {

@@ -22,13 +22,13 @@ fn trace(mesh: &SourceMesh, eye: DVec3, direction: DVec3) -> Option<(u32, DVec2,
         let u = to_eye.dot(normal) / determinant;
         let v = direction.dot(to_eye.cross(ab)) / determinant;
         let distance = ac.dot(to_eye.cross(ab)) / determinant;
-        let least = u.min(v).min(1.0 - u - v);
-        if least >= 0.0 && distance > 0.0 && nearest.is_none_or(|(before, ..)| distance < before) {
+        let min = u.min(v).min(1.0 - u - v);
+        if min >= 0.0 && distance > 0.0 && nearest.is_none_or(|(before, ..)| distance < before) {
             let [sa, sb, sc] = triangle.map(|vertex| mesh.coordinates[vertex as usize]);
-            nearest = Some((distance, index as u32, sa + (sb - sa) * u + (sc - sa) * v, least));
+            nearest = Some((distance, index as u32, sa + (sb - sa) * u + (sc - sa) * v, min));
         }
     }
-    nearest.map(|(_, index, coordinate, least)| (index, coordinate, least))
+    nearest.map(|(_, index, coordinate, min)| (index, coordinate, min))
 }
 
 /// A jittered grid of triangles that fills the picture, in a plane straight ahead.
@@ -88,13 +88,13 @@ proptest! {
                 let sample = view.sample(x, y);
                 match (sample, traced) {
                     (None, None) => {}
-                    (Some(sample), Some((triangle, coordinate, least))) if least > 1e-9 => {
+                    (Some(sample), Some((triangle, coordinate, min))) if min > 1e-9 => {
                         prop_assert_eq!(sample.triangle, triangle);
                         let error = (DVec2::new(sample.s, sample.t) - coordinate).length();
                         prop_assert!(error < 1e-9, "{:?} {}", sample, coordinate);
                     }
                     // On an edge either result is correct.
-                    (_, Some((_, _, least))) if least <= 1e-9 => {}
+                    (_, Some((_, _, min))) if min <= 1e-9 => {}
                     other => prop_assert!(false, "({}, {}): {:?}", x, y, other),
                 }
             }

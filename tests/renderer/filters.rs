@@ -36,7 +36,7 @@ fn scene(
         image::Rgb([0, 1, 2].map(|channel| byte(3 * (y * width + x) + channel)))
     });
     picture.save(&path).unwrap();
-    let scene = Scene::of_text(&folder.join("plain.toml"), format!("{TEXT}{VIEW}")).unwrap();
+    let scene = Scene::from_text(&folder.join("plain.toml"), format!("{TEXT}{VIEW}")).unwrap();
     (scene, PlainTexture::open(&path).unwrap())
 }
 
@@ -93,9 +93,9 @@ fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &EllipseFilter) -> [us
         }
         let error =
             |colour: &[f64; 3]| (0..3).map(|c| (f64::from(found[c]) - colour[c]).abs()).fold(0.0, f64::max);
-        let least = possible(ellipse, &sample, texture).iter().map(error).fold(f64::INFINITY, f64::min);
+        let min = possible(ellipse, &sample, texture).iter().map(error).fold(f64::INFINITY, f64::min);
         counts[0] += 1;
-        counts[1] += usize::from(least > 5.0 / 256.0);
+        counts[1] += usize::from(min > 5.0 / 256.0);
     }
     counts
 }
@@ -104,13 +104,13 @@ fn beyond(scene: &Scene, texture: &PlainTexture, ellipse: &EllipseFilter) -> [us
 fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, texture) = scene(folder.path(), [1024, 512], noise);
-    let own = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
+    let own = EllipseFilter::BEST.max_ratio(16.0).minor_texels(2.0);
     let [covered, wrong] = beyond(&scene, &texture, &own);
     assert!(covered > 5000 && wrong == 0, "{wrong} of {covered}");
     // Near misses that must be rejected.
-    for (other, least) in [(own.most_ratio(1.0), 500), (own.minor_texels(1.0), 10)] {
+    for (other, min) in [(own.max_ratio(1.0), 500), (own.minor_texels(1.0), 10)] {
         let [_, wrong] = beyond(&scene, &texture, &other);
-        assert!(wrong > least, "{other:?}: {wrong}");
+        assert!(wrong > min, "{other:?}: {wrong}");
     }
 }
 
@@ -121,13 +121,13 @@ fn a_plain_texture_under_the_ellipse_is_the_f64_picture() {
 fn a_plain_texture_with_a_weight_map_is_the_f64_picture_with_that_map() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, texture) = scene(folder.path(), [1024, 512], noise);
-    let own = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
+    let own = EllipseFilter::BEST.max_ratio(16.0).minor_texels(2.0);
     let of = |shape, entries, linear| own.map(WeightMap { shape, entries, bits: 16, linear });
     for (keys, ellipse, near_miss) in [
         ("'square', map_entries=256", of(MapShape::Square, 256, false), own.minor_texels(1.0)),
         ("'quadrant', map_entries=256", of(MapShape::Quadrant, 256, false), own.minor_texels(1.0)),
-        ("'radial', map_entries=4, map_linear=true", of(MapShape::Radial, 4, true), own.most_ratio(1.0)),
-        ("'squared-radius', map_linear=true", of(MapShape::SquaredRadius, 64, true), own.most_ratio(1.0)),
+        ("'radial', map_entries=4, map_linear=true", of(MapShape::Radial, 4, true), own.max_ratio(1.0)),
+        ("'squared-radius', map_linear=true", of(MapShape::SquaredRadius, 64, true), own.max_ratio(1.0)),
     ] {
         let filter = format!("surface.land.filter={{kind='ellipse', max_anisotropy=16, weight_map={keys}}}");
         let scene = scene.with(&[filter]).unwrap();

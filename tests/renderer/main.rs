@@ -43,10 +43,10 @@ fn greens(scene: &Scene) -> Vec<f64> {
 }
 
 /// The NMSE of a green channel, over the pixels whose kernel lies wholly on the surface. There must be more than
-/// `least` of these.
-fn nmse(found: &[f64], truth: &Truth, least: usize) -> f64 {
+/// `min` of these.
+fn nmse(found: &[f64], truth: &Truth, min: usize) -> f64 {
     let whole = || (0..found.len()).filter(|&n| truth.whole[n]);
-    assert!(whole().count() > least, "{} whole pixels", whole().count());
+    assert!(whole().count() > min, "{} whole pixels", whole().count());
     let square: f64 = whole().map(|n| (found[n] - truth.values[n]).powi(2)).sum();
     square / whole().map(|n| truth.values[n].powi(2)).sum::<f64>()
 }
@@ -282,7 +282,7 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
     let refused = |names: &[&str], more: &str, from: &str, to: &str| {
         let text = parts.text(names, more);
         assert!(text.contains(from), "{from:?} is not in the scene");
-        let scene = parts.of_text(&text.replace(from, to));
+        let scene = parts.scene_of(&text.replace(from, to));
         let options = Options { size: Some(SIZE), ..Options::default() };
         scene
             .map(|scene| Renderer::open(&scene, &options).map(drop))

@@ -56,7 +56,7 @@ fn truth(scene: &Scene, relief: Relief, (colours, picture): Colours, depth_m: f6
     };
     let finer = colours as f64 / texels;
     let colour = |[u, v]: [f64; 2]| bilinear(&bytes, colours, finer * u - 0.5, finer * v - 0.5);
-    supersample(SIZE, hit, colour, PixelKernel::Box, Density { per_texel: 0.0, least: 12, most: 12 })
+    supersample(SIZE, hit, colour, PixelKernel::Box, Density { per_texel: 0.0, min: 12, max: 12 })
 }
 
 fn bilinear(values: &[f64], side: usize, x: f64, y: f64) -> f64 {
@@ -76,7 +76,7 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
     let [wall, cliff] = [BRICK_WALL, CLIFF].map(|shipped| (shipped.relief(), shipped.picture()));
     // Two bounds are wider. The joints of the brick wall are two texels wide and ten times as bright as its bricks. A
     // pixel of the cliff takes only one ray.
-    for (name, map, (relief, colours), depth_m, most) in [
+    for (name, map, (relief, colours), depth_m, max) in [
         ("relief-brick", "brick-wall", wall, 0.06, 3e-2),
         ("relief-rock", "cliff", cliff, 0.12, 3e-2),
         ("relief-brick", "bricks", generated(ReliefKind::Bricks), 0.06, 5e-3),
@@ -91,7 +91,7 @@ fn a_relief_is_near_the_mean_of_exact_rays_and_a_flat_plane_is_not() {
         let truth = truth(&scene, relief, colours, depth_m);
         let [own, flat] = [scene, of(1e-6)].map(|scene| nmse(&greens(&scene), &truth, WHOLE));
         println!("{name} {map}: {own:.2e}, flat {flat:.2e}, the truth's own {:.2e}", truth.own_nmse());
-        assert!(own < most && flat > 4.0 * own, "{name} {map}: {own:.2e}, flat {flat:.2e}");
+        assert!(own < max && flat > 4.0 * own, "{name} {map}: {own:.2e}, flat {flat:.2e}");
     }
 }
 

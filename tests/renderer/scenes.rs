@@ -95,20 +95,20 @@ impl Parts {
         self.0.path().join("parts.toml")
     }
 
-    pub fn of_text(&self, text: &str) -> Result<Scene, SceneError> {
-        Scene::of_text(&self.path(), text.to_owned())
+    pub fn scene_of(&self, text: &str) -> Result<Scene, SceneError> {
+        Scene::from_text(&self.path(), text.to_owned())
     }
 
     /// A scene of these surfaces.
     pub fn scene(&self, names: &[&str], more: &str) -> Scene {
-        self.of_text(&self.text(names, more)).unwrap_or_else(|error| panic!("{error}"))
+        self.scene_of(&self.text(names, more)).unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// The same scene with one surface lit by the sun.
     pub fn lit(&self, name: &str, more: &str) -> Scene {
         let table = format!("[surface.{name}]\n");
         let text = self.text(&[name], more).replace(&table, &format!("{table}lit = true\n"));
-        self.of_text(&text).unwrap_or_else(|error| panic!("{error}"))
+        self.scene_of(&text).unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// The same surfaces with other names.
@@ -117,7 +117,7 @@ impl Parts {
             text.replace(&format!("surface.{name}"), &format!("surface.{other}"))
                 .replace(&format!("texture = \"{name}\""), &format!("texture = \"{other}\""))
         });
-        self.of_text(&text).unwrap_or_else(|error| panic!("{error}"))
+        self.scene_of(&text).unwrap_or_else(|error| panic!("{error}"))
     }
 }
 

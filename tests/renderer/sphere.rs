@@ -28,7 +28,7 @@ fn truth(scene: &Scene, coordinate: impl Fn([f64; 3], [f64; 3]) -> Option<[f64; 
     // The same number of squares along both sides.
     let texture = Tiled::new(1024, &Pattern::Checker(32).texels(1024));
     let kernel = PixelKernel::Gaussian { sigma: 0.5, radius: 1.0 };
-    supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, least: 24, most: 24 })
+    supersample(SIZE, surface, |at| texture.at(at), kernel, Density { per_texel: 0.0, min: 24, max: 24 })
 }
 
 #[test]

@@ -58,8 +58,8 @@ fn misfit(value: &Value, schema: &Value) -> Option<String> {
         return Some(format!("{value} is not in {}", schema["enum"]));
     }
     let number = value.as_f64().unwrap_or(0.0);
-    let (least, most) = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
-    if least.is_some_and(|least| number < least) || most.is_some_and(|most| number > most) {
+    let (min, max) = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
+    if min.is_some_and(|min| number < min) || max.is_some_and(|max| number > max) {
         return Some(format!("{value} is out of range"));
     }
     match schema["type"].as_str() {

@@ -169,14 +169,14 @@ fn scene_of(surfaces: &[String]) -> Scene {
 
 /// Height of a model's surface at a point of the plane, from a test of every face.
 fn height(model: &Model, scale: f64, at: DVec3) -> f64 {
-    let (least, most) = model
+    let (min, max) = model
         .positions
         .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(least, most), p| (least.min(*p), most.max(*p)));
-    let middle = (least + most) / 2.0;
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(*p), max.max(*p)));
+    let middle = (min + max) / 2.0;
     let world = |corner: u32| {
         let p = model.positions[corner as usize];
-        DVec3::new((p.x - middle.x) * scale, (p.y - middle.y) * scale, (p.z - least.z) * scale)
+        DVec3::new((p.x - middle.x) * scale, (p.y - middle.y) * scale, (p.z - min.z) * scale)
     };
     let hit = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|wedge| world(model.wedge_positions[wedge as usize]));

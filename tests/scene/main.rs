@@ -22,7 +22,7 @@ fn the_next_pose_of_a_path_is_extrapolated() {
     for (name, bound) in [("orbit", 1e-3), ("pan", 1e-3), ("pole-crossing", 1e-3), ("dive", 0.03)] {
         let path = scene.path(name).unwrap();
         let (before, now, then) = (path.pose(9), path.pose(10), path.pose(18));
-        let ahead = camera::continued(&before, &now, 8).unwrap();
+        let ahead = camera::extrapolated(&before, &now, 8).unwrap();
         let altitude_m = 64.0 * now.near_m;
         let missed_m = (ahead.eye - then.eye).length();
         assert!(missed_m <= bound * altitude_m, "{name}: {missed_m} m of {altitude_m} m");
@@ -31,12 +31,12 @@ fn the_next_pose_of_a_path_is_extrapolated() {
     let path = scene.path("teleport").unwrap();
     let jump = (1..path.frames).find(|&frame| path.pose(frame) != path.pose(frame - 1)).unwrap();
     assert_eq!(
-        camera::continued(&path.pose(jump - 1), &path.pose(jump), 8),
+        camera::extrapolated(&path.pose(jump - 1), &path.pose(jump), 8),
         None,
         "a jump is not extrapolated"
     );
     assert_eq!(
-        camera::continued(&path.pose(0), &path.pose(0), 8),
+        camera::extrapolated(&path.pose(0), &path.pose(0), 8),
         None,
         "a resting camera is not extrapolated"
     );
@@ -47,9 +47,13 @@ fn an_extrapolated_dive_stays_above_half_the_height_whatever_the_near_plane() {
     let scene = Scene::embedded("plane-tilt").unwrap();
     for near_m in [None, Some(0.001), Some(3.0)] {
         let at = |altitude_m| camera::Camera { altitude_m, near_m, ..scene.cameras["tilted"] }.pose();
-        let ahead = camera::continued(&at(11.0), &at(10.0), 20).unwrap();
+        let ahead = camera::extrapolated(&at(11.0), &at(10.0), 20).unwrap();
         assert!((ahead.eye.z - 5.0).abs() < 1e-9, "near plane {near_m:?}: {} m", ahead.eye.z);
-        assert_eq!(camera::continued(&at(16.0), &at(10.0), 20), None, "a jump by more than half the height");
+        assert_eq!(
+            camera::extrapolated(&at(16.0), &at(10.0), 20),
+            None,
+            "a jump by more than half the height"
+        );
     }
 }
 
@@ -427,7 +431,7 @@ fn a_report_can_contain_the_whole_scene() {
     assert_eq!(json["surface"]["land"]["texture"]["width_log2"], 18);
     assert_eq!(json["paths"]["pole-crossing"]["kind"], "pan");
     let changed = earth.with(&["variant.address=own-level".into()]).unwrap();
-    assert_eq!(Scene::of_text(Path::new("earth.toml"), changed.to_toml()).unwrap(), changed);
+    assert_eq!(Scene::from_text(Path::new("earth.toml"), changed.to_toml()).unwrap(), changed);
     assert_ne!(changed, earth);
 }
 

@@ -41,8 +41,8 @@ impl Model {
         cache[index].1 = Some(*clock);
     }
 
-    fn evict(cache: &mut Vec<Held>, most: usize, kept: &[TileId]) -> Option<usize> {
-        if cache.len() < most {
+    fn evict(cache: &mut Vec<Held>, max: usize, kept: &[TileId]) -> Option<usize> {
+        if cache.len() < max {
             return Some(0);
         }
         let (tile, _) = *cache
@@ -63,7 +63,7 @@ impl Model {
                 .collect()
         };
         let fitting =
-            |most: usize| (0..).find(|&bias| at(bias).iter().collect::<BTreeSet<_>>().len() <= most).unwrap();
+            |max: usize| (0..).find(|&bias| at(bias).iter().collect::<BTreeSet<_>>().len() <= max).unwrap();
         // The bias rises at once. It falls after 30 frames in which a lower one suffices: at rest if the tiles fit,
         // otherwise if a tenth of the slots stays free.
         let rests = self.before == visible;

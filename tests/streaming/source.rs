@@ -160,20 +160,20 @@ impl Bench {
         report
     }
 
-    /// Frames until settled, at most `most`.
+    /// Frames until settled, at most `max`.
     ///
     /// # Panics
     /// Without deterministic loads: their frames depend on threads, so use [`Bench::settle_timed`].
-    pub fn settle(&mut self, visible: &[TileId], most: usize) -> Vec<StreamingCounts> {
+    pub fn settle(&mut self, visible: &[TileId], max: usize) -> Vec<StreamingCounts> {
         assert!(self.streaming.config().deterministic);
         let mut reports = Vec::new();
-        while reports.len() < most {
+        while reports.len() < max {
             reports.push(self.frame(visible));
             if self.streaming.settled() {
                 return reports;
             }
         }
-        panic!("not settled after {most} frames: {:?}", reports.last());
+        panic!("not settled after {max} frames: {:?}", reports.last());
     }
 
     /// Frames until settled, however many: a starved loader thread needs any number of them.

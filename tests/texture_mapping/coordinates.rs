@@ -101,7 +101,7 @@ fn errors(found: &[[f32; 4]], plane: &TiltedPlane, band: Band) -> Vec<(f64, f64)
 
 /// The largest value. NaN, which marks an unwritten pixel, counts as infinite.
 fn greatest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(0.0, |most: f64, value| if value.is_nan() { f64::INFINITY } else { most.max(value) })
+    values.fold(0.0, |max: f64, value| if value.is_nan() { f64::INFINITY } else { max.max(value) })
 }
 
 fn largest(errors: &[(f64, f64)]) -> f64 {
@@ -212,7 +212,7 @@ fn derivative_error(gpu: &Gpu, form: Form, method: DerivativeMethod, plane: &Til
         let x = f64::from(at as u32 % WIDTH) + 0.5;
         let y = f64::from(band.first_row + at as u32 / WIDTH) + 0.5;
         let exact = reference::derivatives(method, plane, x, y);
-        let largest = exact.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        let largest = exact.iter().fold(0.0, |max: f64, d| max.max(d.abs()));
         greatest((0..4).map(|n| (f64::from(found[n]) - exact[n]).abs())) / largest
     };
     greatest(found.iter().enumerate().map(of_pixel))

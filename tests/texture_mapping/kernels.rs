@@ -38,7 +38,7 @@ fn whitened(
     k: f64,
     phases: u32,
 ) -> [f64; 3] {
-    let method = EllipseFilter::BEST.edge(edge).minor_texels(0.0).most_ratio(100.0).kernel(kernel);
+    let method = EllipseFilter::BEST.edge(edge).minor_texels(0.0).max_ratio(100.0).kernel(kernel);
     let mut mean = [0.0; 3];
     for n in 0..phases * phases {
         let centre = [n % phases, n / phases].map(|n| (f64::from(n) + 0.5) / f64::from(phases));
@@ -68,7 +68,7 @@ const FOOTPRINTS: [(f64, f64); 5] = [(1.0, 0.0), (4.0, 30.0), (16.0, 77.0), (64.
 /// The largest difference from (1 0 1); infinite if a number is NaN.
 fn worst([along, mixed, across]: [f64; 3]) -> f64 {
     let off = [along - 1.0, mixed, across - 1.0].map(f64::abs);
-    off.into_iter().fold(0.0, |most, off| if off.is_nan() { f64::INFINITY } else { off.max(most) })
+    off.into_iter().fold(0.0, |max, off| if off.is_nan() { f64::INFINITY } else { off.max(max) })
 }
 
 #[test]
@@ -177,8 +177,8 @@ fn approximations_of_v1_keep_the_bounds_that_the_thesis_states() {
 #[test]
 fn a_footprint_within_a_bound_takes_no_texel_beyond() {
     let mut reached = [0.0f64; 2];
-    for (index, most) in [4, 16].into_iter().enumerate() {
-        let method = EllipseFilter::BEST.within(most);
+    for (index, max) in [4, 16].into_iter().enumerate() {
+        let method = EllipseFilter::BEST.within(max);
         for n in 0..4000 {
             // Minor axes of 0.1 to 10^5 texels, ratios up to 10^4, any direction, any position in the texel.
             let part = |prime: f64| (f64::from(n) * prime).fract();

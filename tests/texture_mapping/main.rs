@@ -38,7 +38,7 @@ fn methods() -> Vec<Method> {
         best.axes(Axes::Rows),
         best.axes(Axes::Round),
         best.axes(Axes::Columns).edge(Edge::None),
-        best.most_ratio(4.0).minor_texels(2.0),
+        best.max_ratio(4.0).minor_texels(2.0),
         map(MapShape::Square, 64, 8),
         map(MapShape::Quadrant, 32, 16),
         map(MapShape::Radial, 64, 16),

@@ -10,7 +10,7 @@ use ortelius::paper::texture_mapping::pass::Dumped;
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use ortelius::paper::texture_mapping::reference::ellipse;
 use ortelius::paper::texture_mapping::texels::GreyMipmap;
-use ortelius::paper::texture_mapping::weights::LEAST_WEIGHTS;
+use ortelius::paper::texture_mapping::weights::MIN_WEIGHTS;
 use ortelius::reference::pattern::Pattern;
 
 /// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
@@ -98,12 +98,12 @@ fn a_constant_texture_comes_out_exactly() {
     let texels = GreyMipmap::new(64, Pattern::Constant(119).texels(64));
     // The summation of the device's anisotropic filter is unspecified, hence its wider bound.
     let own = methods().into_iter().map(|method| (method, 2f32.powi(-25)));
-    for (method, most) in own.chain([(Method::Baseline(FilterBaseline::Hardware(16)), 1.0 / 512.0)]) {
+    for (method, max) in own.chain([(Method::Baseline(FilterBaseline::Hardware(16)), 1.0 / 512.0)]) {
         for (name, plane) in planes() {
             for pixel in dumped(&gpu, &method, &texels, &plane).iter().filter(|pixel| pixel.pixel.is_some()) {
                 // A device decodes a byte within an ulp.
                 let off = pixel.colour.map(|channel| (channel - 119.0 / 255.0).abs());
-                assert!(off.iter().all(|off| *off <= most), "{method:?}, {name}: {pixel:?}");
+                assert!(off.iter().all(|off| *off <= max), "{method:?}, {name}: {pixel:?}");
             }
         }
     }
@@ -146,6 +146,6 @@ fn a_footprint_with_weights_too_small_for_f32_is_empty_on_the_device_and_in_the_
     let shown: Vec<f64> = found.iter().filter(|pixel| !pixel.empty).map(sum).collect();
     let held = empty.iter().filter(|sum| **sum > 2f64.powi(-126)).count();
     assert!(held > 5 && shown.iter().filter(|sum| **sum < 1e-20).count() > 5, "{held} of {}", empty.len());
-    assert!(shown.iter().all(|sum| *sum >= LEAST_WEIGHTS * (1.0 - 1e-3)));
-    assert!(empty.iter().all(|sum| *sum <= LEAST_WEIGHTS * (1.0 + 1e-3)));
+    assert!(shown.iter().all(|sum| *sum >= MIN_WEIGHTS * (1.0 - 1e-3)));
+    assert!(empty.iter().all(|sum| *sum <= MIN_WEIGHTS * (1.0 + 1e-3)));
 }

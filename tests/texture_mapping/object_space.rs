@@ -4,7 +4,7 @@ use super::{SIZE, device};
 use ortelius::paper::texture_mapping::agreement::compare_fragments;
 use ortelius::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
 use ortelius::paper::texture_mapping::object_space::{
-    MOST_PER_PIXEL, TexturedPolygons, TexturedTriangle, reference,
+    MAX_PER_PIXEL, TexturedPolygons, TexturedTriangle, reference,
 };
 use ortelius::paper::texture_mapping::pass::{Targets, Uploaded};
 use ortelius::paper::texture_mapping::plane::Tilt;
@@ -18,7 +18,7 @@ fn plane(tilt: &Tilt, spacing: f32) -> TexturedPolygons {
         SIZE,
         tilt.focal_px(SIZE[1]),
         spacing.into(),
-        MOST_PER_PIXEL,
+        MAX_PER_PIXEL,
     )
 }
 

@@ -42,8 +42,8 @@ fn outliers(found: &[[f32; 2]], right: &[RayPixel]) -> usize {
     let within = |&(found, right): &(&[f32; 2], &RayPixel)| {
         let [colour, texels] = *found;
         let [low, high] = right.range;
-        let [fewest, most] = right.texels.map(|n| n as f32);
-        (low..=high).contains(&f64::from(colour)) && (fewest..=most).contains(&texels)
+        let [fewest, max] = right.texels.map(|n| n as f32);
+        (low..=high).contains(&f64::from(colour)) && (fewest..=max).contains(&texels)
     };
     found.iter().zip(right).filter(|pair| !within(pair)).count()
 }
@@ -74,8 +74,8 @@ fn every_methods_pixels_are_those_of_its_f64_form_and_not_of_another_method() {
                             .contains(&ParallaxFilter::ALL[n])
                 };
                 let distinct = |other: &usize| *other != n && !(on_tops(n) && on_tops(*other));
-                let least = (0..others.len()).filter(distinct).map(|other| others[other]).min();
-                assert!(least >= Some(found.len() / 8), "{of}: {others:?} differ from other methods");
+                let min = (0..others.len()).filter(distinct).map(|other| others[other]).min();
+                assert!(min >= Some(found.len() / 8), "{of}: {others:?} differ from other methods");
             }
         }
     }

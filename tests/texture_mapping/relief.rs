@@ -4,7 +4,7 @@
 use ortelius::paper::texture_mapping::relief::maps::{self, DistanceMap, Fan, Holds};
 use ortelius::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
 use ortelius::paper::texture_mapping::relief::shipped::{BRICK_WALL, CLIFF, Shipped};
-use ortelius::paper::texture_mapping::relief::trace::{self, LEAST_STEP, Traced, Tracer};
+use ortelius::paper::texture_mapping::relief::trace::{self, MIN_STEP, Traced, Tracer};
 use ortelius::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use ortelius::vk::{Cmd, Gpu, GpuOptions, Watched};
 
@@ -57,7 +57,7 @@ fn steps_past(relief: &Relief, tracers: &[Tracer<'_>]) -> Vec<usize> {
             trace::traced(relief, tracer, &ray, |from, to, by_map| {
                 // Positions in f32, up to 128 texels, have an error of at most 2^-17 texels. At 15 degrees, the error
                 // of the distance to a hit is 4 times as large.
-                let long = by_map || to - from > 1.01 * LEAST_STEP;
+                let long = by_map || to - from > 1.01 * MIN_STEP;
                 *past += usize::from(long && f64::from(from) < hit && f64::from(to) > hit + 1e-4);
             });
         }
@@ -252,8 +252,8 @@ fn beside_crossings(relief: &Relief, found: &[(Ray, Traced)], tracer: &Tracer<'_
     // the steepest slope, which is the depth.
     let slack = 1e-4;
     let beside = |(ray, traced): &&(Ray, Traced)| {
-        let mut step = LEAST_STEP;
-        trace::traced(relief, tracer, ray, |from, to, _| step = LEAST_STEP.max(to - from));
+        let mut step = MIN_STEP;
+        trace::traced(relief, tracer, ray, |from, to, _| step = MIN_STEP.max(to - from));
         let halvings = match tracer {
             Tracer::RelaxedCones(_) => trace::RELAXED_HALVINGS,
             _ => trace::HALVINGS,
@@ -269,7 +269,7 @@ fn beside_crossings(relief: &Relief, found: &[(Ray, Traced)], tracer: &Tracer<'_
 fn missed(relief: &Relief, found: &[(Ray, Traced)]) -> f64 {
     let far = |(ray, traced): &&(Ray, Traced)| {
         let error = (f64::from(traced.distance) - reference::first_hit(relief, ray)).abs();
-        error.is_nan() || error > f64::from(LEAST_STEP) + 1e-3
+        error.is_nan() || error > f64::from(MIN_STEP) + 1e-3
     };
     found.iter().filter(far).count() as f64 / found.len() as f64
 }
@@ -369,8 +369,8 @@ fn linear_search_and_cones_on_the_gpu_equal_their_twins_up_to_rounding_and_end_a
             let of = format!("{} at {elevation} by {name}", kind.name());
             println!("{of}: {wrong} differ, {undecided} undecided, {beside} beside a crossing");
             // The last step of linear search ends exactly on the floor.
-            let most = if matches!(rounded.tracers[0], Tracer::Linear) { 90 } else { 10 };
-            assert!(wrong == 0 && undecided * 100 <= found.len() * most && beside == 0, "{of}");
+            let max = if matches!(rounded.tracers[0], Tracer::Linear) { 90 } else { 10 };
+            assert!(wrong == 0 && undecided * 100 <= found.len() * max && beside == 0, "{of}");
         }
         // The comparison rejects the results of another tracer, and hits that are half a texel further along the ray.
         let others = [all[1].differ(&relief, &found[0])[0], all[2].differ(&relief, &found[1])[0]];

@@ -35,7 +35,7 @@ const CASES: [(&str, &str, u32, u32); 7] = [
 
 /// The ellipse with an axis ratio of at most `ratio`, in tiles of `tile_size`.
 fn ellipse(ratio: u32, tile_size: u32) -> EllipseFilter {
-    EllipseFilter::BEST.most_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
+    EllipseFilter::BEST.max_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
 
 fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
@@ -119,10 +119,10 @@ pub fn needed(
             });
             if inside { BTreeSet::from([own]) } else { tiles_of_texels(&pyramid, q, first, last) }
         };
-        let (least, most) = (of(-1.0), of(1.0));
-        reaching += usize::from(most.len() > 1);
-        if least == most {
-            tiles.extend(most);
+        let (min, max) = (of(-1.0), of(1.0));
+        reaching += usize::from(max.len() > 1);
+        if min == max {
+            tiles.extend(max);
         } else {
             undecided += 1;
             let at = |[level, i, j]: [u32; 3]| TileId { level, row: i >> level, column: j >> level };
@@ -140,11 +140,11 @@ pub fn of_ellipse(ellipse: EllipseFilter) -> impl Fn([[f64; 2]; 2], u32, f64) ->
 
 /// The half sides of nA samples along the footprint. The outermost sample lies 1 / (2 nA) of the longer side before
 /// that side's end.
-pub fn of_samples(most: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
+pub fn of_samples(max: u32) -> impl Fn([[f64; 2]; 2], u32, f64) -> [f64; 2] {
     move |[u, v], q, sign| {
         let [r1, r2] = [[u[0], v[0]], [u[1], v[1]]];
         let [a, b] = [r1, r2].map(|[s, t]| s.hypot(t));
-        let count = f64::from(sample_count(a.max(b) * (1.0 + sign * 1e-5), a.min(b), most));
+        let count = f64::from(sample_count(a.max(b) * (1.0 + sign * 1e-5), a.min(b), max));
         let major = if a > b { r1 } else { r2 };
         major.map(|side| side.abs() * (0.5 - 0.5 / count) / 2f64.powi(q as i32))
     }
@@ -221,7 +221,7 @@ fn every_method_lists_the_neighbouring_tiles_that_the_filter_reads() {
 #[test]
 fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
     let mut beside = 0;
-    for (scene, camera, most, border) in [
+    for (scene, camera, max, border) in [
         ("ruler", "corner-oblique", 9, 2),
         ("ruler", "corner-oblique", 16, 4),
         ("plane", "tilted", 16, 4),
@@ -229,13 +229,13 @@ fn nine_and_sixteen_samples_list_the_tiles_that_they_are_in() {
         ("earth", "low", 4, 4),
     ] {
         let mut renderer = settled(scene, camera, border, |settings| {
-            settings.config.filter.max_anisotropy = most;
+            settings.config.filter.max_anisotropy = max;
             settings.streaming.gpu_tiles = 192;
         });
-        let (tiles, [reaching, undecided]) = needed(&mut renderer, i64::from(border) - 1, &of_samples(most));
-        println!("{scene}, {camera}, NA {most}: {} tiles, {reaching} pixels reach, {undecided}", tiles.len());
-        assert_eq!(listed(&renderer), tiles, "{scene}, NA = {most}");
-        assert!(most > border || reaching == 0, "{reaching}");
+        let (tiles, [reaching, undecided]) = needed(&mut renderer, i64::from(border) - 1, &of_samples(max));
+        println!("{scene}, {camera}, NA {max}: {} tiles, {reaching} pixels reach, {undecided}", tiles.len());
+        assert_eq!(listed(&renderer), tiles, "{scene}, NA = {max}");
+        assert!(max > border || reaching == 0, "{reaching}");
         beside += reaching;
     }
     assert!(beside > 50, "{beside}");
@@ -256,8 +256,8 @@ fn possible(
     let [[ux, vx], [uy, vy]] = [footprint.r1, footprint.r2];
     let facet = pixel_of(centre, [[ux, uy], [vx, vy]]);
     // A plane has no limb.
-    let most = if limb > 0.0 { (sample.w_m * limb).sqrt() * size[1] / PI } else { f64::INFINITY };
-    let pixel = bounded(&facet, most, (PI * sample.t).sin().max(1e-3));
+    let max = if limb > 0.0 { (sample.w_m * limb).sqrt() * size[1] / PI } else { f64::INFINITY };
+    let pixel = bounded(&facet, max, (PI * sample.t).sin().max(1e-3));
     let [ds, dt] = tolerance(sample).derivative;
     let minor = facet.determinant.abs() / footprint.lengths()[0];
     let off = (size[0] * ds).hypot(size[1] * dt) / minor;
@@ -304,14 +304,14 @@ fn beyond(renderer: &mut TextureSession, scene: &str, camera: &str, reference: &
             continue;
         };
         judged += 1;
-        let least = colours.iter().map(error).fold(f64::INFINITY, f64::min);
-        if least > BOUND {
+        let min = colours.iter().map(error).fold(f64::INFINITY, f64::min);
+        if min > BOUND {
             let candidates = view.candidates(x, y, RADIUS_PX);
             let one = candidates.samples.len() == 1 && !candidates.background;
             // In triangles less than a pixel high, snapped vertices move the footprint by more than the bound allows.
             beyond += usize::from(one && sample.altitude_px >= 1.0);
         } else {
-            worst = worst.max(least);
+            worst = worst.max(min);
         }
     }
     texels.check().unwrap();
@@ -335,7 +335,7 @@ fn the_picture_is_the_f64_picture_with_any_border() {
 fn another_ellipse_is_not_the_picture() {
     let mut renderer = settled("ruler", "corner-oblique", 4, |settings| filter(settings, 16));
     let own = ellipse(16, renderer.technique.source.pyramid().tile_size());
-    for other in [own.most_ratio(1.0), own.within(8), own.minor_texels(1.0)] {
+    for other in [own.max_ratio(1.0), own.within(8), own.minor_texels(1.0)] {
         let beyond = beyond(&mut renderer, "ruler", "corner-oblique", &other);
         assert!(beyond > 250, "{other:?}: {beyond}");
     }
@@ -397,8 +397,8 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
         (Filtering::Pbrt, 1, 0.0),
         (Filtering::StochasticEllipse, 16, 0.0),
     ];
-    let filters = filters.map(|(kind, samples, most)| (kind, samples, FilterMap::None, most));
-    for (kind, samples, weight_map, most) in filters.into_iter().chain(maps) {
+    let filters = filters.map(|(kind, samples, max)| (kind, samples, FilterMap::None, max));
+    for (kind, samples, weight_map, max) in filters.into_iter().chain(maps) {
         let mut renderer = open_with(&gpu, &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
             filter(settings, 16);
             settings.config.filter = Filter { kind, samples, weight_map, ..settings.config.filter };
@@ -415,8 +415,8 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
         sky.dedup();
         assert!(sky.len() <= 1, "{kind:?} {samples}: {sky:?}");
         let channels = || on.iter().flat_map(|pixel| &pixel[..3]).copied();
-        let (least, largest) = (channels().fold(1.0, f32::min), channels().fold(0.0, f32::max));
-        println!("{kind:?} {samples}: {least} to {largest}");
-        assert!(largest - least <= most, "{kind:?} {samples} {weight_map:?}: {least} to {largest}");
+        let (min, largest) = (channels().fold(1.0, f32::min), channels().fold(0.0, f32::max));
+        println!("{kind:?} {samples}: {min} to {largest}");
+        assert!(largest - min <= max, "{kind:?} {samples} {weight_map:?}: {min} to {largest}");
     }
 }

@@ -27,12 +27,12 @@ fn literal() -> (Filter, EllipseFilter) {
         determinant: FilterDeterminant::Subtracting,
         ..filter(Filtering::Ellipse, 64, 1)
     };
-    (own, EllipseFilter::PAPER.most_ratio(64.0))
+    (own, EllipseFilter::PAPER.max_ratio(64.0))
 }
 
 /// The filter of scenes, and its method.
 fn usual(ratio: u32) -> (Filter, EllipseFilter) {
-    let ellipse = EllipseFilter::BEST.most_ratio(ratio as f32).minor_texels(2.0);
+    let ellipse = EllipseFilter::BEST.max_ratio(ratio as f32).minor_texels(2.0);
     (filter(Filtering::Ellipse, ratio, 1), ellipse)
 }
 
@@ -134,13 +134,9 @@ fn every_setting_of_the_ellipse_on_a_plain_texture_is_the_f64_filter() {
     let mut renderer = settled(7, 2, "low", usual(16).0);
     // Near misses that must be rejected.
     let (own, best) = usual(64);
-    for other in [
-        best.k(0.0),
-        best.k(0.7),
-        best.minor_texels(0.5),
-        best.most_ratio(16.0),
-        best.scan(Scan::BoundingBox),
-    ] {
+    for other in
+        [best.k(0.0), best.k(0.7), best.minor_texels(0.5), best.max_ratio(16.0), best.scan(Scan::BoundingBox)]
+    {
         let found = plain_compared(&mut renderer, "low", &own, Method::Ellipse(other));
         assert!(found.wrong > 20, "{other:?}: {found:?}");
     }
@@ -236,7 +232,7 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
     }
     // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level.
     for (filter, other) in [
-        (long, longer.most_ratio(16.0)),
+        (long, longer.max_ratio(16.0)),
         (long, longer.scan(Scan::BoundingBox)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer),
     ] {

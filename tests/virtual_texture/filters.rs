@@ -193,13 +193,12 @@ fn beyond(
     for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
         let Some(sample) = view.sample(x, y) else { continue };
         let colours = possible(&texels, &sample, &pyramid);
-        let least =
-            colours.iter().map(|colour| error(picture.at(x, y), colour)).fold(f64::INFINITY, f64::min);
-        if least > bound {
+        let min = colours.iter().map(|colour| error(picture.at(x, y), colour)).fold(f64::INFINITY, f64::min);
+        if min > bound {
             let candidates = view.candidates(x, y, RADIUS_PX);
             beyond += usize::from(candidates.samples.len() == 1 && !candidates.background);
         } else {
-            worst = worst.max(least);
+            worst = worst.max(min);
         }
     }
     println!("earth, {camera}: worst within the bound {bound:.4}: {worst:.4}; beyond {beyond}");
@@ -214,18 +213,18 @@ fn lengths(sample: &Sample, pyramid: &Pyramid) -> ([f64; 2], f64) {
     (sides(sample, pyramid).lengths(), (w * ds).hypot(h * dt))
 }
 
-/// Compares the settled picture (NA = `most`) with f64 pictures (NA = `reference_most`). If the ratio of the sides is
+/// Compares the settled picture (NA = `max`) with f64 pictures (NA = `reference_most`). If the ratio of the sides is
 /// an integer within the derivatives' tolerance, the number of samples nA may have either of two values. The picture
 /// jumps between them, and both are right.
-fn anisotropic_beyond(camera: &str, border: u32, most: u32, reference_most: u32) -> usize {
+fn anisotropic_beyond(camera: &str, border: u32, max: u32, reference_most: u32) -> usize {
     // 5/256 of the contrast, as for one sample. The outermost of nA samples adds nA/2 texels times the relative
     // tolerance of the side, 2^-8.
-    let bound = (5.0 + f64::from(most) / 2.0) / 256.0;
+    let bound = (5.0 + f64::from(max) / 2.0) / 256.0;
     beyond(
         camera,
         border,
         bound,
-        |settings| settings.config.filter.max_anisotropy = most,
+        |settings| settings.config.filter.max_anisotropy = max,
         |texels, sample, pyramid| {
             let ([longest, shortest], reach) = lengths(sample, pyramid);
             let count = |by: f64| sample_count(longest + by, (shortest - by).max(0.0), reference_most);
@@ -240,12 +239,12 @@ fn anisotropic_beyond(camera: &str, border: u32, most: u32, reference_most: u32)
 
 #[test]
 fn the_anisotropic_picture_is_the_f64_picture_for_every_number_of_samples() {
-    for most in 2..=16 {
-        assert_eq!(anisotropic_beyond("oblique", 4, most, most), 0, "NA = {most}");
+    for max in 2..=16 {
+        assert_eq!(anisotropic_beyond("oblique", 4, max, max), 0, "NA = {max}");
     }
     // In the first two cases, all samples are within the border; in the last two, as many as possible are beyond it.
-    for (most, border) in [(4, 4), (16, 16), (3, 2), (16, 2)] {
-        assert_eq!(anisotropic_beyond("low", border, most, most), 0, "NA = {most}, border {border}");
+    for (max, border) in [(4, 4), (16, 16), (3, 2), (16, 2)] {
+        assert_eq!(anisotropic_beyond("low", border, max, max), 0, "NA = {max}, border {border}");
     }
 }
 

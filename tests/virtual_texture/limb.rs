@@ -44,7 +44,7 @@ fn truth(source: &dyn TileSource, view: &ReferenceView, kernel: PixelKernel) -> 
         |x, y| view.coordinate(x, y),
         |[s, t]| texture.bilinear(LEVEL, s, t)[1],
         kernel,
-        Density { per_texel: 0.0, least: 6, most: 6 },
+        Density { per_texel: 0.0, min: 6, max: 6 },
     )
 }
 
@@ -53,7 +53,7 @@ fn truth(source: &dyn TileSource, view: &ReferenceView, kernel: PixelKernel) -> 
 #[test]
 fn a_bounded_footprint_is_nearer_to_what_the_pixels_at_the_limb_see() {
     let samples = |max_anisotropy| Filter { max_anisotropy, ..Filter::DEFAULT };
-    for (filter, kernel, most) in [
+    for (filter, kernel, max) in [
         (ELLIPSE, PixelKernel::GAUSSIAN, 0.5),
         (FELINE, PixelKernel::GAUSSIAN, 0.5),
         (samples(1), PixelKernel::Box, 1.0),
@@ -85,7 +85,7 @@ fn a_bounded_footprint_is_nearer_to_what_the_pixels_at_the_limb_see() {
         });
         println!("{:?}, NA {}: [NMSE, worst] {errors:.4?}", filter.kind, filter.max_anisotropy);
         let [facet, bounded] = errors;
-        assert!(bounded[0] < most * facet[0] && bounded[1] < facet[1], "{:?}: {errors:?}", filter.kind);
+        assert!(bounded[0] < max * facet[0] && bounded[1] < facet[1], "{:?}: {errors:?}", filter.kind);
     }
 }
 
@@ -94,11 +94,11 @@ fn a_bounded_footprint_is_nearer_to_what_the_pixels_at_the_limb_see() {
 #[test]
 fn paper_1s_levels_and_list_follow_the_bounded_footprint() {
     let mut rejected = 0;
-    for most in [1, 4, 16] {
+    for max in [1, 4, 16] {
         let of = |limb| {
             settled("earth", "oblique", 4, |settings| {
                 settings.streaming.gpu_tiles = 192;
-                settings.config.filter = Filter { max_anisotropy: most, limb, ..Filter::DEFAULT };
+                settings.config.filter = Filter { max_anisotropy: max, limb, ..Filter::DEFAULT };
             })
         };
         let mut renderer = of(Some(FilterLimb::Bounded));
@@ -110,18 +110,18 @@ fn paper_1s_levels_and_list_follow_the_bounded_footprint() {
             // The device squares, adds and divides in f32.
             let derivative = [dsdx.hypot(dsdy), dtdx.hypot(dtdy)].map(|length| length * 1e-6);
             let at = PixelDerivatives { s, t, dsdx, dtdx, dsdy, dtdy };
-            possible_triples(&at, &Tolerance { coordinate: [0.0; 2], derivative }, &pyramid, most)[0]
+            possible_triples(&at, &Tolerance { coordinate: [0.0; 2], derivative }, &pyramid, max)[0]
         };
         let seen: Vec<usize> = (0..triples.len()).filter(|&n| triples[n][0] != u32::MAX).collect();
         let outside = |triples: &[[u32; 3]]| {
             let is_wrong = |n: &&usize| !(level(**n)[0]..=level(**n)[1]).contains(&triples[**n][0]);
             seen.iter().filter(is_wrong).count()
         };
-        assert_eq!(outside(&triples), 0, "NA = {most}");
+        assert_eq!(outside(&triples), 0, "NA = {max}");
         let facets = of(None).footprint().unwrap();
         rejected += outside(&facets.triples);
-        let (tiles, _) = needed(&mut renderer, 3, &of_samples(most));
-        assert_eq!(listed(&renderer), tiles, "NA = {most}");
+        let (tiles, _) = needed(&mut renderer, 3, &of_samples(max));
+        assert_eq!(listed(&renderer), tiles, "NA = {max}");
     }
     assert!(rejected > 20, "{rejected} pixels");
 }

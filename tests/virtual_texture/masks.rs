@@ -36,7 +36,7 @@ fn triples() -> Vec<[u32; 3]> {
     (0..SIZE[0] * SIZE[1]).map(pixel).collect()
 }
 
-/// Shaders of stage 2 that mark in the tile mask, with log2 of the side of an invocation's square of pixels.
+/// Shaders of stage 2 that set bits in the tile mask, with log2 of the side of an invocation's square of pixels.
 fn compute_shaders() -> [(Dedup, &'static Shader, u32); 6] {
     [
         (Dedup::AtomicOr, &glsl::dedup_atomic_or_comp::SHADER, 0),

@@ -181,7 +181,7 @@ fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_a
                 let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
                 assert!([a, b, c].iter().all(|p| p.distance(cluster.centre) <= cluster.radius_m));
                 assert!(normal.normalize().dot(cluster.axis).min(1.0).acos() <= cluster.spread_rad);
-                assert!(normal.length() / longest >= cluster.least_height_m * (1.0 - 1e-12));
+                assert!(normal.length() / longest >= cluster.min_height_m * (1.0 - 1e-12));
             }
             largest = largest.max(cluster.radius_m);
         }
@@ -195,17 +195,17 @@ fn clusters_contain_each_triangle_once_and_their_bounds_contain_every_position_a
 fn a_cluster_with_nan_or_without_area_has_infinite_or_empty_bounds() {
     let mut mesh = gpu_mesh(&plane(30.0, 40.0, 1, 1));
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
-    assert!((cluster.least_height_m - 24.0).abs() < 1e-12, "sides of 30, 40 and 50 m: {cluster:?}");
+    assert!((cluster.min_height_m - 24.0).abs() < 1e-12, "sides of 30, 40 and 50 m: {cluster:?}");
     assert!((cluster.radius_m - 25.0).abs() < 1e-12);
     assert!((cluster.axis - DVec3::Z).length() < 1e-15 && cluster.spread_rad < 1e-6);
     let whole = mesh.clone();
     mesh.vertices[2].position_high[1] = f32::NAN;
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
-    assert_eq!((cluster.radius_m, cluster.least_height_m), (f64::INFINITY, 0.0));
+    assert_eq!((cluster.radius_m, cluster.min_height_m), (f64::INFINITY, 0.0));
     mesh = whole;
     mesh.indices[1] = mesh.indices[0];
     let [cluster] = mesh.clusters()[..] else { panic!("two triangles are one cluster") };
-    assert_eq!(cluster.least_height_m, 0.0);
+    assert_eq!(cluster.min_height_m, 0.0);
     assert!(cluster.spread_rad > 1.5, "an undefined normal is in no cone: {}", cluster.spread_rad);
 }
 
@@ -218,8 +218,8 @@ fn culling_in_the_depth_pass_changes_neither_depth_nor_list() {
             let mut drawn = Drawn::new(&gpu, &bumpy_ball(&mut random, grid, height));
             let poses: Vec<Pose> = (0..60).map(|_| random.about_a_ball(1.0)).collect();
             let left_out = drawn.check_all(poses, &format!("{name} of {grid:?}"));
-            let least = if grid[0] > 50 { 0.2 } else { 0.0 };
-            assert!(left_out > least, "{left_out}: nothing is culled, so the test proves nothing");
+            let min = if grid[0] > 50 { 0.2 } else { 0.0 };
+            assert!(left_out > min, "{left_out}: nothing is culled, so the test proves nothing");
         }
     }
 }

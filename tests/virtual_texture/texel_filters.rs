@@ -101,7 +101,7 @@ pub fn filter(kind: Filtering, max_anisotropy: u32, samples: u32) -> Filter {
 
 /// Each published filter, as a scene states it and as paper 3's reference names it.
 fn published() -> Vec<(Filter, Method)> {
-    let one = |kind, most, samples, method| (filter(kind, most, samples), Method::Baseline(method));
+    let one = |kind, max, samples, method| (filter(kind, max, samples), Method::Baseline(method));
     vec![
         one(Filtering::Feline, 16, 1, FilterBaseline::Feline(16)),
         one(Filtering::Feline, 3, 1, FilterBaseline::Feline(3)),
@@ -116,7 +116,7 @@ fn published() -> Vec<(Filter, Method)> {
 /// Ellipses with each value of each setting.
 fn ellipses() -> Vec<(Filter, Method)> {
     let own = filter(Filtering::Ellipse, 16, 1);
-    let best = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
+    let best = EllipseFilter::BEST.max_ratio(16.0).minor_texels(2.0);
     let axes = [Axes::Rows, Axes::Columns, Axes::Corrected, Axes::Round];
     let axes = FilterAxes::ALL.iter().zip(axes).map(|(&axes, of)| (Filter { axes, ..own }, best.axes(of)));
     let edges = FilterEdge::ALL.iter().zip(Edge::ALL);
@@ -133,8 +133,8 @@ fn ellipses() -> Vec<(Filter, Method)> {
 /// a step of 2^-15. The device's coordinate is the sum of two rounded numbers.
 const PLACE_ERROR: f64 = 1.0 / (1 << 13) as f64;
 
-/// As `most_line` of `footprint.glsl`.
-fn most_reach(pyramid: &Pyramid) -> f64 {
+/// As `max_line` of `footprint.glsl`.
+fn max_reach(pyramid: &Pyramid) -> f64 {
     f64::from(pyramid.tile_size() / 2 - 3)
 }
 
@@ -182,12 +182,12 @@ fn of_ellipse(
 /// either may be selected.
 fn share(method: Method, pixel: &PixelCentre, texture: &Texture<'_>, found: f32) -> f64 {
     let error = 2f64.powi(-16);
-    let least = |scale: f64| {
+    let min = |scale: f64| {
         let share = |value: FilteredTexel| (f64::from(found) - value.value).abs() / value.slack;
         values(method, pixel, texture, scale).into_iter().map(share).fold(f64::INFINITY, f64::min)
     };
-    let share = least(1.0);
-    if share <= 1.0 { share } else { share.min(least(1.0 - error)).min(least(1.0 + error)) }
+    let share = min(1.0);
+    if share <= 1.0 { share } else { share.min(min(1.0 - error)).min(min(1.0 + error)) }
 }
 
 /// Pixel counts of a comparison.
@@ -239,7 +239,7 @@ fn of_channels<T>(pyramid: &Pyramid, texel: Texel<'_>, with: impl Fn(&Texture<'_
         let texture = Texture {
             coarsest: pyramid.coarsest_level(),
             texel: &texel,
-            most_reach: most_reach(pyramid),
+            max_reach: max_reach(pyramid),
             place_error: PLACE_ERROR,
             // A bilinear sample changes by at most 1 per texel along each axis; the level's fraction and the sample's
             // offset of up to 29 texels are f32.
@@ -273,8 +273,8 @@ fn ranges(method: Method, pixel: &PixelCentre, pyramid: &Pyramid, texel: Texel<'
     of_channels(pyramid, texel, |texture, _| {
         let scales = [1.0 - error, 1.0, 1.0 + error];
         let all = scales.into_iter().flat_map(|scale| values(method, pixel, texture, scale));
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
-            [least.min(value.value - value.slack), most.max(value.value + value.slack)]
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], value| {
+            [min.min(value.value - value.slack), max.max(value.value + value.slack)]
         })
     })
 }
@@ -386,7 +386,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
     // Each ellipse is compared with another ellipse. The approximations of the edge's volume are left out, because they
     // differ too little.
     let own = filter(Filtering::Ellipse, 16, 1);
-    let best = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0);
+    let best = EllipseFilter::BEST.max_ratio(16.0).minor_texels(2.0);
     let ellipses = [
         (Filter { axes: FilterAxes::Rows, ..own }, best),
         (Filter { axes: FilterAxes::Columns, ..own }, best.axes(Axes::Rows)),
@@ -410,7 +410,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
 fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
     let missing = TileId { level: 2, row: 0, column: 0 };
     let own = Filter { minor_texels: 1, ..filter(Filtering::Ellipse, 16, 1) };
-    let ellipse = (own, Method::Ellipse(EllipseFilter::BEST.most_ratio(16.0)));
+    let ellipse = (own, Method::Ellipse(EllipseFilter::BEST.max_ratio(16.0)));
     for (filter, method) in published().into_iter().chain([ellipse]) {
         let of = |missing| settled(noise(6, 0, missing), "above", |settings| settings.config.filter = filter);
         let method = in_tiles(method, 6);
@@ -466,7 +466,7 @@ fn rounding(method: Method, pixel: &PixelCentre, pyramid: &Pyramid) -> Option<f6
     let texture = Texture {
         coarsest: pyramid.coarsest_level(),
         texel: &texel,
-        most_reach: most_reach(pyramid),
+        max_reach: max_reach(pyramid),
         place_error: PLACE_ERROR,
         sample_error: 2.0 * PLACE_ERROR,
     };
@@ -491,7 +491,7 @@ fn off_from_plain(own: Filter, method: Method, of_plain: Filter) -> (f64, usize)
 
 #[test]
 fn tiles_show_the_picture_of_a_plain_texture_with_the_same_texels() {
-    let ellipse = EllipseFilter::BEST.most_ratio(4.0).minor_texels(2.0);
+    let ellipse = EllipseFilter::BEST.max_ratio(4.0).minor_texels(2.0);
     for (kind, method) in [
         (Filtering::Ellipse, in_tiles(Method::Ellipse(ellipse), 7)),
         (Filtering::Feline, Method::Baseline(FilterBaseline::Feline(4))),

@@ -96,7 +96,7 @@ fn samples_beyond_the_border_need_two_texels_of_it_and_tiles_twice_as_wide() {
         assert_eq!(renderer.is_err(), refused, "NA = {max_anisotropy} with a border of {border}");
     }
     let of = |max_anisotropy, border, tile_size| {
-        Filter { max_anisotropy, ..Filter::DEFAULT }.beyond(border, tile_size).is_some()
+        Filter { max_anisotropy, ..Filter::DEFAULT }.tile_fault(border, tile_size).is_some()
     };
     assert_eq!([of(9, 2, 16), of(10, 2, 16), of(16, 8, 16), of(16, 2, 32)], [false, true, true, false]);
 }
@@ -114,7 +114,7 @@ fn counted(name: &str, camera: &str, filter: Filter, base: Config) -> [f64; 2] {
     renderer.settle(&pose).unwrap();
     assert_eq!(renderer.technique.bias(), 0);
     let pyramid = renderer.technique.source.pyramid();
-    let ellipse = EllipseFilter::BEST.most_ratio(filter.max_anisotropy as f32).minor_texels(2.0);
+    let ellipse = EllipseFilter::BEST.max_ratio(filter.max_anisotropy as f32).minor_texels(2.0);
     let ellipse = ellipse.within(pyramid.tile_size() / 2);
     let of = |sample: &Sample| {
         let (footprint, size) = (sides(sample, &pyramid), pyramid.level_size(0).map(f64::from));
@@ -160,8 +160,8 @@ fn the_shader_counts_the_texels_of_every_filter_as_the_reference_does() {
         println!("{:?}, NA {}: {shader} and {reference} texels", filter.kind, filter.max_anisotropy);
         // The first four filters have the same count in each pixel. For the others, the device's derivatives err by up
         // to 1/256. This can change nA by one, and an ellipse by the texels at its edge.
-        let most = if filter.max_anisotropy == 1 { 0.0 } else { 0.005 * reference };
-        assert!((shader - reference).abs() <= most, "{filter:?}: {shader} and {reference}");
+        let max = if filter.max_anisotropy == 1 { 0.0 } else { 0.005 * reference };
+        assert!((shader - reference).abs() <= max, "{filter:?}: {shader} and {reference}");
         found.push(shader);
     }
     assert_eq!(found[..3], [4.0, 8.0, 16.0]);

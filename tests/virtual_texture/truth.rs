@@ -59,22 +59,22 @@ fn stage_1_is_the_f64_triple_for_every_na() {
         let scene = bordered(name, 16);
         let (mesh, pose) = (source_mesh(&scene).unwrap(), pose(&scene, camera));
         let view = view_of(&scene, &pose, size);
-        for most in 1..=16 {
+        for max in 1..=16 {
             let mut renderer =
-                open(&gpu, &scene, size, |settings| settings.config.filter.max_anisotropy = most);
+                open(&gpu, &scene, size, |settings| settings.config.filter.max_anisotropy = max);
             renderer.frame(&pose).unwrap();
             let triples = renderer.requests().unwrap();
             let against =
-                |most| compare_triples(&triples, &view, &mesh, &renderer.technique.source.pyramid(), most);
-            let unexplained = against(most).unexplained;
+                |max| compare_triples(&triples, &view, &mesh, &renderer.technique.source.pyramid(), max);
+            let unexplained = against(max).unexplained;
             assert!(
                 unexplained.is_empty(),
-                "{name}, NA = {most}: {:#?}",
+                "{name}, NA = {max}: {:#?}",
                 &unexplained[..unexplained.len().min(8)]
             );
             // Near miss that must be rejected: half or twice as many samples.
-            let other = if most < 9 { 2 * most } else { most / 2 };
-            assert!(against(other).unexplained.len() > 50, "{name}, NA = {most}, not {other}");
+            let other = if max < 9 { 2 * max } else { max / 2 };
+            assert!(against(other).unexplained.len() > 50, "{name}, NA = {max}, not {other}");
             let listed: BTreeSet<_> = renderer.records.last().unwrap().visible.iter().copied().collect();
             assert_eq!(listed, visible_tiles(&triples, &renderer.technique.source.pyramid()));
         }

@@ -286,8 +286,8 @@ fn invalid_variants_are_rejected_with_the_reason_and_a_remedy() {
     let large = Pyramid::new(20, 19, 9, 4, None).unwrap();
     let stage1 = FootprintPass::new(&gpu, &large, &bits, [16, 16]).unwrap();
     let line = DedupPass::new(&gpu, &large, &bits, &stage1).err().unwrap().to_string();
-    let most = gpu.physical().shared_bytes.to_string();
-    for word in ["349528", most.as_str(), "shared memory", "tile-memo"] {
+    let max = gpu.physical().shared_bytes.to_string();
+    for word in ["349528", max.as_str(), "shared memory", "tile-memo"] {
         assert!(line.contains(word), "no {word} in: {line}");
     }
 }

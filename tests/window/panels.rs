@@ -3,7 +3,7 @@
 use crate::display::{Display, key};
 use crate::program::{COARSE, Program};
 use crate::{FAST, differing, open, rendered_again};
-use ortelius::figure::{Errors, Machine, Trade, Traded};
+use ortelius::figure::{Errors, Machine, TimedSetting, Trade};
 use ortelius::picture::write::read_png;
 use ortelius::stats::Summary;
 use std::path::Path;
@@ -17,7 +17,7 @@ const NUMBER: [i16; 2] = [405, 430];
 
 /// A sweep with these settings, all on the front: (name, change, error).
 fn trade(folder: &Path, scene: &str, settings: &[(&str, &str, f64)]) -> String {
-    let traded = |(n, &(name, change, error)): (usize, &(&str, &str, f64))| Traded {
+    let traded = |(n, &(name, change, error)): (usize, &(&str, &str, f64))| TimedSetting {
         name: name.to_owned(),
         changes: if change.is_empty() { Vec::new() } else { vec![change.to_owned()] },
         ms: Summary::of(&[10.0 - n as f64]).unwrap(),
@@ -35,7 +35,7 @@ fn trade(folder: &Path, scene: &str, settings: &[(&str, &str, f64)]) -> String {
         truth: String::new(),
         machine: Machine::default(),
         runs: 10,
-        most_runs: 60,
+        max_runs: 60,
         drift_ms: [1.0; 2],
         settings: settings.iter().enumerate().map(traded).collect(),
         refused: Vec::new(),
@@ -125,7 +125,7 @@ fn the_governors_rows_set_its_budgets_and_take_them_back() {
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     let last = report["frames"].as_array().unwrap().last().unwrap();
     // An instance has at least the 64 faces of its coarsest level.
-    let least = 64 * last["instances_seen"].as_u64().unwrap();
-    assert!(last["faces"].as_u64().unwrap() <= faces.max(least), "{faces} faces: {last}");
+    let min = 64 * last["instances_seen"].as_u64().unwrap();
+    assert!(last["faces"].as_u64().unwrap() <= faces.max(min), "{faces} faces: {last}");
     assert!(last["error_factor"].as_f64().unwrap() > 1.0, "{last}");
 }

@@ -22,7 +22,7 @@ fn memory(window: &mut Program<'_>) -> [u64; 2] {
 /// Sends one random input.
 fn step(window: &mut Program<'_>, random: &mut SplitMix64, is_long: bool) {
     let numbers: [u64; 8] = std::array::from_fn(|_| random.draw());
-    let below = |n: usize, most: u64| numbers[n] % most;
+    let below = |n: usize, max: u64| numbers[n] % max;
     let keys = [
         key::F1,
         key::F2,
@@ -76,8 +76,8 @@ fn a_random_walk_of_inputs_leaves_memory_as_it_was() {
         (0..count).for_each(|_| step(window, &mut random, steps > STEPS));
         memory(window)
     };
-    let most = (0..4).map(|_| walk(&mut window, steps / 8));
-    let [device, resident] = most.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
+    let max = (0..4).map(|_| walk(&mut window, steps / 8));
+    let [device, resident] = max.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])]).unwrap();
     let [device_after, resident_after] = walk(&mut window, steps / 2);
     eprintln!(
         "device {device} -> {device_after}, resident {resident} -> {resident_after}, process {}",

@@ -57,9 +57,9 @@ pub struct BuildArgs {
     #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     moves_budget: Option<f64>,
 
-    /// The vertex cache for which the order is optimised. N: a FIFO with N entries. `batches`: batches of at most 32
-    /// vertices and 32 triangles, with no reuse between batches. `meshlets`: the same with 64 vertices and 126 triangles
-    /// (default: 16)
+    /// The vertex cache for which the order is optimised. N: a FIFO with N entries (default: 16). `batches`: batches of
+    /// at most 32 vertices and 32 triangles, with no reuse between batches. `meshlets`: the same with 64 vertices and
+    /// 126 triangles
     #[arg(long, value_name = "N|batches|meshlets", value_parser = cache, allow_negative_numbers = true)]
     cache: Option<Cache>,
 
@@ -177,17 +177,17 @@ fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
 }
 
 /// Limit of face moves over all levels. This number of moves takes 2 GB of memory.
-const MOST_MOVES: f64 = 1e8;
+const MAX_MOVES: f64 = 1e8;
 
 /// Refuses an order that would not fit in memory.
 fn check_moves(args: &BuildArgs, faces: usize) -> Result<()> {
     let groups = options_of(args).map(|options| options.groups);
     let moves = groups.map_or(0.0, |groups| groups.moved_faces(args.target_faces, faces));
     let option = if args.groups.is_some() { "--groups" } else { "--moves-budget" };
-    if moves > MOST_MOVES {
+    if moves > MAX_MOVES {
         bail!(Usage(format!(
             "{option}: up to {moves:.1e} faces would change their slots over all levels of {faces} faces, \
-             but the limit is {MOST_MOVES:.0e}; request fewer (default: 23 per split)"
+             but the limit is {MAX_MOVES:.0e}; request fewer (default: 23 per split)"
         )));
     }
     Ok(())

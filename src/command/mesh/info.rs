@@ -40,7 +40,7 @@ struct Info {
     /// As the header states it.
     whole: Parts,
     chunks: u32,
-    /// The last level's number plus one.
+    /// Number of levels, including level 0.
     levels: usize,
     coarsest: LevelInfo,
     finest: LevelInfo,

@@ -12,7 +12,7 @@ use ortelius::paper::progressive_mesh::file::LoadedFile;
 use ortelius::paper::progressive_mesh::mesh::ProgressiveMesh;
 use std::path::Path;
 
-pub use verify::Unsound;
+pub use verify::InvalidMeshFile;
 
 /// Builds, describes, exports and checks progressive meshes (.pmesh).
 #[derive(Args)]
@@ -34,7 +34,7 @@ enum MeshCommand {
 }
 
 /// Runs the subcommand. A failure names the file; for a corrupt file it carries a
-/// [`ortelius::paper::progressive_mesh::file::PmeshError`] or an [`Unsound`].
+/// [`ortelius::paper::progressive_mesh::file::PmeshError`] or an [`InvalidMeshFile`].
 pub fn run(args: &MeshArgs) -> Result<()> {
     match &args.command {
         MeshCommand::Build(args) => build::run(args),
@@ -47,7 +47,7 @@ pub fn run(args: &MeshArgs) -> Result<()> {
 /// Reads a file that can be executed; warns if its end is missing.
 fn load(path: &Path) -> Result<LoadedFile> {
     let loaded = ProgressiveMesh::read(path)?;
-    loaded.mesh.check().map_err(|flaw| Unsound::new(path, flaw.to_string()))?;
+    loaded.mesh.check().map_err(|flaw| InvalidMeshFile::new(path, flaw.to_string()))?;
     if let Some(missing) = loaded.contents.missing() {
         tracing::warn!("{}: {missing}", path.display());
     }

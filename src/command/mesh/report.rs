@@ -1,11 +1,11 @@
 //! The JSON of `mesh build --report`.
 
-use ortelius::figure::most_memory;
+use ortelius::figure::peak_memory;
 use ortelius::header::JsonFormat;
 use ortelius::model;
 use ortelius::paper::progressive_mesh::file::Contents;
 use ortelius::paper::progressive_mesh::simplify;
-use ortelius::picture::write::{FileError, write_whole};
+use ortelius::picture::write::{FileError, write_atomically};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -22,7 +22,8 @@ pub struct BuildReport<'a> {
     file_bytes: u64,
     milliseconds: Steps,
     /// Peak resident memory of this process; `None` if the system does not report it.
-    most_memory_bytes: Option<u64>,
+    #[serde(rename = "most_memory_bytes")]
+    peak_memory_bytes: Option<u64>,
 }
 
 /// Times of the steps of a build, in milliseconds.
@@ -70,14 +71,14 @@ impl<'a> BuildReport<'a> {
             levels: contents.whole.levels,
             file_bytes: contents.bytes,
             milliseconds,
-            most_memory_bytes: most_memory(),
+            peak_memory_bytes: peak_memory(),
         }
     }
 
     /// # Errors
     /// [`FileError`] names the path.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
-        write_whole(path, |out| {
+        write_atomically(path, |out| {
             serde_json::to_writer_pretty(&mut *out, &FORMAT.head(self))?;
             writeln!(out)
         })

@@ -20,22 +20,22 @@ pub struct MeshVerifyArgs {
 /// A file that can be read but is not a complete, valid progressive mesh: exit code 3.
 #[derive(Debug, Error)]
 #[error("{path}: {what}; build the file again, or fetch it again", path = path.display())]
-pub struct Unsound {
+pub struct InvalidMeshFile {
     path: PathBuf,
     what: String,
 }
 
-impl Unsound {
-    pub(super) fn new(path: &Path, what: String) -> Unsound {
-        Unsound { path: path.to_owned(), what }
+impl InvalidMeshFile {
+    pub(super) fn new(path: &Path, what: String) -> InvalidMeshFile {
+        InvalidMeshFile { path: path.to_owned(), what }
     }
 }
 
-/// Runs the subcommand. A failure carries [`Unsound`] or a
+/// Runs the subcommand. A failure carries [`InvalidMeshFile`] or a
 /// [`ortelius::paper::progressive_mesh::file::PmeshError`].
 pub fn run(args: &MeshVerifyArgs) -> Result<()> {
     let path = &args.file;
-    let unsound = |what| Unsound::new(path, what);
+    let unsound = |what| InvalidMeshFile::new(path, what);
     let loaded = ProgressiveMesh::read(path)?;
     let contents = &loaded.contents;
     if let Some(missing) = contents.missing() {

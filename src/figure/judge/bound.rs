@@ -2,7 +2,7 @@
 
 use super::super::claim::{Better, Bound};
 use super::super::words::human;
-use super::{BoundRelation, LEAST_ROUNDS};
+use super::{BoundRelation, MIN_ROUNDS};
 
 impl Bound {
     fn met(self, value: f64) -> bool {
@@ -64,9 +64,7 @@ impl Bound {
         // A range can be missed on either side.
         let astride = self.edges().iter().any(|&edge| low < edge && edge < high);
         match [self.fine(low), self.fine(high)] {
-            _ if (1..LEAST_ROUNDS).contains(&rounds) => {
-                BoundRelation::Undecided(factor * LEAST_ROUNDS as f64)
-            }
+            _ if (1..MIN_ROUNDS).contains(&rounds) => BoundRelation::Undecided(factor * MIN_ROUNDS as f64),
             [true, true] if self.bettered(low) && self.bettered(high) => BoundRelation::Better,
             [true, true] => BoundRelation::Holds,
             [false, false] if !astride => BoundRelation::Fails,

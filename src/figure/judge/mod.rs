@@ -10,7 +10,7 @@ mod sample;
 mod tests;
 mod words;
 
-use super::claim::{At, Claim, Pick, Places, Term, Test, Who};
+use super::claim::{At, Claim, Pick, Places, Term, Test, VariantPick};
 use super::{Finding, Row, Table, TableRecord, Value, Verdict};
 use crate::stats::{Summary, median, median_interval};
 use sample::{ClaimSample, FoundSamples, SceneAt, places};
@@ -18,10 +18,10 @@ use words::{numbers, why};
 
 /// Fewest rounds for a 95 % confidence interval of the median: the range of 5 samples misses the median in 6 % of all
 /// cases (2 x 2^-5).
-const LEAST_ROUNDS: usize = 6;
+const MIN_ROUNDS: usize = 6;
 
 /// Largest number of items that are listed one by one. More items are reported as a range; failing items are named.
-const MOST_LISTED: usize = 8;
+const MAX_LISTED: usize = 8;
 
 /// A number's relation to its bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -283,9 +283,9 @@ impl Test {
             }
             _ => sample.variant.clone(),
         };
-        let least = samples.iter().zip(self.term.picks()).find(|(_, pick)| pick.x == At::Least);
+        let min = samples.iter().zip(self.term.picks()).find(|(_, pick)| pick.x == At::Least);
         let mut names: Vec<String> = named.map(name).collect();
-        names.extend(least.and_then(|(sample, _)| Some(format!("least at {}", sample.x?))));
+        names.extend(min.and_then(|(sample, _)| Some(format!("least at {}", sample.x?))));
         let halved = samples.iter().any(|sample| sample.chosen);
         let unit = match self.term {
             Term::Value(_) | Term::Difference(..) => {
@@ -358,13 +358,15 @@ fn along(table: &Table, at: &Places, pick: &Pick, place: &SceneAt) -> FoundSampl
     found
 }
 
-impl Who {
+impl VariantPick {
     /// The name, if there is only one.
     fn only(self) -> Option<String> {
         match self {
-            Who::One(name) => Some(name.into()),
-            Who::Best(names) | Who::Each(names) => Some(names()).filter(|names| names.len() == 1)?.pop(),
-            Who::Others(_) => None,
+            VariantPick::One(name) => Some(name.into()),
+            VariantPick::Best(names) | VariantPick::Each(names) => {
+                Some(names()).filter(|names| names.len() == 1)?.pop()
+            }
+            VariantPick::Others(_) => None,
         }
     }
 }
@@ -391,7 +393,7 @@ impl Term {
     /// `stages 2 and 3, paper over the best`
     fn label(&self) -> String {
         let who = |pick: &Pick| match pick.who {
-            Who::Best(_) => pick.who.only().unwrap_or_else(|| "the best".into()),
+            VariantPick::Best(_) => pick.who.only().unwrap_or_else(|| "the best".into()),
             who => who.only().unwrap_or_else(|| "each".into()),
         };
         let of = |pick: &Pick| format!("{} of {}", pick.quantity, who(pick)).replace(" of each", "");

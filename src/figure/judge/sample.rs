@@ -1,6 +1,6 @@
 //! Looks up the numbers of a claim in a table.
 
-use super::super::claim::{At, Pick, Places, Statistic, Who};
+use super::super::claim::{At, Pick, Places, Statistic, VariantPick};
 use super::super::{Row, Table, TableRecord, Value};
 use crate::stats::median;
 
@@ -11,9 +11,9 @@ pub struct ClaimSample {
     pub unit: String,
     /// Median of `rounds` (of the even rounds if `chosen`), or an exact number.
     pub value: f64,
-    /// Empty: `value` is exact.
+    /// Empty if `value` is judged as it is: an exact number, a minimum, a maximum, or a mean over scenes.
     pub rounds: Vec<f64>,
-    /// The value of the sweep, or x of a series, of this number.
+    /// Where the number was measured: the sweep's value, or x in a series.
     pub x: Option<f64>,
     /// Scene and value of the sweep. Samples of the same cell were measured in interleaved rounds.
     pub cell: (String, Option<f64>),
@@ -102,7 +102,7 @@ impl FoundSamples {
             }
         };
         match pick.who {
-            Who::Best(_) => found.samples = best(found.samples).into_iter().collect(),
+            VariantPick::Best(_) => found.samples = best(found.samples).into_iter().collect(),
             _ if pick.x == At::Least => {
                 found.samples = found.samples.into_iter().min_by(by_value).into_iter().collect();
             }
@@ -113,9 +113,9 @@ impl FoundSamples {
 
     fn in_scene(table: &Table, pick: &Pick, scene: &str, x: Option<f64>) -> FoundSamples {
         let named = |variant: &str| match pick.who {
-            Who::One(name) => variant == name,
-            Who::Others(name) => variant != name,
-            Who::Best(names) | Who::Each(names) => names().iter().any(|name| name == variant),
+            VariantPick::One(name) => variant == name,
+            VariantPick::Others(name) => variant != name,
+            VariantPick::Best(names) | VariantPick::Each(names) => names().iter().any(|name| name == variant),
         };
         let there = |at: Option<f64>| match pick.x {
             At::Place | At::Points(..) => at == x,

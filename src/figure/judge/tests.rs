@@ -370,7 +370,7 @@ fn the_mean_the_growth_and_the_steps_follow_their_definitions() {
 
     const GROWTH: &[Test] = &[Test::growth(OF_A, 2.0, AtMost(1.25))];
     // x grows by a factor of 4, so growth of order 2 is a factor of 16. Values between do not count.
-    let found = |most| verdict(GROWTH, &of(&[("s", 4.0, most), ("s", 1.0, 2.0), ("s", 2.0, 99.0)]));
+    let found = |max| verdict(GROWTH, &of(&[("s", 4.0, max), ("s", 1.0, 2.0), ("s", 2.0, 99.0)]));
     assert_eq!([found(39.0), found(40.0), found(41.0)], [Reproduced, Reproduced, NotReproduced]);
     assert_eq!(verdict(GROWTH, &of(&[("s", 1.0, 2.0)])), NotMeasured, "one x has no growth");
 
@@ -383,10 +383,10 @@ fn the_mean_the_growth_and_the_steps_follow_their_definitions() {
 fn a_pick_selects_an_end_or_a_point_or_the_least_value_or_the_other_variants() {
     let summary = Value::Summary(crate::stats::Summary::of(&[1.0, 2.0, 9.0]).unwrap());
     let spread = table("discrete", &[("s", None, "a", summary)]);
-    const LEAST: &[Test] = &[Test::value(OF_A.part(Statistic::Least), Equal(1.0))];
+    const MIN: &[Test] = &[Test::value(OF_A.part(Statistic::Least), Equal(1.0))];
     const MEDIAN: &[Test] = &[Test::value(OF_A, Equal(2.0))];
-    const MOST: &[Test] = &[Test::value(OF_A.part(Statistic::Most), Equal(9.0))];
-    assert_eq!([LEAST, MEDIAN, MOST].map(|tests| verdict(tests, &spread)), [Reproduced; 3]);
+    const MAX: &[Test] = &[Test::value(OF_A.part(Statistic::Most), Equal(9.0))];
+    assert_eq!([MIN, MEDIAN, MAX].map(|tests| verdict(tests, &spread)), [Reproduced; 3]);
 
     const POINTS: &[Test] =
         &[Test::value(each("q", || vec!["a".into()]).x(At::Points(1.0, 2.0)), AtMost(5.0))];

@@ -2,7 +2,7 @@
 
 use super::super::claim::Test;
 use super::super::words::human;
-use super::{BoundRelation, Item, Items, MOST_LISTED};
+use super::{BoundRelation, Item, Items, MAX_LISTED};
 
 impl Item {
     /// `earth/oblique 2.7x [2.6 .. 2.9] (tile-memo)`
@@ -22,15 +22,15 @@ pub fn numbers(tests: &[Test], found: &[Items]) -> String {
     let of = |(test, Items { items, .. }): (&Test, &Items)| {
         let values = match &items[..] {
             [] => return None,
-            items if items.len() <= MOST_LISTED => {
+            items if items.len() <= MAX_LISTED => {
                 items.iter().map(Item::words).collect::<Vec<_>>().join(", ")
             }
             items => {
                 let by = |a: &&Item, b: &&Item| a.value.total_cmp(&b.value);
-                let (least, most) = (items.iter().min_by(by)?, items.iter().max_by(by)?);
-                match least.value == most.value {
-                    true => format!("{}{} in all {}", human(least.value), least.unit, items.len()),
-                    false => format!("{} to {}, {} numbers", least.words(), most.words(), items.len()),
+                let (min, max) = (items.iter().min_by(by)?, items.iter().max_by(by)?);
+                match min.value == max.value {
+                    true => format!("{}{} in all {}", human(min.value), min.unit, items.len()),
+                    false => format!("{} to {}, {} numbers", min.words(), max.words(), items.len()),
                 }
             }
         };
@@ -50,14 +50,14 @@ pub fn why(tests: &[Test], found: &[Items]) -> String {
         }
         let named = |item: &Item| match items.len() {
             1 => String::new(),
-            ..=MOST_LISTED => format!(" {}", item.place),
+            ..=MAX_LISTED => format!(" {}", item.place),
             _ => format!(" {}", item.words()),
         };
         let failed: Vec<String> =
             items.iter().filter(|item| item.outcome == BoundRelation::Fails).map(named).collect();
         if !failed.is_empty() && failed.len() < items.len() {
-            let more = if failed.len() > MOST_LISTED { ", …" } else { "" };
-            words += &format!(", not{}{more}", failed[..failed.len().min(MOST_LISTED)].join(","));
+            let more = if failed.len() > MAX_LISTED { ", …" } else { "" };
+            words += &format!(", not{}{more}", failed[..failed.len().min(MAX_LISTED)].join(","));
         }
         for item in items {
             if let BoundRelation::Undecided(rounds) = item.outcome {

@@ -21,7 +21,10 @@ pub const GLOSSARY: &[(&str, &str)] = &[
         "ecol, vsplit",
         "edge collapse, and vertex split, its inverse: one step between two levels of a progressive mesh",
     ),
-    ("empty pass", "a pass without commands; its time shows the resolution of the device's timer"),
+    (
+        "empty pass",
+        "a pass without commands: the cost of a barrier and two timestamps; a shorter time cannot be measured",
+    ),
     (
         "EWA",
         "elliptical weighted average: a Gaussian over the footprint's ellipse (Greene and Heckbert, \"Creating Raster Omnimax Images from Multiple Perspective Views Using the Elliptical Weighted Average Filter\", 1986)",
@@ -81,7 +84,10 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("tile address", "the grid in which i and j count: level 0, as in the paper, or the tile's own level"),
     ("tile mask", "one bit or byte for each tile, set if a pixel needs the tile"),
     ("tile pool", "texture array on the GPU that holds the resident tiles"),
-    ("transforms per vertex", "cache misses over the vertices of the level; 1 is the minimum"),
+    (
+        "transforms per vertex",
+        "vertex-cache misses over the vertices of the level (also called ATVR); 1 is the minimum",
+    ),
     ("tswap", "permutation of the index buffer at chosen levels, to restore its vertex-cache locality"),
     ("U1, U2, U3", "paper 1's letters for the request image, the tile mask and the visible-tile list"),
     (

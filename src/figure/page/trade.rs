@@ -3,7 +3,7 @@
 use super::super::plot::scatter::{self, Spot};
 use super::super::plot::{self, Chart, Point};
 use super::super::words::human;
-use super::super::{Budgeted, Trade, Traded};
+use super::super::{Budgeted, TimedSetting, Trade};
 use super::{STYLES, filled};
 use crate::picture::write::write_bytes;
 use serde::Serialize;
@@ -64,7 +64,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    fn of(setting: &Traded) -> Line<'_> {
+    fn of(setting: &TimedSetting) -> Line<'_> {
         let errors = setting.errors;
         Line {
             name: &setting.name,
@@ -101,13 +101,13 @@ impl Trade {
             title: format!("{}, {} x {}: time and error", self.scene, self.size[0], self.size[1]),
             below: format!(
                 "median of {} to {}, p5 to p95 · {}",
-                self.runs, self.most_runs, self.machine.device
+                self.runs, self.max_runs, self.machine.device
             ),
             quantity: self.measure.clone(),
             unit: String::new(),
             log: true,
         };
-        let spot = |setting: &Traded| Spot {
+        let spot = |setting: &TimedSetting| Spot {
             name: setting.name.clone(),
             tooltip: format!("{}, {} {:.2e}", setting.name, self.measure, setting.error),
             time: Point { y: setting.ms.median, low: setting.ms.p5, high: setting.ms.p95 },
@@ -123,7 +123,7 @@ impl Trade {
 /// # Errors
 /// Only for a wrong template.
 fn html(trade: &Trade, svg: Option<&str>, answer: &str) -> anyhow::Result<String> {
-    let mut all: Vec<&Traded> = trade.settings.iter().collect();
+    let mut all: Vec<&TimedSetting> = trade.settings.iter().collect();
     all.sort_by(|a, b| a.ms.median.total_cmp(&b.ms.median));
     let page = TradePage {
         style: STYLES.concat(),

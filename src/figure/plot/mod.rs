@@ -86,17 +86,17 @@ impl Point {
 }
 
 /// Up to this number, bars of all cells share one chart.
-const MOST_BARS: usize = 16;
+const MAX_BARS: usize = 16;
 
 /// All plots of a figure. Each [`Plot`] is drawn once for each scene, and once for each value of the sweep
-/// unless the sweep is the axis. Up to `MOST_BARS` bars of all scenes and values share one chart. A plot
+/// unless the sweep is the axis. Up to `MAX_BARS` bars of all scenes and values share one chart. A plot
 /// without numbers is left out.
 pub fn draw(figure: &Figure, result: &FigureResult, machines: &[Machine]) -> Vec<Drawn> {
     let mut drawn = Vec::new();
     for plot in figure.plots {
         let all: Vec<&CellRows> = result.cells.iter().collect();
         let bars = all.iter().map(|cell| rows_of(cell, plot.quantity).count()).sum::<usize>();
-        if plot.x == Axis::Variant && plot.floor.is_none() && all.len() > 1 && bars <= MOST_BARS {
+        if plot.x == Axis::Variant && plot.floor.is_none() && all.len() > 1 && bars <= MAX_BARS {
             drawn.extend(grouped(figure, plot, &all, machines));
             continue;
         }

@@ -8,7 +8,7 @@ pub const WIDTH: f64 = 440.0;
 /// Average width of a letter of size 13 in the widest common font (DejaVu Sans).
 const LETTER: f64 = 7.8;
 
-/// Distance of the lines of a wrapped text.
+/// Line spacing of wrapped text.
 pub const LINE: f64 = 16.0;
 
 /// Number of hues; further lines are dashed.
@@ -42,25 +42,25 @@ pub fn width_of(text: &str) -> f64 {
 
 /// The text, cut to at most `room` units.
 pub fn shortened(text: &str, room: f64) -> String {
-    let most = (room / LETTER).max(2.0) as usize;
-    match text.chars().count() > most {
-        true => text.chars().take(most - 1).chain(['…']).collect(),
+    let max = (room / LETTER).max(2.0) as usize;
+    match text.chars().count() > max {
+        true => text.chars().take(max - 1).chain(['…']).collect(),
         false => text.to_string(),
     }
 }
 
 /// The text in lines of at most `room` units, split between words; a longer word is split anywhere.
 pub fn wrapped(text: &str, room: f64) -> Vec<String> {
-    let most = (room / LETTER).max(2.0) as usize;
+    let max = (room / LETTER).max(2.0) as usize;
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
         let line = lines.last_mut().expect("there is a first line");
-        match (line.is_empty(), line.chars().count() + 1 + word.chars().count() <= most) {
+        match (line.is_empty(), line.chars().count() + 1 + word.chars().count() <= max) {
             (true, _) => line.push_str(word),
             (false, true) => line.extend([" ", word]),
             (false, false) => lines.push(word.to_string()),
         }
-        while let Some((at, _)) = lines.last().and_then(|line| line.char_indices().nth(most)) {
+        while let Some((at, _)) = lines.last().and_then(|line| line.char_indices().nth(max)) {
             let rest = lines.last_mut().map(|line| line.split_off(at));
             lines.extend(rest);
         }
@@ -72,9 +72,9 @@ pub fn wrapped(text: &str, room: f64) -> Vec<String> {
 pub fn cut_apart(names: &[&str], room: f64) -> Vec<String> {
     let ends: Vec<String> = names.iter().map(|name| shortened(name, room)).collect();
     let middle = |name: &str| {
-        let (all, most) = (name.chars().count(), (room / LETTER).max(2.0) as usize);
-        let head = (most - 1) / 2;
-        let tail = most - 1 - head;
+        let (all, max) = (name.chars().count(), (room / LETTER).max(2.0) as usize);
+        let head = (max - 1) / 2;
+        let tail = max - 1 - head;
         name.chars().take(head).chain(['…']).chain(name.chars().skip(all - tail)).collect()
     };
     let alike =

@@ -212,20 +212,20 @@ mod tests {
     #[test]
     fn the_synthetic_part_is_bounded_and_has_no_spike() {
         let relief = relief();
-        let (mut most, mut steepest, mut squares) = (0.0f64, 0.0f64, 0.0);
+        let (mut max, mut steepest, mut squares) = (0.0f64, 0.0f64, 0.0);
         for n in 0..40_000 {
             let [east, north] = [f64::from(n % 200), f64::from(n / 200)].map(|at| (at - 99.5) * 500.0);
             let height = relief.height_m(east, north, 200.0);
             let synthetic = height - relief.real(east, north).height;
-            most = most.max(synthetic.abs());
+            max = max.max(synthetic.abs());
             squares += synthetic * synthetic;
             steepest = steepest.max((relief.height_m(east + 50.0, north, 200.0) - height).abs() / 50.0);
         }
         let rms = f64::sqrt(squares / 40_000.0);
-        println!("synthetic: at most {most} m, rms {rms} m; steepest {steepest}");
+        println!("synthetic: at most {max} m, rms {rms} m; steepest {steepest}");
         // The synthetic part changes heights by more than a kilometre where the samples are smooth. The steepest of the
         // 40 000 points lie on cliffs of 79 degrees.
-        assert!(most < 1600.0 && (200.0..550.0).contains(&rms), "{most} {rms}");
+        assert!(max < 1600.0 && (200.0..550.0).contains(&rms), "{max} {rms}");
         assert!(steepest < 6.0, "{steepest}");
     }
 

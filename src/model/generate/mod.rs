@@ -192,8 +192,8 @@ fn turn(index: u32, count: u32) -> f64 {
     f64::from(index) / f64::from(count)
 }
 
-/// A point of the knot on a torus of radii 2 and 0.8, the torus's normal there, and the third axis of a right-handed
-/// frame with the knot's direction.
+/// A point of the knot, which lies on a torus of radii 2 and 0.8; the torus's normal there; and the cross product of
+/// the knot's tangent and that normal.
 fn knot_frame(column: u32, columns: u32) -> [DVec3; 3] {
     let angle = TAU * turn(column, columns);
     let ((sine_2, cosine_2), (sine_3, cosine_3)) = (libm::sincos(2.0 * angle), libm::sincos(3.0 * angle));

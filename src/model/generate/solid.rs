@@ -6,8 +6,8 @@ use crate::model::{Model, Raw};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-/// Top of the plate; its bottom is z = 0. Lengths are multiples of 1/8, so that adjacent runs have the same bits
-/// where they meet.
+/// Top of the plate; its bottom is z = 0. Lengths are multiples of 1/8, so that adjacent strips of the surface share
+/// their border positions bit for bit.
 const TOP: f64 = 0.75;
 /// Radius of the fillets, and width of the chamfers.
 const FILLET: f64 = 0.125;
@@ -24,11 +24,13 @@ pub fn solid(detail: u32) -> Model {
     assert!(detail.is_power_of_two() && (4..=1 << 12).contains(&detail), "a solid of detail {detail}");
     let mut raw = Raw::default();
     for (index, profile) in
-        [hole(0.625), boss(0.5, 1.0), sink(), sink(), hole(0.5), boss(0.75, 0.5)].iter().enumerate()
+        [hole(0.625), boss(0.5, 1.0), counterbore(), counterbore(), hole(0.5), boss(0.75, 0.5)]
+            .iter()
+            .enumerate()
     {
         let centre = DVec3::new(2.0 * (index % 3) as f64, 2.0 * (index / 3) as f64, 0.0);
-        for run in profile {
-            turn(&mut raw, run, centre, detail);
+        for strip in profile {
+            revolve(&mut raw, strip, centre, detail);
         }
     }
     walls(&mut raw, detail);
@@ -46,26 +48,27 @@ struct Ring {
     normal: [f64; 2],
 }
 
-/// Consecutive rings that join smoothly. The edge between two runs is sharp unless their normals agree.
-type Run = Vec<Ring>;
+/// A strip of the surface: consecutive rings that join smoothly. The edge between two strips is sharp unless their
+/// normals agree.
+type Strip = Vec<Ring>;
 
-fn steps(ring: impl Fn(f64) -> Ring) -> Run {
+fn steps(ring: impl Fn(f64) -> Ring) -> Strip {
     (0..=ROWS).map(|step| ring(f64::from(step) / f64::from(ROWS))).collect()
 }
 
 /// From the cell's square inwards to a circle.
-fn inward(radius: f64, z: f64) -> Run {
+fn inward(radius: f64, z: f64) -> Strip {
     steps(|at| Ring { square: 1.0 - at, radius, z, normal: [0.0, 1.0] })
 }
 
 /// From a circle outwards to the cell's square, seen from below.
-fn outward(radius: f64) -> Run {
+fn outward(radius: f64) -> Strip {
     steps(|at| Ring { square: at, radius, z: 0.0, normal: [0.0, -1.0] })
 }
 
 /// Straight from one (radius, z) to another. With the radius to the right and z up, the outward normal points to the
 /// right of the direction.
-fn straight(from: [f64; 2], to: [f64; 2]) -> Run {
+fn straight(from: [f64; 2], to: [f64; 2]) -> Strip {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);
     let normal = [way[1] / length, -way[0] / length];
@@ -78,7 +81,7 @@ fn straight(from: [f64; 2], to: [f64; 2]) -> Run {
 
 /// A quarter circle; `point` returns (radius, z) and the normal from the sine and cosine of an angle of 0 to 90
 /// degrees.
-fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Run {
+fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Strip {
     steps(|at| {
         let (sine, cosine) = if at == 1.0 { (1.0, 0.0) } else { libm::sincos(at * FRAC_PI_2) };
         let ([radius, z], normal) = point(sine, cosine);
@@ -87,7 +90,7 @@ fn quarter(point: impl Fn(f64, f64) -> ([f64; 2], [f64; 2])) -> Run {
 }
 
 /// A hole with a rounded upper edge.
-fn hole(radius: f64) -> Vec<Run> {
+fn hole(radius: f64) -> Vec<Strip> {
     let mouth = radius + FILLET;
     let rounding =
         quarter(|sine, cosine| ([mouth - FILLET * sine, TOP - FILLET + FILLET * cosine], [-sine, cosine]));
@@ -95,7 +98,7 @@ fn hole(radius: f64) -> Vec<Run> {
 }
 
 /// A counterbored hole.
-fn sink() -> Vec<Run> {
+fn counterbore() -> Vec<Strip> {
     let step = TOP / 2.0;
     vec![
         inward(0.75, TOP),
@@ -107,7 +110,7 @@ fn sink() -> Vec<Run> {
 }
 
 /// A cylinder on top of the plate.
-fn boss(radius: f64, height: f64) -> Vec<Run> {
+fn boss(radius: f64, height: f64) -> Vec<Strip> {
     let (foot, end) = (radius + FILLET, TOP + height);
     let fillet =
         quarter(|sine, cosine| ([foot - FILLET * sine, TOP + FILLET - FILLET * cosine], [sine, cosine]));
@@ -123,7 +126,7 @@ fn boss(radius: f64, height: f64) -> Vec<Run> {
 }
 
 /// Adds the surface that a run sweeps around the axis at `centre`.
-fn turn(raw: &mut Raw, run: &Run, centre: DVec3, detail: u32) {
+fn revolve(raw: &mut Raw, run: &Strip, centre: DVec3, detail: u32) {
     let around = 4 * detail;
     let first = raw.positions.len() as u32;
     for ring in run {

@@ -23,7 +23,7 @@ impl Numbers<'_> {
 
     /// Integers of normalized accessors become fractions (glTF 2.0, 3.6.2.2).
     pub(super) fn value(&self, row: usize, column: usize) -> f64 {
-        let most = match self.kind {
+        let max = match self.kind {
             NumberType::I8 => 127.0,
             NumberType::U8 => 255.0,
             NumberType::I16 => 32767.0,
@@ -31,7 +31,7 @@ impl Numbers<'_> {
             _ => 1.0,
         };
         let raw = self.raw(row, column);
-        if self.normalized { (raw / most).max(-1.0) } else { raw }
+        if self.normalized { (raw / max).max(-1.0) } else { raw }
     }
 
     /// The first three numbers of a row.

@@ -12,7 +12,7 @@ use json::{Document, Node, Primitive};
 
 /// Limit of faces and vertices, because nodes may instantiate a mesh any number of times. In a file with more bytes
 /// than this, the limit is the number of bytes.
-const MOST_PLACED: usize = 1 << 24;
+const MAX_PLACED: usize = 1 << 24;
 
 /// Prefixes of required extensions that do not change the shape.
 const HARMLESS: [&str; 5] =
@@ -33,7 +33,7 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, ModelFault> {
         )));
     }
     let mut builder =
-        Builder { document: &document, bin, raw: Raw::default(), most: MOST_PLACED.max(file.len()) };
+        Builder { document: &document, bin, raw: Raw::default(), max: MAX_PLACED.max(file.len()) };
     if document.nodes.is_empty() {
         for mesh in 0..document.meshes.len() {
             builder.mesh(mesh, DMat4::IDENTITY)?;
@@ -74,7 +74,7 @@ struct Builder<'a> {
     document: &'a Document,
     bin: &'a [u8],
     raw: Raw,
-    most: usize,
+    max: usize,
 }
 
 impl Builder<'_> {
@@ -136,8 +136,8 @@ impl Builder<'_> {
         let colors = attribute("COLOR_0", &[3, 4], Some(count))?;
         let corners = self.corners(primitive, count)?;
         let triangles = corners.len().saturating_sub(2);
-        if self.raw.positions.len() + count > self.most || self.raw.faces.len() + triangles > self.most {
-            return Err(ModelFault::whole(format!("more than {} vertices or faces", self.most)));
+        if self.raw.positions.len() + count > self.max || self.raw.faces.len() + triangles > self.max {
+            return Err(ModelFault::whole(format!("more than {} vertices or faces", self.max)));
         }
         let first = self.raw.positions.len();
         self.faces(&corners, mode, first as u32, to_world)?;

@@ -22,7 +22,7 @@ pub struct Cluster {
     pub spread_rad: f64,
     /// Smallest altitude of the triangles (twice the area over the longest side), metres; 0 if one has no
     /// area.
-    pub least_height_m: f64,
+    pub min_height_m: f64,
 }
 
 impl Mesh {
@@ -62,8 +62,8 @@ impl Cluster {
         let crosses = triangles.iter().map(|&[a, b, c]| (b - a).cross(c - a));
         let normals: Vec<DVec3> = crosses.map(DVec3::normalize_or_zero).collect();
         let axis = normals.iter().sum::<DVec3>().normalize_or_zero();
-        let least_cosine = normals.iter().map(|normal| normal.dot(axis)).fold(1.0, f64::min);
-        let heights = triangles.iter().map(least_height);
+        let min_cosine = normals.iter().map(|normal| normal.dot(axis)).fold(1.0, f64::min);
+        let heights = triangles.iter().map(min_height);
         Cluster {
             first_index: 0,
             count: 0,
@@ -72,14 +72,14 @@ impl Cluster {
             axis,
             // The margin covers acos: near 1, a rounding error of 1e-16 in the cosine changes the angle by
             // about 1e-8.
-            spread_rad: least_cosine.clamp(-1.0, 1.0).acos() + 1e-7,
-            least_height_m: if finite { heights.fold(f64::INFINITY, f64::min) } else { 0.0 },
+            spread_rad: min_cosine.clamp(-1.0, 1.0).acos() + 1e-7,
+            min_height_m: if finite { heights.fold(f64::INFINITY, f64::min) } else { 0.0 },
         }
     }
 }
 
 /// Smallest altitude: twice the area over the longest side; 0 without area.
-fn least_height(&[a, b, c]: &[DVec3; 3]) -> f64 {
+fn min_height(&[a, b, c]: &[DVec3; 3]) -> f64 {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
     if longest > 0.0 { (b - a).cross(c - a).length() / longest } else { 0.0 }
 }

@@ -8,7 +8,7 @@ mod faces;
 use super::error::ModelFault;
 use super::number::{Endian, NumberType};
 use super::obj::{number, shown};
-use super::raw::{MOST, Raw};
+use super::raw::{MAX, Raw};
 use glam::DVec3;
 
 /// Reads a PLY file.
@@ -23,15 +23,15 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, ModelFault> {
     let (mut raw, mut corners) = (Raw::default(), Vec::new());
     for element in &header.elements {
         // Reserve at most what the file's size allows, because a header may declare any count.
-        let room = values.left() / element.least_bytes(values.endian).max(1);
+        let room = values.left() / element.min_bytes(values.endian).max(1);
         if element.count > room {
             let (name, count) = (shown(element.name), element.count);
             return Err(
                 values.fault(format!("{count} of {name} declared, but the file has room for at most {room}"))
             );
         }
-        if element.count > MOST {
-            return Err(values.fault(format!("more than {MOST} of {}", shown(element.name))));
+        if element.count > MAX {
+            return Err(values.fault(format!("more than {MAX} of {}", shown(element.name))));
         }
         match element.name {
             b"vertex" => vertices(element, &mut values, &mut raw)?,
@@ -75,7 +75,7 @@ impl Element<'_> {
     }
 
     /// Minimum size of one element in the file.
-    fn least_bytes(&self, endian: Option<Endian>) -> usize {
+    fn min_bytes(&self, endian: Option<Endian>) -> usize {
         let bytes = |property: &Property| match endian {
             Some(_) => property.length.unwrap_or(property.kind).size(),
             // A digit and a separator.
@@ -86,13 +86,13 @@ impl Element<'_> {
 }
 
 /// Real headers have about 20 lines.
-const MOST_HEADER_LINES: usize = 1000;
+const MAX_HEADER_LINES: usize = 1000;
 
 fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), ModelFault> {
     let mut elements: Vec<Element> = Vec::new();
     let mut format = None;
     let mut at = 0;
-    for line_number in 1..=MOST_HEADER_LINES {
+    for line_number in 1..=MAX_HEADER_LINES {
         let Some(length) = file[at..].iter().position(|&byte| byte == b'\n') else {
             return Err(ModelFault::line(line_number, "the header does not end"));
         };
@@ -126,7 +126,7 @@ fn header(file: &[u8]) -> Result<(Header<'_>, Values<'_>), ModelFault> {
             _ => return fault("not a line of a PLY header:"),
         }
     }
-    Err(ModelFault::line(MOST_HEADER_LINES, "the header does not end"))
+    Err(ModelFault::line(MAX_HEADER_LINES, "the header does not end"))
 }
 
 fn property<'a>(words: &[&'a [u8]]) -> Option<Property<'a>> {

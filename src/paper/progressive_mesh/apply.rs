@@ -114,8 +114,8 @@ impl DeviceProgram {
                 Operation::Write { .. } | Operation::Construct { .. } => 0,
                 Operation::Move { faces, .. } => faces.len(),
             };
-            let most = steps.iter().map(kept_faces).max().unwrap_or(0);
-            if kept + most > capacity {
+            let max = steps.iter().map(kept_faces).max().unwrap_or(0);
+            if kept + max > capacity {
                 (base, kept) = (rounds.len(), 0);
             }
             let dispatches = steps.iter().flat_map(|step| self.dispatches(step, change, kept));
@@ -125,7 +125,7 @@ impl DeviceProgram {
                 }
                 rounds[base + n].push(dispatch);
             }
-            kept += most;
+            kept += max;
         }
         rounds
     }

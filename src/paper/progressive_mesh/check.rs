@@ -204,7 +204,7 @@ impl ProgressiveMesh {
         seen: &mut [u32],
     ) -> Result<(), MeshFlaw> {
         let place = || format!("permutation of level {}", self.swaps.levels[index]);
-        let mut least = None;
+        let mut min = None;
         for cycle in self.swaps.cycles_of(index) {
             let slots = self.swaps.cycles.row(cycle);
             hold!(slots.len() >= 2, place(), "a cycle of {} slots", slots.len());
@@ -213,7 +213,7 @@ impl ProgressiveMesh {
                 let last = std::mem::replace(&mut seen[slot as usize], index as u32 + 1);
                 hold!(last <= index as u32, place(), "slot {slot} is in two cycles");
             }
-            let ascending = least.replace(slots[0]).is_none_or(|before| before < slots[0]);
+            let ascending = min.replace(slots[0]).is_none_or(|before| before < slots[0]);
             let spelt = ascending && slots.iter().min() == Some(&slots[0]);
             hold!(
                 spelt,

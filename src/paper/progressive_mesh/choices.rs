@@ -10,7 +10,8 @@ choices! {
         /// The paper's greedy optimizer as printed.
         Paper = "paper",
         /// A greedy optimizer that prefers vertices with few faces left. Faces are reordered after each group of
-        /// splits; the groups become larger as the mesh grows. At most 23 faces are moved per split.
+        /// splits; the groups become larger as the mesh grows. On average over all splits, at most 23 faces are moved
+        /// per split.
         Tail23 = "tail-23",
         /// As `tail-23`, but with at most 10 moved faces per split; each permutation reorders one region of
         /// the faces.
@@ -58,12 +59,12 @@ choices! {
 }
 
 choices! {
-    /// What the error of a level counts. The simplifier orders collapses by it.
+    /// What the error of a level measures. The simplifier orders collapses by it.
     pub enum ErrorMetric {
         /// Distances between the surfaces.
         Geometry = "geometry",
-        /// Also how far from a collapse the shading still differs visibly, and how far a texel is shown from its
-        /// correct place.
+        /// Also the size of the region in which a collapse changes the shading visibly, and the distance by which it
+        /// shifts the texture.
         Appearance = "appearance",
     }
 }

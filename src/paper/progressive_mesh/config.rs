@@ -133,13 +133,13 @@ settings! {
         geomorph: bool = false;
         /// The largest change of an instance's error per second while the instance is in view. After a jump of the
         /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most twice
-        /// the wanted error. With the default, a wanted error of one pixel is drawn at most 0.4 seconds after a jump of
-        /// the camera; with `geomorph` as well, at most 1 % of the covered pixels change visibly in a frame (measured
-        /// by pm.pop). Changes of the governor's factor are not limited. For this limit, a frame of a path counts as
-        /// 1/30 second, and any other frame of `render` as 1/60 second. A window uses the measured time. 1e6 is no
-        /// limit in practice.
+        /// the wanted error. With the default, the drawn error reaches a wanted error of one pixel within 0.4 seconds
+        /// of a jump of the camera; with `geomorph` as well, at most 1 % of the covered pixels change visibly in a
+        /// frame (measured by pm.pop). Changes of the governor's factor are not limited. For this limit, a frame of a
+        /// path counts as 1/30 second, and any other frame of `render` as 1/60 second. A window uses the measured time.
+        /// 1e6 is no limit in practice.
         pixels_per_second: f64 = PIXELS_PER_SECOND, in 0.01..=NO_LIMIT, unit "pixels per second";
-        /// What the errors of the levels count; default `"geometry"`. A `.pmesh` file keeps the metric with which it
+        /// The metric of the levels' errors; default `"geometry"`. A `.pmesh` file keeps the metric with which it
         /// was built; if the key is given, it must be that metric.
         metric: Option<ErrorMetric> = None;
         /// The order of faces in the index buffer. A `.pmesh` file keeps its own order; for a baseline it must have the
@@ -175,15 +175,15 @@ fn check_order(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<()
 
 fn check_place(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     match part.scene.ground {
-        Ground::Plane => part.absent(&["latitude_deg", "longitude_deg"], "a mesh over a plane"),
+        Ground::Plane => part.reject(&["latitude_deg", "longitude_deg"], "a mesh over a plane"),
         Ground::Planet => {
             let kind = "a mesh over an ellipsoid";
-            part.absent(&["east_m", "north_m"], kind)?;
+            part.reject(&["east_m", "north_m"], kind)?;
             if surface.layout == Layout::Along {
-                return part.absent(&["latitude_deg", "longitude_deg"], "a layout along a path");
+                return part.reject(&["latitude_deg", "longitude_deg"], "a layout along a path");
             }
-            part.needed("latitude_deg", &surface.latitude_deg, kind)?;
-            part.needed("longitude_deg", &surface.longitude_deg, kind).map(drop)
+            part.required("latitude_deg", &surface.latitude_deg, kind)?;
+            part.required("longitude_deg", &surface.longitude_deg, kind).map(drop)
         }
     }
 }
@@ -191,21 +191,21 @@ fn check_place(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<()
 fn check_layout(surface: &ProgressiveSurface, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let area = |kind| match surface.instances {
         1 => Ok(()),
-        _ => part.needed("area_m", &surface.area_m, kind).map(drop),
+        _ => part.required("area_m", &surface.area_m, kind).map(drop),
     };
     match surface.layout {
         Layout::Grid => {
-            part.absent(&["seed", "path", "aside_m"], "a grid")?;
+            part.reject(&["seed", "path", "aside_m"], "a grid")?;
             area("a grid")
         }
         Layout::Scatter => {
-            part.absent(&["path", "aside_m"], "a scatter")?;
+            part.reject(&["path", "aside_m"], "a scatter")?;
             area("a scatter")
         }
         Layout::Along => {
             let kind = "a layout along a path";
-            part.absent(&["area_m"], kind)?;
-            let path = part.needed("path", &surface.path, kind)?;
+            part.reject(&["area_m"], kind)?;
+            let path = part.required("path", &surface.path, kind)?;
             match part.scene.path(&path) {
                 Ok(_) => Ok(()),
                 Err(error) => Err(part.fault("path", error.to_string())),

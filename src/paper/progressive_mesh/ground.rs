@@ -11,8 +11,8 @@ pub struct Heights {
     origin: DVec3,
     axes: DMat3,
     corners: Vec<[DVec3; 3]>,
-    least: DVec3,
-    most: DVec3,
+    min: DVec3,
+    max: DVec3,
     /// Cells per side.
     side: usize,
     /// For each cell the triangles whose bounding box overlaps it.
@@ -33,12 +33,12 @@ impl Heights {
         let faces = live_faces(mesh, mesh.last_level());
         let corners: Vec<[DVec3; 3]> =
             faces.iter().map(|face| face.map(|vertex| local[vertex as usize])).collect();
-        let least = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let most = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let min = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let max = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         // About one triangle per cell.
         let side = ((corners.len() as f64).sqrt().ceil() as usize).clamp(1, 1024);
         let cells = vec![Vec::new(); side * side];
-        let mut heights = Heights { origin: stand.foot, axes: stand.axes, corners, least, most, side, cells };
+        let mut heights = Heights { origin: stand.foot, axes: stand.axes, corners, min, max, side, cells };
         for triangle in 0..heights.corners.len() {
             let [a, b, c] = heights.corners[triangle];
             for cell in heights.cells_of(a.min(b).min(c), a.max(b).max(c)) {
@@ -49,15 +49,15 @@ impl Heights {
     }
 
     /// The cells that a box overlaps.
-    fn cells_of(&self, least: DVec3, most: DVec3) -> impl Iterator<Item = usize> + use<> {
+    fn cells_of(&self, min: DVec3, max: DVec3) -> impl Iterator<Item = usize> + use<> {
         let side = self.side;
-        let cell = |at: f64, least: f64, most: f64| {
-            let cells = (at - least) / (most - least) * side as f64;
+        let cell = |at: f64, min: f64, max: f64| {
+            let cells = (at - min) / (max - min) * side as f64;
             // The cast saturates, and turns NaN (0 / 0, if the mesh has no width) into cell 0.
             (cells as usize).min(side - 1)
         };
-        let columns = cell(least.x, self.least.x, self.most.x)..=cell(most.x, self.least.x, self.most.x);
-        let rows = cell(least.y, self.least.y, self.most.y)..=cell(most.y, self.least.y, self.most.y);
+        let columns = cell(min.x, self.min.x, self.max.x)..=cell(max.x, self.min.x, self.max.x);
+        let rows = cell(min.y, self.min.y, self.max.y)..=cell(max.y, self.min.y, self.max.y);
         rows.flat_map(move |row| columns.clone().map(move |column| row * side + column))
     }
 
@@ -73,9 +73,9 @@ impl Heights {
         }
         // Projects along the vertical to the plane z = 0 of the mesh's own frame.
         let flat = |at: DVec3| (at - up * (at.z / up.z)).truncate();
-        let [low, high] = [self.least.z, self.most.z].map(|z| point + up * ((z - point.z) / up.z));
-        let (least, most) = (low.min(high), low.max(high));
-        if most.x < self.least.x || most.y < self.least.y || least.x > self.most.x || least.y > self.most.y {
+        let [low, high] = [self.min.z, self.max.z].map(|z| point + up * ((z - point.z) / up.z));
+        let (min, max) = (low.min(high), low.max(high));
+        if max.x < self.min.x || max.y < self.min.y || min.x > self.max.x || min.y > self.max.y {
             return None;
         }
         let at = flat(point);
@@ -93,7 +93,7 @@ impl Heights {
                 (z - point.z) / up.z
             })
         };
-        let triangles = self.cells_of(least, most).flat_map(|cell| &self.cells[cell]);
+        let triangles = self.cells_of(min, max).flat_map(|cell| &self.cells[cell]);
         let rise_m = triangles.filter_map(above).max_by(f64::total_cmp)?;
         Some(stand.foot + stand.axes.z_axis * (rise_m + up_m))
     }

@@ -28,7 +28,7 @@ pub struct ProgressiveMesh {
     pub swaps: Swaps,
     /// Where new faces are in the index buffer.
     pub births: Births,
-    /// What the errors of the levels count; `None` if it is not known.
+    /// The metric of the levels' errors; `None` if it is not known.
     pub metric: Option<ErrorMetric>,
 }
 

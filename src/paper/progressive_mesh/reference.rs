@@ -74,8 +74,8 @@ pub fn wedges_at(model: &Model, collapses: &Collapses, level: u32) -> BTreeSet<u
 /// sorted.
 pub fn face_set<T: Ord + Clone>(faces: impl IntoIterator<Item = [T; 3]>) -> Vec<[T; 3]> {
     let turned = |mut face: [T; 3]| {
-        let least = (0..3).min_by(|&a, &b| face[a].cmp(&face[b])).expect("three corners");
-        face.rotate_left(least);
+        let min = (0..3).min_by(|&a, &b| face[a].cmp(&face[b])).expect("three corners");
+        face.rotate_left(min);
         face
     };
     let mut set: Vec<_> = faces.into_iter().map(turned).collect();

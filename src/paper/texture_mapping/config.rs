@@ -88,14 +88,14 @@ settings! {
 
 fn check(keys: &ReliefKeys, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     if !keys.method.has_distance_map() {
-        part.absent(
+        part.reject(
             &["map_precision"],
             &format!("the method {:?} has no distance map and", keys.method.name()),
         )?;
     }
     match keys.map {
-        ReliefMap::File => part.needed("path", &keys.path, "a relief from a file").map(drop),
-        _ => part.absent(&["path"], "a shipped or generated relief"),
+        ReliefMap::File => part.required("path", &keys.path, "a relief from a file").map(drop),
+        _ => part.reject(&["path"], "a shipped or generated relief"),
     }
 }
 

@@ -52,17 +52,17 @@ pub struct FootprintSettings {
     /// always selects level 0.
     pub minor_texels: f32,
     /// An ellipse with a greater axis ratio is widened to this ratio.
-    pub most_ratio: f32,
+    pub max_ratio: f32,
     /// Maximum distance from the centre to a side of the ellipse's bounding box, in texels of the level. The ellipse is
     /// taken without k. A larger box raises the level.
-    pub most_reach: f32,
+    pub max_reach: f32,
 }
 
 /// The most texels that a pixel visits; a larger footprint raises the level.
-pub const MOST_VISITED: u32 = 16_384;
+pub const MAX_VISITED: u32 = 16_384;
 
-/// [`FootprintSettings::most_reach`] for a texture that is whole in video memory, not split into tiles.
-pub const MOST_REACH: f32 = 1024.0;
+/// [`FootprintSettings::max_reach`] for a texture that is whole in video memory, not split into tiles.
+pub const MAX_REACH: f32 = 1024.0;
 
 /// If the longer semi-axis exceeds this many texels, the pixel gets the texture's mean: the coarsest level's texel.
-pub const MOST_MAJOR_TEXELS: f64 = 1_048_576.0;
+pub const MAX_MAJOR_TEXELS: f64 = 1_048_576.0;

@@ -1,7 +1,7 @@
 //! The methods that filter a pixel's footprint to a colour; the GPU and the reference take the same [`Method`].
 
 use super::baselines::FilterBaseline;
-use super::footprint::{Axes, Determinant, FootprintSettings, MOST_REACH, Scan};
+use super::footprint::{Axes, Determinant, FootprintSettings, MAX_REACH, Scan};
 use super::weights::{Edge, EllipseKernel};
 use crate::math::weight_map::{WeightMap, map_reach};
 
@@ -45,8 +45,8 @@ impl EllipseFilter {
             k: 0.0,
             scan: Scan::BoundingBox,
             minor_texels: 0.0,
-            most_ratio: 1e6,
-            most_reach: MOST_REACH,
+            max_ratio: 1e6,
+            max_reach: MAX_REACH,
         },
         kernel: EllipseKernel::FORMULA_4,
         map: None,
@@ -62,8 +62,8 @@ impl EllipseFilter {
             k: 0.8,
             scan: Scan::RowSpan,
             minor_texels: 1.0,
-            most_ratio: 64.0,
-            most_reach: MOST_REACH,
+            max_ratio: 64.0,
+            max_reach: MAX_REACH,
         },
         kernel: EllipseKernel::EWA,
         map: None,
@@ -91,8 +91,8 @@ impl EllipseFilter {
         EllipseFilter { footprint: FootprintSettings { minor_texels, ..self.footprint }, ..self }
     }
 
-    pub const fn most_ratio(self, most_ratio: f32) -> EllipseFilter {
-        EllipseFilter { footprint: FootprintSettings { most_ratio, ..self.footprint }, ..self }
+    pub const fn max_ratio(self, max_ratio: f32) -> EllipseFilter {
+        EllipseFilter { footprint: FootprintSettings { max_ratio, ..self.footprint }, ..self }
     }
 
     /// Limits the footprint. Including half a texel at the edge, the footprint then reaches at most `texels` from the
@@ -105,18 +105,18 @@ impl EllipseFilter {
     /// instead: if h is half a side of the bounding box, `2 h / r <= t <= 2 h`. Without edge weights, V grows only by a
     /// margin of 1e-4.
     pub fn within(self, texels: u32) -> EllipseFilter {
-        let (k, most) = (f64::from(self.footprint.k), f64::from(texels) - 0.5);
+        let (k, max) = (f64::from(self.footprint.k), f64::from(texels) - 0.5);
         let half_side_squared = if k >= 0.25 {
             let t = 2.0 * k.sqrt();
-            (most * most - (1.0 + t) / 4.0) / (1.0 + 1.0 / t)
+            (max * max - (1.0 + t) / 4.0) / (1.0 + 1.0 / t)
         } else if self.edge == Edge::None {
-            most * most / 1.0001
+            max * max / 1.0001
         } else {
-            let c = (f64::from(self.footprint.most_ratio) + 1.0) / 4.0;
-            ((c * c + most * most - 0.25).sqrt() - c).powi(2)
+            let c = (f64::from(self.footprint.max_ratio) + 1.0) / 4.0;
+            ((c * c + max * max - 0.25).sqrt() - c).powi(2)
         };
-        let most_reach = (half_side_squared - k).sqrt() as f32;
-        EllipseFilter { footprint: FootprintSettings { most_reach, ..self.footprint }, ..self }
+        let max_reach = (half_side_squared - k).sqrt() as f32;
+        EllipseFilter { footprint: FootprintSettings { max_reach, ..self.footprint }, ..self }
     }
 
     pub const fn k(self, k: f32) -> EllipseFilter {

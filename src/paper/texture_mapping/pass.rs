@@ -3,7 +3,7 @@
 use super::baselines::FilterBaseline;
 use super::coordinates::pass::set_up;
 use super::coordinates::{Band, Form};
-use super::footprint::{Axes, Determinant, MOST_VISITED, Scan};
+use super::footprint::{Axes, Determinant, MAX_VISITED, Scan};
 use super::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use super::plane::TiltedPlane;
 use super::texels::GreyMipmap;
@@ -203,10 +203,10 @@ fn constants(method: &Method, coarsest: u32) -> Vec<(&'static str, u32)> {
     match method {
         Method::Ellipse(ellipse) => constants.extend(ellipse_constants(ellipse)),
         Method::Baseline(baseline) => match *baseline {
-            FilterBaseline::Trilinear => constants.extend([("RULE", 0), ("MOST", 1)]),
-            FilterBaseline::Anisotropic(most) => constants.extend([("RULE", 1), ("MOST", most)]),
-            FilterBaseline::Feline(most) => constants.extend([("RULE", 2), ("MOST", most)]),
-            FilterBaseline::Mavridis(taps) => constants.extend([("RULE", 3), ("MOST", taps)]),
+            FilterBaseline::Trilinear => constants.extend([("RULE", 0), ("MAX", 1)]),
+            FilterBaseline::Anisotropic(max) => constants.extend([("RULE", 1), ("MAX", max)]),
+            FilterBaseline::Feline(max) => constants.extend([("RULE", 2), ("MAX", max)]),
+            FilterBaseline::Mavridis(taps) => constants.extend([("RULE", 3), ("MAX", taps)]),
             FilterBaseline::Stochastic(samples) => constants.push(("SAMPLES", samples)),
             FilterBaseline::Hardware(_) | FilterBaseline::Pbrt | FilterBaseline::SummedArea => {}
         },
@@ -230,10 +230,10 @@ fn ellipse_constants(ellipse: &EllipseFilter) -> Vec<(&'static str, u32)> {
         ("K", footprint.k.to_bits()),
         ("ROW_SPAN", u32::from(footprint.scan == Scan::RowSpan)),
         ("MINOR_TEXELS", footprint.minor_texels.to_bits()),
-        ("MOST_RATIO", footprint.most_ratio.to_bits()),
-        ("MOST_REACH", footprint.most_reach.to_bits()),
+        ("MAX_RATIO", footprint.max_ratio.to_bits()),
+        ("MAX_REACH", footprint.max_reach.to_bits()),
         ("RADIUS", kernel.radius_px.to_bits()),
-        ("MOST_VISITED", (MOST_VISITED as f32).to_bits()),
+        ("MAX_VISITED", (MAX_VISITED as f32).to_bits()),
         ("ALPHA", kernel.alpha.to_bits()),
         ("EDGE", *edge as u32),
     ];
@@ -299,13 +299,13 @@ impl FilterPass {
             }
             _ => vec![0],
         };
-        let most_anisotropy = match method {
-            Method::Baseline(FilterBaseline::Hardware(most)) => *most,
+        let max_anisotropy = match method {
+            Method::Baseline(FilterBaseline::Hardware(max)) => *max,
             _ => 1,
         };
         Ok(FilterPass {
             pipeline,
-            sampler: gpu.tiling_sampler("tiling sampler", most_anisotropy)?,
+            sampler: gpu.tiling_sampler("tiling sampler", max_anisotropy)?,
             weight_map: gpu.buffer_with("weight map", &words, BufferUse::Texels)?,
             rows: gpu.buffer("no rows", 4, BufferUse::Storage)?,
             coarsest,

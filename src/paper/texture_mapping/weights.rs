@@ -11,7 +11,7 @@
 
 /// A footprint is empty if the sum of its weights is below 2^-100. f32 loses weights below 2^-126, some devices all
 /// subnormal ones, so a smaller sum would have a device-dependent mean.
-pub const LEAST_WEIGHTS: f64 = 7.888609052210118e-31;
+pub const MIN_WEIGHTS: f64 = 7.888609052210118e-31;
 
 /// The Gaussian's support in the picture plane and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -65,7 +65,7 @@ impl CompactPass {
             with(constants, &[("OWN_LEVEL", u32::from(config.address == TileAddress::OwnLevel))]);
         let mut entries = Entries::Triples;
         if config.compact == Compaction::FusedAppend {
-            entries = Entries::Places(*pyramid, config.address);
+            entries = Entries::BitIndices(*pyramid, config.address);
             constants.push(("LIST_PLACES", 1));
         }
         if words_log2 > 0 {
@@ -145,7 +145,7 @@ impl VisibleList {
                 cmd.render(draw.grid, &[], None, |render| {
                     let resources = [(compact_geom::TILE_MASK, mask.resource)];
                     let into = TransformFeedback { buffer: &self.triples, counter, query, query_index: 0 };
-                    render.draw_into(&draw.pipeline, &resources, bytemuck::bytes_of(&push), count, &into)
+                    render.draw_captured(&draw.pipeline, &resources, bytemuck::bytes_of(&push), count, &into)
                 })
             }
             Fill::Compute { dispatches, sums } => {

@@ -20,7 +20,7 @@ use crate::vk::{
 use std::collections::BTreeMap;
 
 /// Largest n: one pixel of 256, as in Unreal Engine 5.
-pub const MOST_LOG2: u32 = 8;
+pub const MAX_LOG2: u32 = 8;
 
 /// Width and height of a block of 2^n pixels, as log2: square, or twice as wide as high.
 pub fn block_log2(n: u32) -> [u32; 2] {
@@ -69,7 +69,7 @@ impl Feedback {
     /// # Errors
     /// The driver cannot compile the shader.
     pub fn new(gpu: &Gpu, format: RequestFormat, n: u32) -> Result<Feedback> {
-        assert!(n <= MOST_LOG2, "one pixel of 2^{n}");
+        assert!(n <= MAX_LOG2, "one pixel of 2^{n}");
         let shader = &feedback_comp::SHADER;
         let words = format.words();
         let pipeline = gpu.compute_pipeline(shader.name, shader, &[("REQUEST_WORDS", words as u32)])?;
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_cycle_samples_every_pixel_of_a_block_once() {
-        for n in 0..=MOST_LOG2 {
+        for n in 0..=MAX_LOG2 {
             let [width, height] = block_log2(n).map(|log2| 1 << log2);
             let sampled: BTreeSet<_> = (0..cycle(n)).map(|frame| offset(n, frame)).collect();
             let block: BTreeSet<_> = (0..width).flat_map(|x| (0..height).map(move |y| [x, y])).collect();

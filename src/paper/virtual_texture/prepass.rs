@@ -56,7 +56,7 @@ impl Culling {
                 + DVec3::from_array(view.eye_low.map(f64::from)),
             planes: [w + x, w - x, w + y, w - y, w - z].map(plane),
             depth,
-            px: most_stretch(x_px, y_px) + 0.5 * width.hypot(height) * depth.length(),
+            px: max_stretch(x_px, y_px) + 0.5 * width.hypot(height) * depth.length(),
             squared_px: DMat3::from_cols(x_px, y_px, depth).determinant(),
             viewport_px: (width + height) / f64::from(1 << 20),
         }
@@ -99,24 +99,24 @@ impl Culling {
         // The eye is at least this far behind the plane of every triangle.
         let behind_m = distance * angle.cos() - radius;
         let (middle_w, half_w) = (self.depth.dot(from_eye), self.depth.length() * (radius + error_m));
-        let (least_w, most_w) = (middle_w - half_w, middle_w + half_w);
-        if !(angle < FRAC_PI_2 && behind_m > 0.0 && least_w > 0.0) {
+        let (min_w, max_w) = (middle_w - half_w, middle_w + half_w);
+        if !(angle < FRAC_PI_2 && behind_m > 0.0 && min_w > 0.0) {
             return false;
         }
         // A vertex lies d / w pixels from the picture's centre. Two vertices differ by
         // d / w - d' / w' = (d - d' - (d' / w') (w - w')) / w. Inside the frustum d' / w' is at most half the diagonal.
-        let most_px_of_a_metre = self.px / least_w;
+        let max_px_of_a_metre = self.px / min_w;
         // Twice a triangle's area in pixels is the determinant of its corners, divided by the product of their w. The
         // determinant is twice its area in the world times the distance of its plane from the eye. Twice the area
         // divided by the longest side is the height.
-        let least_height_px =
-            self.squared_px * cluster.least_height_m * behind_m / (most_w.powi(3) * most_px_of_a_metre);
-        least_height_px > 2.0 * (SNAPPING_PX + self.viewport_px + most_px_of_a_metre * error_m)
+        let min_height_px =
+            self.squared_px * cluster.min_height_m * behind_m / (max_w.powi(3) * max_px_of_a_metre);
+        min_height_px > 2.0 * (SNAPPING_PX + self.viewport_px + max_px_of_a_metre * error_m)
     }
 }
 
 /// The largest singular value of the matrix with rows `x` and `y`.
-fn most_stretch(x: DVec3, y: DVec3) -> f64 {
+fn max_stretch(x: DVec3, y: DVec3) -> f64 {
     let (xx, xy, yy) = (x.dot(x), x.dot(y), y.dot(y));
     (0.5 * (xx + yy) + (0.5 * (xx - yy)).hypot(xy)).sqrt()
 }

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashSet};
 
 /// Size limit of the bitmap. With level-0 tile addresses each cell has a bit per level: 8.5 GiB for 2^20 x 2^20 texels
 /// in tiles of 16.
-const MOST_BITMAP_BYTES: u64 = 1 << 30;
+const MAX_BITMAP_BYTES: u64 = 1 << 30;
 
 /// The CPU's pass over the request image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,9 +87,9 @@ impl HostList {
             end += u64::from(columns) * u64::from(rows);
         }
         let bytes = end.div_ceil(64) * 8;
-        if pass == HostPass::Bitmap && bytes > MOST_BITMAP_BYTES {
+        if pass == HostPass::Bitmap && bytes > MAX_BITMAP_BYTES {
             let what = format!(
-                "a bit for each of {end} triples takes {bytes} bytes, more than {MOST_BITMAP_BYTES}; \
+                "a bit for each of {end} triples takes {bytes} bytes, more than {MAX_BITMAP_BYTES}; \
                  use variant.address = \"own-level\" or variant.list = \"host-hash\""
             );
             return Err(Error::Limit { object: "bitmap of triples".into(), what });

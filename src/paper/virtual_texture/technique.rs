@@ -22,7 +22,7 @@ use crate::math::camera::Pose;
 use crate::math::light::LightColours;
 use crate::math::pyramid::TileId;
 use crate::model::mesh::Mesh;
-use crate::scene::camera::continued;
+use crate::scene::camera::extrapolated;
 use crate::texture::source::TileSource;
 use crate::vk::{self, FRAMES_IN_FLIGHT, Frame, Gpu, Need, PassTime};
 use glam::DVec3;
@@ -119,12 +119,12 @@ impl VirtualTexture {
         check(&settings.config, &*source)?;
         let streaming = Streaming::new(source.clone(), settings.streaming.clone())?;
         let resident = TilePool::new(gpu, &*source, settings.streaming.gpu_tiles)?;
-        let most_uploads = settings.streaming.upload_tiles_per_frame;
+        let max_uploads = settings.streaming.upload_tiles_per_frame;
         Ok(VirtualTexture {
             method: ListAndDraw::new(gpu, &pyramid, &settings.config, &resident, target, lit)?,
             prefetch: prefetch(gpu, &*source, &settings, target)?,
             fade: FadeIn::new(settings.config.fade_in_frames),
-            uploads: PerFrame::new(|| resident.uploads(gpu, most_uploads))?,
+            uploads: PerFrame::new(|| resident.uploads(gpu, max_uploads))?,
             lists: PerFrame::default(),
             streamed: PerFrame::default(),
             samples_seen: samples_seen(&settings.config),
@@ -190,9 +190,9 @@ impl VirtualTexture {
         let resident = pool.as_ref().unwrap_or(&self.resident);
         let method = ListAndDraw::new(gpu, &self.source.pyramid(), &settings.config, resident, target, lit)?;
         let prefetch = prefetch(gpu, &*self.source, &settings, target)?;
-        let most = next.upload_tiles_per_frame;
-        let other_uploads = now.upload_tiles_per_frame != most;
-        let uploads = other_uploads.then(|| PerFrame::new(|| resident.uploads(gpu, most))).transpose()?;
+        let max = next.upload_tiles_per_frame;
+        let other_uploads = now.upload_tiles_per_frame != max;
+        let uploads = other_uploads.then(|| PerFrame::new(|| resident.uploads(gpu, max))).transpose()?;
         self.streaming.reconfigure(next.clone())?;
         // From here on nothing fails.
         self.fade.set_frames(settings.config.fade_in_frames);
@@ -297,7 +297,7 @@ impl VirtualTexture {
 /// Checks that the settings fit the texture.
 fn check(config: &Config, source: &dyn TileSource) -> Result<(), VirtualTextureError> {
     config.check(&source.pyramid())?;
-    match config.filter.beyond(source.pyramid().border_texels(), source.pyramid().tile_size()) {
+    match config.filter.tile_fault(source.pyramid().border_texels(), source.pyramid().tile_size()) {
         Some((key, what)) => Err(VirtualTextureError::Border { key, what }),
         None => Ok(()),
     }
@@ -369,7 +369,7 @@ impl Technique for VirtualTexture {
         self.stream(gpu, view)?;
         self.expected = match (&self.prefetch, self.pose) {
             (Some(_), Some((last, _))) => {
-                continued(&last, &view.pose, self.settings.streaming.prefetch_frames)
+                extrapolated(&last, &view.pose, self.settings.streaming.prefetch_frames)
             }
             _ => None,
         };

@@ -1,6 +1,6 @@
 //! The tile mask: a mark for each distinct triple, in one of three layouts. Stage 2 writes it, stage 3 reads it.
 
-use super::variants::{MaskLayout, most_triples};
+use super::variants::{MaskLayout, max_triples};
 use super::{Config, TileAddress};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Buffer, BufferUse, Cmd, Format, Gpu, Image, ImageInfo, ReadAs, Resource, Result};
@@ -38,7 +38,7 @@ impl TileMask {
     /// Number of words that stage 3 reads; a texel of the tile mask is one word.
     pub(super) fn words_of(pyramid: &Pyramid, config: &Config) -> u64 {
         let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
-        let places = most_triples(pyramid, config.address);
+        let places = max_triples(pyramid, config.address);
         match config.dedup.layout() {
             MaskLayout::Texels => columns * rows,
             MaskLayout::Bits => places.div_ceil(32),

@@ -157,7 +157,7 @@ impl Config {
             );
         }
         // mark_index counts in 32 bits.
-        if layout != MaskLayout::Texels && most_triples(pyramid, self.address) > 1 << 32 {
+        if layout != MaskLayout::Texels && max_triples(pyramid, self.address) > 1 << 32 {
             return unfit(
                 "dedup",
                 dedup,
@@ -190,7 +190,7 @@ impl Config {
 }
 
 /// Upper bound of a frame's distinct triples. The layouts `Bits` and `Bytes` have a mark for each.
-pub(super) fn most_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
+pub(super) fn max_triples(pyramid: &Pyramid, address: TileAddress) -> u64 {
     let [columns, rows] = pyramid.tile_grid(0).map(u64::from);
     match address {
         TileAddress::Level0 => columns * rows * u64::from(pyramid.first_resident_level()),

@@ -11,14 +11,14 @@ pub(super) enum Entries {
     /// q, i and j, as in the paper.
     Triples,
     /// The index of the triple's bit in the tile mask. Pyramid and tile address determine the order of the bits.
-    Places(Pyramid, TileAddress),
+    BitIndices(Pyramid, TileAddress),
 }
 
 impl Entries {
     fn bytes(self) -> u64 {
         match self {
             Entries::Triples => 12,
-            Entries::Places(..) => 4,
+            Entries::BitIndices(..) => 4,
         }
     }
 
@@ -26,7 +26,7 @@ impl Entries {
     fn triple(self, bytes: &[u8]) -> [u32; 3] {
         match self {
             Entries::Triples => bytemuck::pod_read_unaligned(bytes),
-            Entries::Places(pyramid, address) => {
+            Entries::BitIndices(pyramid, address) => {
                 TileMask::triple_at(&pyramid, address, bytemuck::pod_read_unaligned(bytes))
             }
         }
@@ -48,8 +48,8 @@ pub struct VisibleList {
 pub(super) enum Fill {
     /// Transform feedback has its own query for the length.
     Feedback { draw: Arc<BlockDraw>, counter: Buffer, query: StreamQuery },
-    /// The length is the first word of the visible-tile list. `sums`: the number of marks of each workgroup, if the
-    /// list is ordered.
+    /// The length is the first word of the visible-tile list. `sums`: the number of set bits that each
+    /// workgroup found, if the list is ordered.
     Compute { dispatches: Arc<Dispatches>, sums: Option<Buffer> },
 }
 
@@ -142,7 +142,7 @@ impl VisibleList {
     }
 
     /// Sets the number of triples that the next frames copy: 1.25 x `needed` + 1024, at most the capacity. With
-    /// own-level tile addresses a frame has some hundred triples; the default capacity of 65,536 would copy 0.8 MB per
+    /// own-level tile addresses a frame has a few hundred triples; the default capacity of 65,536 would copy 0.8 MB per
     /// frame.
     pub(super) fn expect(&mut self, needed: u64) {
         self.read = (needed + needed / 4 + 1024).min(self.capacity);

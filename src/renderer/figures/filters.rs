@@ -390,7 +390,7 @@ fn exact_ellipses(
 ) -> anyhow::Result<Picture> {
     let (pyramid, texels) = (source.pyramid(), SourceTexels::new(source));
     let [columns, rows] = pyramid.level_size(0).map(f64::from);
-    let ellipse = EllipseFilter::BEST.most_ratio(16.0).minor_texels(2.0).within(pyramid.tile_size() / 2);
+    let ellipse = EllipseFilter::BEST.max_ratio(16.0).minor_texels(2.0).within(pyramid.tile_size() / 2);
     let texture = texels.texture();
     let pixel = |x: f64, y: f64| -> Option<[f32; 4]> {
         const STEP: f64 = 1e-4;

@@ -44,7 +44,7 @@ impl TexturedView<'_> {
             of_one_half: pixels.iter().map(|pixel| pixel.of_one_half[0]).collect(),
             whole: pixels.iter().map(|pixel| pixel.whole[0]).collect(),
             squared_errors: pixels.iter().map(|pixel| pixel.squared_errors[0]).collect(),
-            most_samples: pixels.iter().map(|pixel| pixel.most_samples).max().unwrap_or(0),
+            max_samples: pixels.iter().map(|pixel| pixel.max_samples).max().unwrap_or(0),
             mean_samples: pixels.iter().map(|pixel| pixel.mean_samples).sum::<f64>() / pixels.len() as f64,
         }
     }
@@ -55,15 +55,15 @@ impl TexturedView<'_> {
         let surface =
             |x: f64, y: f64| (self.surface)(x + left, y + top).map(|[s, t]| [s * width, t * height]);
         let texel = |[u, v]: [f64; 2]| texture.bilinear(level.level, u / width, v / height)[0];
-        let density = Density { per_texel: 0.0, least: self.strata, most: self.strata };
+        let density = Density { per_texel: 0.0, min: self.strata, max: self.strata };
         supersample([1, 1], surface, texel, kernel, density)
     }
 }
 
 /// The coarsest streamed level at which the shorter side of every footprint has at least 8 texels; 0 if there is none.
 fn finest_needed<'a>(samples: impl Iterator<Item = &'a Sample>, pyramid: &Pyramid) -> u32 {
-    let least = samples.map(|sample| sides(sample, pyramid).lengths()[1]).fold(f64::INFINITY, f64::min);
-    ((least / 8.0).log2().floor().max(0.0) as u32).min(pyramid.first_resident_level() - 1)
+    let min = samples.map(|sample| sides(sample, pyramid).lengths()[1]).fold(f64::INFINITY, f64::min);
+    ((min / 8.0).log2().floor().max(0.0) as u32).min(pyramid.first_resident_level() - 1)
 }
 
 /// A level of a tile source as luminance. Tiles are read on demand, from any thread.

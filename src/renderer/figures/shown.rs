@@ -1,4 +1,4 @@
-//! What figures show, as scenes.
+//! Looks up figures by id, and loads the scenes of their views.
 
 use super::FAMILIES;
 use crate::figure::{Figure, FigureView};
@@ -11,7 +11,7 @@ pub fn find(id: &str) -> Option<&'static Figure> {
 }
 
 /// Changes of a view or of a variant for one scene: `surface.NAME` becomes the scene's first surface.
-pub fn named(changes: &[String], scene: &Scene) -> Vec<String> {
+pub fn for_scene(changes: &[String], scene: &Scene) -> Vec<String> {
     let first = scene.surfaces.keys().next().map_or("NAME", String::as_str);
     changes.iter().map(|change| change.replacen("surface.NAME.", &format!("surface.{first}."), 1)).collect()
 }
@@ -21,5 +21,5 @@ pub fn named(changes: &[String], scene: &Scene) -> Vec<String> {
 /// # Errors
 /// [`SceneError`].
 pub fn scene_of(view: &FigureView) -> Result<Scene, SceneError> {
-    sections::load(&view.scene, &named(&view.changes, &Scene::embedded(&view.scene)?))
+    sections::load(&view.scene, &for_scene(&view.changes, &Scene::embedded(&view.scene)?))
 }

@@ -9,7 +9,7 @@ pub use surfaces::{InstanceBytes, SurfaceReport, SurfacesFrame};
 use super::{Record, Renderer};
 use crate::paper::virtual_texture::streaming::StreamingConfig;
 use crate::paper::virtual_texture::{Config, PlainComparison, TextureFrameRecord, VirtualTexture};
-use crate::picture::write::{FileError, write_whole};
+use crate::picture::write::{FileError, write_atomically};
 use crate::vk::{FRAMES_IN_FLIGHT, PassTime};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -238,7 +238,7 @@ impl Report {
     /// # Errors
     /// [`FileError`] names the path.
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
-        write_whole(path, |file| {
+        write_atomically(path, |file| {
             serde_json::to_writer_pretty(&mut *file, &FORMAT.head(self))?;
             writeln!(file)
         })

@@ -51,7 +51,7 @@ pub enum ReportError {
 }
 
 /// Upper bound of a report of a million frames.
-const MOST_BYTES: u64 = 1 << 32;
+const MAX_BYTES: u64 = 1 << 32;
 
 impl RunSection {
     /// The settled picture of a scene, from its own camera or along its own path.
@@ -84,8 +84,8 @@ impl RunSection {
         }
         let shown = || path.display().to_string();
         let format = |error| ReportError::Format { path: shown(), error };
-        let text = file::read_text(path, MOST_BYTES)
-            .map_err(|source| ReportError::Read { path: shown(), source })?;
+        let text =
+            file::read_text(path, MAX_BYTES).map_err(|source| ReportError::Read { path: shown(), source })?;
         FORMAT.check(&text).map_err(format)?;
         let report: OfReport = serde_json::from_str(&text).map_err(|error| format(error.into()))?;
         report.run.ok_or_else(|| ReportError::NoRun { path: shown() })
@@ -97,6 +97,6 @@ impl RunSection {
     /// [`SceneError`] if this program did not write the text.
     pub fn scene(&self, report: &str) -> Result<Scene, SceneError> {
         let shown = format!("{report}: run.scene");
-        Scene::of_parts(&shown, &self.name, Path::new(&self.folder), self.scene.clone())
+        Scene::from_parts(&shown, &self.name, Path::new(&self.folder), self.scene.clone())
     }
 }

@@ -50,7 +50,7 @@ mod tests {
             let ends = [0, 2].map(|at| u16::from_le_bytes([block[at], block[at + 1]]));
             let colours = ends.map(|end| {
                 [(end >> 11, 31), (end >> 5 & 63, 63), (end & 31, 31)]
-                    .map(|(value, most)| f64::from(value) / f64::from(most) * 255.0)
+                    .map(|(value, max)| f64::from(value) / f64::from(max) * 255.0)
             });
             let indices = u32::from_le_bytes([block[4], block[5], block[6], block[7]]);
             for texel in 0..16 {

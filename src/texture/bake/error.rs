@@ -31,7 +31,7 @@ pub enum SourceError {
 impl SourceError {
     /// True if a later run cannot resume this bake, because the source is unusable or has changed. False for possibly
     /// temporary faults, such as a read error.
-    pub(super) fn lasts(&self) -> bool {
+    pub(super) fn is_permanent(&self) -> bool {
         !matches!(self, Self::Open { .. } | Self::Read { .. })
     }
 }

@@ -78,9 +78,9 @@ impl BakePlan {
         let record = self.layout.record_bytes() as u64;
         let first_resident = self.layout.resident_bytes(pyramid.first_resident_level()) as u64;
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
-        // 144 bytes per index entry: the journal's entries, completion flags, and the index in both forms. A journal
-        // entry has 24 bytes. The entries exist twice while they are partitioned, and once more when checked. The
-        // scratch file's jobs add a third to their number.
+        // 144 bytes per index entry: the journal's entries, completion flags, and the index as numbers and as bytes. A
+        // journal entry has 24 bytes. The entries exist twice while they are partitioned, and once more when checked.
+        // The scratch file's jobs add a third to their number.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {
@@ -93,7 +93,8 @@ impl BakePlan {
         };
         // Four tiles read and one written, per thread.
         let coarser = threads * 5 * payload;
-        // A level, the next coarser one, and the first resident level as the coarsest tiles' second picture.
+        // A level, the next coarser one, and the copy of the first resident level that the coarsest tiles store as
+        // their second mip level.
         let resident = 3 * first_resident + threads * 2 * payload;
         // The tile, its record, a neighbour's rows. A synthetic tile in linear light has 12 bytes per texel.
         let storing = first_resident + threads * (4 * rgba + record + payload);

@@ -87,7 +87,7 @@ pub(super) fn run(
     let work = Work { layout, plan, files, journal, partial, progress };
     let finished = work.do_all(settings, source, &entries);
     if let Err(BakeError::Source(error)) = &finished
-        && error.lasts()
+        && error.is_permanent()
     {
         // None of these files can be reused.
         for file in [&files.partial, &files.scratch, &files.journal] {

@@ -1,11 +1,11 @@
 //! Sources of a texture's tiles: a file, or a pure function.
 
 pub mod border;
+pub mod cached;
 #[cfg(test)]
 mod checks;
 pub mod earth;
 pub mod encoded;
-pub mod remembered;
 pub mod ruler;
 pub mod terrain;
 

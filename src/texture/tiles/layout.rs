@@ -19,7 +19,7 @@ const VERSION: u32 = 1;
 /// Checksums are the last 8 bytes of header and index.
 const CHECKSUM_BYTES: usize = 8;
 /// Keeps the index, which a reader holds in memory, at 512 MiB or less.
-const MOST_TILES: u64 = 1 << 26;
+const MAX_TILES: u64 = 1 << 26;
 
 /// Parameters that a `.tiles` file cannot store.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub enum LayoutError {
         "bc1 uses blocks of 4 x 4 texels on both levels of a tile, so the border must be a multiple of 4, not {0}"
     )]
     Bc1Border(u32),
-    #[error("{0} tiles are more than a .tiles file can index ({MOST_TILES}); choose larger tiles")]
+    #[error("{0} tiles are more than a .tiles file can index ({MAX_TILES}); choose larger tiles")]
     TooManyTiles(u64),
 }
 
@@ -52,7 +52,7 @@ impl FileLayout {
         if format == TileFormat::Bc1 && !pyramid.border_texels().is_multiple_of(4) {
             return Err(LayoutError::Bc1Border(pyramid.border_texels()));
         }
-        if pyramid.tile_count() > MOST_TILES {
+        if pyramid.tile_count() > MAX_TILES {
             return Err(LayoutError::TooManyTiles(pyramid.tile_count()));
         }
         Ok(Self { pyramid, format })

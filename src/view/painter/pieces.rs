@@ -43,7 +43,7 @@ pub struct Vertex {
 
 /// Pixels of the smallest rectangle that is copied instead of blended. On lavapipe, a draw costs as much as blending
 /// some thousand pixels.
-const LEAST_OPAQUE: u64 = 1 << 14;
+const MIN_OPAQUE: u64 = 1 << 14;
 
 impl Pieces {
     /// The triangles of egui's shapes for a window of `size` pixels.
@@ -62,7 +62,7 @@ impl Pieces {
             let Some(clip) = clip.within(&window) else { continue };
             let opaque = opaque(&leaf.shape, pixels_per_point).and_then(|opaque| opaque.within(&clip));
             let is_new = |opaque: &Rectangle| !pieces.opaque.iter().any(|other| other.overlaps(opaque));
-            pieces.opaque.extend(opaque.filter(|opaque| opaque.area() >= LEAST_OPAQUE && is_new(opaque)));
+            pieces.opaque.extend(opaque.filter(|opaque| opaque.area() >= MIN_OPAQUE && is_new(opaque)));
             let mut primitives = Vec::new();
             tessellator.tessellate_clipped_shape(leaf, &mut primitives);
             for primitive in primitives {

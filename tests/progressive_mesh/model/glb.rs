@@ -90,8 +90,8 @@ fn nodes_transform_meshes_and_a_mirror_reverses_the_winding() {
     // A quarter turn about z, as columns.
     let turned = r#"{"mesh":0,"matrix":[0,1,0,0,-1,0,0,0,0,0,1,0,0,0,0,1]}"#;
     let model = read("cube.glb", cube_glb(turned));
-    let least = model.positions.iter().fold(glam::DVec3::MAX, |least, position| least.min(*position));
-    assert_eq!(least.to_array(), [-1.0, 0.0, 0.0]);
+    let min = model.positions.iter().fold(glam::DVec3::MAX, |min, position| min.min(*position));
+    assert_eq!(min.to_array(), [-1.0, 0.0, 0.0]);
 }
 
 /// A flat square in one primitive without indices.

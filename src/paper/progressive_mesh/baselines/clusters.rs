@@ -48,12 +48,12 @@ mod tests {
         let model = scratch::torus(32);
         let mesh = classical(&model, &scratch::collapses(&model, 64));
         let levels = [mesh.last_level() / 2, mesh.last_level()];
-        for (cache, least) in [(Cache::Batches, 1.5), (Cache::Meshlets, 1.25)] {
+        for (cache, min) in [(Cache::Batches, 1.5), (Cache::Meshlets, 1.25)] {
             let clusters = clustered_costs(&mesh, cache, &levels).mean();
             let fifo =
                 baseline_costs(&mesh, OrderBaseline::ReoptimisedFifo, &[cache], &levels).costs[0].mean();
             assert!(
-                least < clusters && clusters < fifo,
+                min < clusters && clusters < fifo,
                 "{cache:?}: {clusters} in clusters, {fifo} in a FIFO's order"
             );
         }

@@ -131,11 +131,11 @@ impl Counter {
         Transforms { transforms: self.clock - start, vertices }
     }
 
-    /// A face that does not fit starts a new batch; a batch holds `most_vertices` and `most_triangles`.
+    /// A face that does not fit starts a new batch; a batch holds `max_vertices` and `max_triangles`.
     fn batches(
         &mut self,
-        most_vertices: u64,
-        most_triangles: u64,
+        max_vertices: u64,
+        max_triangles: u64,
         faces: impl IntoIterator<Item = [u32; 3]>,
     ) -> Transforms {
         let start = self.clock;
@@ -144,7 +144,7 @@ impl Counter {
         let (mut batch, mut triangles) = (self.clock, 0);
         for face in faces {
             let new = face.iter().filter(|&&vertex| self.entered[vertex as usize] <= batch).count() as u64;
-            if triangles == most_triangles || self.clock - batch + new > most_vertices {
+            if triangles == max_triangles || self.clock - batch + new > max_vertices {
                 (batch, triangles) = (self.clock, 0);
             }
             triangles += 1;

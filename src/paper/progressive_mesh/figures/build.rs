@@ -110,7 +110,7 @@ fn rows_of(name: &str, builds: &[Build]) -> Vec<Row> {
     let samples = steps.map(|(step, label)| (label, times(step))).chain([(name, whole)]);
     let mut rows: Vec<Row> =
         samples.map(|(label, times)| Row::of_rounds(label, TIME, "ms", Some(times))).collect();
-    let memory: Option<Vec<f64>> = builds.iter().map(|build| build.most_memory).collect();
+    let memory: Option<Vec<f64>> = builds.iter().map(|build| build.peak_memory).collect();
     rows.push(match memory {
         Some(memory) => Row::of_rounds(name, MEMORY, "MiB", Some(memory)),
         None => Row::missing(name, MEMORY, "this system does not report the memory of a process"),
@@ -124,7 +124,7 @@ struct Build {
     /// Milliseconds of each of [`STEPS`].
     times: [f64; 5],
     /// Maximum resident memory in MiB; `None` if unknown.
-    most_memory: Option<f64>,
+    peak_memory: Option<f64>,
     file_bytes: f64,
 }
 
@@ -151,7 +151,7 @@ fn build_of_report(report: &serde_json::Value, again: f64) -> Option<Build> {
     let step = |name: &str| report["milliseconds"][name].as_f64();
     Some(Build {
         times: [step("load_and_clean")?, step("simplify")?, step("order")?, step("write")?, again],
-        most_memory: report["most_memory_bytes"].as_f64().map(|bytes| bytes / f64::from(1 << 20)),
+        peak_memory: report["most_memory_bytes"].as_f64().map(|bytes| bytes / f64::from(1 << 20)),
         file_bytes: report["file_bytes"].as_f64()?,
     })
 }
@@ -168,10 +168,10 @@ mod tests {
         let build = |text: &str| build_of_report(&serde_json::from_str(text).unwrap(), 5.0);
         let found = build(whole).unwrap();
         assert_eq!(
-            (found.times, found.most_memory, found.file_bytes),
+            (found.times, found.peak_memory, found.file_bytes),
             ([1.0, 2.0, 3.5, 4.0, 5.0], Some(3.0), 99.0)
         );
-        assert!(build(&whole.replace("3145728", "null")).unwrap().most_memory.is_none());
+        assert!(build(&whole.replace("3145728", "null")).unwrap().peak_memory.is_none());
         assert!(build(&whole.replace("order", "ordering")).is_none());
         // Only the default settings have rows of their steps.
         let rows = |name: &str| rows_of(name, &[build(whole).unwrap(), build(whole).unwrap()]);

@@ -35,7 +35,7 @@ pub const CONTINUITY: Figure = Figure {
         Claim::ours(
             "largest-change",
             "If the wanted error rises by 1 %, the number of faces changes by at most 2.5 %.",
-            &[Test::value(one(MOST, BEST), AtMost(2.5))],
+            &[Test::value(one(MAX, BEST), AtMost(2.5))],
         ),
         Claim::ours(
             "every-step",
@@ -66,7 +66,7 @@ const WITH_SCANS: [&str; 8] =
     ["bunny", "sphere", "torus", "knot", "solid", "grid", scans::SMALL, scans::LARGE];
 
 const FACES: &str = "faces at a wanted error";
-const MOST: &str = "largest change of the faces";
+const MAX: &str = "largest change of the faces";
 const NONE: &str = "steps that change nothing";
 const MEAN: &str = "mean distance";
 const HAUSDORFF: &str = "Hausdorff distance";
@@ -96,9 +96,9 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
         let mesh = ordered(&model, &collapses, None);
         let curve = curve(&mesh, diagonal);
-        let [most, none] = changes(&curve).context("errors between 90 % and 1000 faces")?;
+        let [max, none] = changes(&curve).context("errors between 90 % and 1000 faces")?;
         rows.push(Row::new(name, FACES, "faces", Value::Series(curve)));
-        rows.push(number(name, MOST, "%", most));
+        rows.push(number(name, MAX, "%", max));
         rows.push(number(name, NONE, "%", none));
         let of_part = |part: f64| {
             let steps = collapses.steps_to(&model, (model.faces.len() as f64 * part) as usize);
@@ -133,9 +133,9 @@ fn curve(mesh: &ProgressiveMesh, diagonal: f64) -> Vec<[f64; 2]> {
 /// `None` without steps.
 fn changes(curve: &[[f64; 2]]) -> Option<[f64; 2]> {
     let changes: Vec<f64> = curve.windows(2).map(|pair| 100.0 * (1.0 - pair[1][1] / pair[0][1])).collect();
-    let most = changes.iter().copied().reduce(f64::max)?;
+    let max = changes.iter().copied().reduce(f64::max)?;
     let none = changes.iter().filter(|change| **change == 0.0).count();
-    Some([most, 100.0 * none as f64 / changes.len() as f64])
+    Some([max, 100.0 * none as f64 / changes.len() as f64])
 }
 
 #[cfg(test)]

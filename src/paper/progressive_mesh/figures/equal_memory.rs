@@ -34,9 +34,9 @@ pub fn rows(name: &str, program: &Program, plain: &ProgressiveMesh, levels: &[u3
     rows
 }
 
-/// The largest number of lists that fit into `most_bytes`. Lists that shrink by a factor r have 1 / (1 - r)
+/// The largest number of lists that fit into `max_bytes`. Lists that shrink by a factor r have 1 / (1 - r)
 /// times the faces of the full mesh in total.
-fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, levels: &[u32]) -> [Row; 4] {
+fn skip_lists_within(name: &str, plain: &ProgressiveMesh, max_bytes: f64, levels: &[u32]) -> [Row; 4] {
     let index = IndexType::of_vertices(plain.vertices.positions.len());
     let lists = |ratio| {
         let baseline = OrderBaseline::SkipLists { ratio };
@@ -46,10 +46,10 @@ fn skip_lists_within(name: &str, plain: &ProgressiveMesh, most_bytes: f64, level
     let (faces, face_bytes) = (plain.faces.len() as f64, index.triangle_bytes() as f64);
     // The corners that level changes write take nearly the same memory at every ratio.
     let (some_bytes, some_faces) = lists(0.9);
-    let most_listed = (most_bytes - some_bytes) / face_bytes + some_faces;
-    let mut ratio = 1.0 - faces / most_listed;
+    let max_listed = (max_bytes - some_bytes) / face_bytes + some_faces;
+    let mut ratio = 1.0 - faces / max_listed;
     // The sum over actual levels may be larger: reduce the ratio until it fits.
-    while lists(ratio).0 > most_bytes {
+    while lists(ratio).0 > max_bytes {
         ratio -= 0.002;
     }
     let found = baseline_costs(plain, OrderBaseline::SkipLists { ratio }, &[Cache::Fifo(16)], levels);
@@ -84,11 +84,11 @@ mod tests {
         let model = scratch::torus(32);
         let plain = classical(&model, &scratch::collapses(&model, 64));
         let faces = plain.faces.len() as f64;
-        for most in [40.0, 80.0, 160.0] {
+        for max in [40.0, 80.0, 160.0] {
             let [_, _, shared, _] =
-                skip_lists_within("lists", &plain, most * faces, &[plain.last_level() / 2]);
+                skip_lists_within("lists", &plain, max * faces, &[plain.last_level() / 2]);
             let Value::Number(bytes) = shared.value else { panic!("{shared:?}") };
-            assert!(0.8 * most < bytes && bytes <= most, "{bytes} of {most} bytes per face");
+            assert!(0.8 * max < bytes && bytes <= max, "{bytes} of {max} bytes per face");
         }
     }
 }

@@ -199,8 +199,8 @@ impl Shown {
         100.0 * part as f64 / self.times.len() as f64
     }
 
-    fn within(&self, most_ms: f64) -> f64 {
-        self.percent(self.times.iter().filter(|ms| **ms <= most_ms).count())
+    fn within(&self, max_ms: f64) -> f64 {
+        self.percent(self.times.iter().filter(|ms| **ms <= max_ms).count())
     }
 
     fn price(&self) -> f64 {

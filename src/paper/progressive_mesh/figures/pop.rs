@@ -172,7 +172,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
 
 /// The error drawn in each frame from the start of the approach until the last wanted error is drawn.
 fn errors(pixels_per_second: f64) -> Vec<f64> {
-    let most = pixels_per_second * FRAME_SECONDS;
+    let max = pixels_per_second * FRAME_SECONDS;
     let wanted = |n: usize| FIRST * (-(n.min(OCTAVES * APPROACH) as f64) / APPROACH as f64).exp2();
     let mut errors = vec![FIRST];
     for n in 1.. {
@@ -180,7 +180,7 @@ fn errors(pixels_per_second: f64) -> Vec<f64> {
         if n > OCTAVES * APPROACH && before == to {
             break;
         }
-        errors.push(step(most, before, to, 1.0));
+        errors.push(step(max, before, to, 1.0));
     }
     errors
 }

@@ -333,8 +333,8 @@ fn widest(mask: &[bool], width: usize) -> usize {
     for at in 0..mask.len() {
         if mask[at] {
             let inner = at >= width && at % width > 0;
-            let least = |sides: &[usize]| sides[at - 1].min(sides[at - width]).min(sides[at - width - 1]);
-            sides[at] = 1 + if inner { least(&sides) } else { 0 };
+            let min = |sides: &[usize]| sides[at - 1].min(sides[at - width]).min(sides[at - width - 1]);
+            sides[at] = 1 + if inner { min(&sides) } else { 0 };
         }
     }
     sides.into_iter().max().unwrap_or(0)

@@ -34,14 +34,14 @@ pub const SIZE: Figure = Figure {
     claims: &[
         Claim::ours(
             "with-tswaps",
-            "With 23 moved faces, the bunny's file takes at most 18 bytes per split, without positions and \
-             header.",
+            "At 23 moved faces per split, the bunny's file takes at most 18 bytes per split, without positions, attributes \
+             and header.",
             &Test::values([one(FILE, TAIL_23), one(FILE, IN_PLACE_23)], AtMost(18.0)),
         )
         .at(Places::scenes(&["bunny"])),
         Claim::ours(
             "without",
-            "In classical order, the bunny's file takes at most 6 bytes per split, without positions and \
+            "In classical order, the bunny's file takes at most 6 bytes per split, without positions, attributes and \
              header.",
             &[Test::value(one(FILE, CLASSICAL), AtMost(6.0))],
         )
@@ -145,10 +145,10 @@ fn swap_numbers(mesh: &ProgressiveMesh) -> usize {
     mesh.swaps.cycles.rows().map(cycle).sum()
 }
 
-/// Bytes of the index lists, from a mesh of `faces` faces down to one of `least`.
-fn skip_lists(faces: usize, least: usize) -> f64 {
+/// Bytes of the index lists, from a mesh of `faces` faces down to one of `min`.
+fn skip_lists(faces: usize, min: usize) -> f64 {
     let lists = std::iter::successors(Some(faces as f64), |faces| Some(faces * RATIO));
-    lists.take_while(|&faces| faces >= least as f64).map(|faces| 12.0 * faces.round()).sum()
+    lists.take_while(|&faces| faces >= min as f64).map(|faces| 12.0 * faces.round()).sum()
 }
 
 #[cfg(test)]

@@ -49,8 +49,8 @@ impl Size {
         let high = positions.iter().fold(DVec3::MIN, |high, &p| high.max(p));
         let half = (high - low) * 0.5;
         // Scaled first, because the square of a tiny or huge length would underflow or overflow.
-        let most = half.max_element();
-        let diagonal = if most > 0.0 { (half / most).length() * most * 2.0 } else { 0.0 };
+        let max = half.max_element();
+        let diagonal = if max > 0.0 { (half / max).length() * max * 2.0 } else { 0.0 };
         Size { centre: low + half, diagonal }
     }
 

@@ -129,7 +129,7 @@ impl UvLookup<'_> {
         for face in 0..model.faces.len() {
             let corners = texels.corners(face as u32);
             let [first, last] = [DVec2::min, DVec2::max]
-                .map(|least| texels.cell_of(least(least(corners[0], corners[1]), corners[2])));
+                .map(|min| texels.cell_of(min(min(corners[0], corners[1]), corners[2])));
             for row in first[1]..=last[1] {
                 for column in first[0]..=last[0] {
                     texels.cells[row * side + column].push(face as u32);

@@ -31,7 +31,7 @@ const STEPS: [u32; MEMORY as usize + 1] = {
 const SCALE_BITS: u32 = 12;
 /// Smallest probability, in 4096ths. A bit therefore costs at least 0.011 bits, and n bytes encode at most
 /// 710 n bits. This bounds the time to read a hostile file.
-const LEAST: u32 = 32;
+const MIN: u32 = 32;
 /// If the range is smaller than this, it is extended by a byte.
 const SMALLEST_RANGE: u32 = 1 << 24;
 
@@ -43,7 +43,7 @@ impl Default for Bit {
 
 impl Bit {
     fn probability(self) -> u32 {
-        (u32::from(self.one) >> (16 - SCALE_BITS)).clamp(LEAST, (1 << SCALE_BITS) - LEAST)
+        (u32::from(self.one) >> (16 - SCALE_BITS)).clamp(MIN, (1 << SCALE_BITS) - MIN)
     }
 
     fn learn(&mut self, bit: bool) {

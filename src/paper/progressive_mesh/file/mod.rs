@@ -42,18 +42,19 @@ pub fn version(mesh: &ProgressiveMesh) -> u32 {
     }
 }
 
-/// The header's flags beyond [`Has`], from version 3 on: births in place, and errors that count the appearance.
+/// The header's flags beyond [`Has`], from version 3 on: new faces are born in place; the errors have the metric
+/// `appearance`.
 const IN_PLACE: u32 = 1 << 3;
 const APPEARANCE: u32 = 1 << 4;
 
 const HEADER_BYTES: usize = 72;
 const CHUNK_HEAD_BYTES: usize = 28;
 /// Maximum number of vertices, faces, levels and moved faces per byte of a payload; a writer appends zeros to shorter
-/// payloads. Real meshes take several bits for each item. The limit bounds the memory for a hostile file to some
+/// payloads. Real meshes take several bits for each item. The limit bounds the memory for a hostile file to a few
 /// hundred times the file's size.
 const ITEMS_PER_BYTE: u64 = 4;
-/// Maximum number of corners that splits replace per byte of a payload; shorter payloads are padded, too. A vertex may
-/// take all faces of a hub, and each of these faces costs only a hundredth of a bit.
+/// Maximum number of corners that splits replace per byte of a payload; shorter payloads are padded, too. A split may
+/// replace a corner in all faces of a vertex of high valence, at a cost of only a hundredth of a bit for each face.
 const CORNERS_PER_BYTE: u64 = 16;
 
 /// A loaded file.
@@ -83,7 +84,7 @@ pub struct Contents {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Extent {
     pub chunks: u32,
-    /// The last level's number plus one.
+    /// Number of levels, including level 0.
     pub levels: u32,
     pub vertices: u32,
     pub faces: u32,

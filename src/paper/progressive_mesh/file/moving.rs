@@ -220,11 +220,11 @@ mod tests {
         (0..10).for_each(|face| live.add_face([0, face + 1, face + 2]));
         let mut moving = Moving::default();
         moving.begin(&live, (0..10).collect());
-        let suggested = |moving: &mut Moving, most: usize| {
+        let suggested = |moving: &mut Moving, max: usize| {
             let mut found = Vec::new();
             moving.suggest(|at| {
                 found.push(at);
-                found.len() == most
+                found.len() == max
             });
             found
         };

@@ -349,12 +349,12 @@ fn ten_thousand_mutated_files_are_rejected_or_valid() {
         }
     }
     assert!(valid > 100 && refused > 1000, "{valid} valid, {refused} refused");
-    assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MOST_KIB << 10).is_err(), "no limit");
+    assert!(!is_limited() || Vec::<u8>::new().try_reserve_exact(MAX_KIB << 10).is_err(), "no limit");
 }
 
 /// Limit of the address space of a test process that reads damaged files. It suffices for the program, two
 /// stacks and two allocator arenas, but not for the memory that a single wrong length would reserve.
-const MOST_KIB: usize = 512 << 10;
+const MAX_KIB: usize = 512 << 10;
 const LIMITED: &str = "ORTELIUS_TEST_LIMITED";
 
 fn is_limited() -> bool {
@@ -365,7 +365,7 @@ fn is_limited() -> bool {
 #[test]
 #[cfg(unix)]
 fn mutated_files_take_bounded_memory() {
-    let script = format!("ulimit -v {MOST_KIB} && exec \"$0\" \"$@\"");
+    let script = format!("ulimit -v {MAX_KIB} && exec \"$0\" \"$@\"");
     let test = "paper::progressive_mesh::file::tests::ten_thousand_mutated_files_are_rejected_or_valid";
     let mut command = std::process::Command::new("sh");
     command.args(["-c", &script]).arg(std::env::current_exe().unwrap());
@@ -387,11 +387,11 @@ fn the_bunny_takes_few_bytes_a_split() {
     // Measured (pm.size): 5 bytes in classical order, 15 with permutations. The limits are higher, so that
     // small changes of `simplify` pass.
     let in_place = order(&model, &collapses, &OrderOptions::IN_PLACE_23, &mut |_, _| {});
-    for (mesh, most) in [(classical(&model, &collapses), 8.0), (tail, 20.0), (in_place, 21.0)] {
+    for (mesh, max) in [(classical(&model, &collapses), 8.0), (tail, 20.0), (in_place, 21.0)] {
         let (bytes, contents) = mesh.to_bytes();
         assert!(ProgressiveMesh::from_bytes(&bytes).unwrap().mesh == mesh);
         let each = contents.bytes_per_split(&mesh);
-        assert!(each < most, "{each}: {contents:?}");
+        assert!(each < max, "{each}: {contents:?}");
     }
 }
 

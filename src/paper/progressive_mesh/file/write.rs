@@ -109,8 +109,8 @@ fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes:
     let mut payload = coder.finish();
     let items = declared.items(levels.len() as u32);
     let corners = u64::MAX - growing.room;
-    let least = items.div_ceil(ITEMS_PER_BYTE).max(corners.div_ceil(CORNERS_PER_BYTE));
-    payload.resize(payload.len().max(least as usize), 0);
+    let min = items.div_ceil(ITEMS_PER_BYTE).max(corners.div_ceil(CORNERS_PER_BYTE));
+    payload.resize(payload.len().max(min as usize), 0);
     let length = u32::try_from(payload.len()).expect("fewer than 2^32 bytes in a chunk");
     let at = bytes.len();
     let numbers = [length, levels.len() as u32, declared.vertices, declared.faces, declared.moved];

@@ -5,9 +5,9 @@
 //! late. The controller neither overshoots nor rings if its gain `g` satisfies `g k <= d^d / (d + 1)^(d + 1)` for a
 //! delay of `d` frames; this is 4/27 for two frames. An exponential mean with weight one half smooths noise, and inside
 //! a dead band the factor does not move. The controller cannot detect that all instances are at their coarsest level.
-//! In this case the controller's factor winds up, to at most [`MOST_LOG2`].
+//! In this case the controller's factor winds up, to at most [`MAX_LOG2`].
 
-use super::MOST_LOG2;
+use super::MAX_LOG2;
 
 /// Octaves of error per octave of frame time: 4/27 = 0.148, reduced to allow for the delay of the smoothing.
 const GAIN: f64 = 0.12;
@@ -56,7 +56,7 @@ impl Integral {
         self.moving = mean.abs() > STARTS || (self.moving && mean.abs() > RESTS);
         if self.moving {
             let step = (GAIN * mean).clamp(-FASTEST, FASTEST);
-            self.factor_log2 = (self.factor_log2 + step).clamp(0.0, MOST_LOG2);
+            self.factor_log2 = (self.factor_log2 + step).clamp(0.0, MAX_LOG2);
         }
     }
 }
@@ -137,10 +137,10 @@ mod tests {
         for slope in [0.4, 0.7, 1.0] {
             let frames = Plant { noise: 0.15, ..plant(slope) }.run(600, |_| 40.0);
             let log2: Vec<f64> = frames[200..].iter().map(|(_, factor)| factor.log2()).collect();
-            let least = log2.iter().copied().fold(f64::INFINITY, f64::min);
-            let most = log2.iter().copied().fold(0.0, f64::max);
+            let min = log2.iter().copied().fold(f64::INFINITY, f64::min);
+            let max = log2.iter().copied().fold(0.0, f64::max);
             // The noise itself is 0.2 octaves in each direction.
-            assert!(most - least < 1.0 / 3.0, "slope {slope}: {least} to {most}");
+            assert!(max - min < 1.0 / 3.0, "slope {slope}: {min} to {max}");
         }
     }
 

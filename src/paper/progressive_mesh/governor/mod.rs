@@ -49,8 +49,8 @@ const ROOMY_FRAMES: u32 = 4;
 /// unless new vertices morph.
 const FINER_LOG2: f64 = 0.25;
 /// The largest factor: 1024 times the scene's error.
-const MOST_LOG2: f64 = 10.0;
-/// Bisection steps over [`MOST_LOG2`], which give the factor to a hundredth of an octave.
+const MAX_LOG2: f64 = 10.0;
+/// Bisection steps over [`MAX_LOG2`], which give the factor to a hundredth of an octave.
 const HALVINGS: usize = 10;
 
 settings! {
@@ -156,17 +156,17 @@ impl Planned {
     fn fitting(&self, faces_at: impl Fn(f64) -> u64) -> Option<Fitting> {
         let face_ms = self.face_ms_log2.as_ref().map(|estimate| estimate.nine_of_ten().exp2());
         let by_time = self.budget.frame_ms.zip(face_ms).map(|(ms, face_ms)| {
-            let fewest = faces_at(MOST_LOG2.exp2()) as f64;
+            let fewest = faces_at(MAX_LOG2.exp2()) as f64;
             Fitting {
                 roomy_below: (KEPT_FROM * ms / face_ms).max(SPARES * fewest),
                 aim: (AIM * ms / face_ms).max(NEARLY_FEWEST * fewest),
-                most: (ms / face_ms).max(KEPT_FEWEST * fewest),
+                max: (ms / face_ms).max(KEPT_FEWEST * fewest),
             }
         });
         let by_faces = self.budget.frame_faces.map(f64::from).map(|faces| Fitting {
             roomy_below: KEPT_FROM * faces,
             aim: AIM * faces,
-            most: faces,
+            max: faces,
         });
         by_time.into_iter().chain(by_faces).reduce(Fitting::both)
     }
@@ -175,10 +175,10 @@ impl Planned {
         if let Some(fitting) = self.fitting(&faces_at) {
             let faces = faces_at(self.factor_log2.exp2()) as f64;
             self.roomy = if faces < fitting.roomy_below { self.roomy + 1 } else { 0 };
-            if faces > fitting.most {
-                self.factor_log2 = least_log2(fitting.aim, faces_at);
+            if faces > fitting.max {
+                self.factor_log2 = min_log2(fitting.aim, faces_at);
             } else if self.roomy > ROOMY_FRAMES {
-                let finest = least_log2(fitting.aim, faces_at);
+                let finest = min_log2(fitting.aim, faces_at);
                 self.factor_log2 = finest.max(self.factor_log2 - FINER_LOG2);
             }
         }
@@ -232,7 +232,7 @@ impl Estimate {
 struct Fitting {
     roomy_below: f64,
     aim: f64,
-    most: f64,
+    max: f64,
 }
 
 impl Fitting {
@@ -241,23 +241,23 @@ impl Fitting {
         Fitting {
             roomy_below: self.roomy_below.min(other.roomy_below),
             aim: self.aim.min(other.aim),
-            most: self.most.min(other.most),
+            max: self.max.min(other.max),
         }
     }
 }
 
-/// log2 of the smallest factor that draws at most `most_faces`. If every factor draws more faces, log2 of the smallest
+/// log2 of the smallest factor that draws at most `max_faces`. If every factor draws more faces, log2 of the smallest
 /// factor that draws the fewest faces.
-fn least_log2(most_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
+fn min_log2(max_faces: f64, faces_at: impl Fn(f64) -> u64) -> f64 {
     let faces_at = |log2: f64| faces_at(log2.exp2()) as f64;
-    let most = most_faces.max(faces_at(MOST_LOG2));
-    if faces_at(0.0) <= most {
+    let max = max_faces.max(faces_at(MAX_LOG2));
+    if faces_at(0.0) <= max {
         return 0.0;
     }
-    let (mut too_fine, mut enough) = (0.0, MOST_LOG2);
+    let (mut too_fine, mut enough) = (0.0, MAX_LOG2);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (too_fine + enough);
-        if faces_at(middle) <= most { enough = middle } else { too_fine = middle }
+        if faces_at(middle) <= max { enough = middle } else { too_fine = middle }
     }
     enough
 }

@@ -8,7 +8,7 @@
 //! and J. Barczak ("Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007): vertices with
 //! few faces left are finished first.
 
-use super::patch::{MOST_FACES, Patch};
+use super::patch::{MAX_FACES, Patch};
 
 /// Terms of a face's score at a place, in transforms: a cache miss costs 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ struct Greedy<'a> {
     at: Vec<u32>,
     place_of: Vec<u32>,
     corners: Vec<Corner>,
-    /// The faces around each vertex: all undrawn faces, and for a vertex with more than [`MOST_FACES`] faces also drawn
+    /// The faces around each vertex: all undrawn faces, and for a vertex with more than [`MAX_FACES`] faces also drawn
     /// faces.
     around: Vec<u32>,
     is_drawn: Vec<bool>,
@@ -203,10 +203,10 @@ impl<'a> Greedy<'a> {
         a + b + c
     }
 
-    /// The faces of a vertex, at most [`MOST_FACES`]; some may be drawn.
+    /// The faces of a vertex, at most [`MAX_FACES`]; some may be drawn.
     fn around(&self, vertex: u32) -> &[u32] {
         let Corner { start, end, .. } = self.corners[vertex as usize];
-        &self.around[start as usize..end.min(start + MOST_FACES) as usize]
+        &self.around[start as usize..end.min(start + MAX_FACES) as usize]
     }
 
     /// Swaps `face` with the face in `place`.
@@ -230,7 +230,7 @@ impl<'a> Greedy<'a> {
             corner.left -= 1;
             let (start, end) = (corner.start as usize, corner.end as usize);
             let row = &self.around[start..end];
-            if row.len() > MOST_FACES as usize {
+            if row.len() > MAX_FACES as usize {
                 let drawn = row.iter().take_while(|&&face| self.is_drawn[face as usize]).count();
                 corner.start += drawn as u32;
                 self.looks += drawn as u64;

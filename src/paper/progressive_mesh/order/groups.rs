@@ -65,8 +65,8 @@ pub(super) fn group_ends(groups: Groups, collapses: &Collapses, faces: usize) ->
         Groups::Geometric(ratio) => {
             assert!(ratio > 1.0, "each group multiplies the faces by {ratio}, which is not above 1");
             // Above this count the last groups grow by less than a face: each split is a group already.
-            let most = (faces as f64 * growth).max(1.0);
-            geometric(collapses, base, (growth / ratio.ln()).clamp(1.0, most).ceil() as u32, growth)
+            let max = (faces as f64 * growth).max(1.0);
+            geometric(collapses, base, (growth / ratio.ln()).clamp(1.0, max).ceil() as u32, growth)
         }
         Groups::Budget(moves) => {
             assert!(moves > 0.0, "a budget of {moves} moved faces per split");
@@ -115,7 +115,7 @@ fn smallest_ratio(collapses: &Collapses, base: usize, growth: f64, moves: f64) -
     let mut faces_at = vec![base];
     faces_at.extend((1..=last).map(|level| collapses.faces.row(last - level).len()));
     (1..=last).for_each(|level| faces_at[level] += faces_at[level - 1]);
-    let most = moves * last as f64;
+    let max = moves * last as f64;
     // The last level of each group, finest first, until the budget is spent.
     let ends = |log_ratio: f64| {
         let (mut ends, mut moved) = (Vec::new(), 0.0);
@@ -126,12 +126,12 @@ fn smallest_ratio(collapses: &Collapses, base: usize, growth: f64, moves: f64) -
                 continue;
             }
             moved += faces_at[level] as f64;
-            if level == 0 || moved > most {
+            if level == 0 || moved > max {
                 break;
             }
             ends.push(level as u32);
         }
-        (ends, moved <= most)
+        (ends, moved <= max)
     };
     let (mut too_small, mut enough) = (0.0, growth);
     for _ in 0..HALVINGS {
@@ -188,10 +188,10 @@ mod tests {
             Groups::WholeBudget(23.0),
             Groups::WholeBudget(1e300),
         ] {
-            let most = groups.moved_faces(64, 10_064);
+            let max = groups.moved_faces(64, 10_064);
             let moved: f64 =
                 group_ends(groups, &collapses, 10_064).iter().map(|end| f64::from(64 + 2 * end)).sum();
-            assert!((0.15 * most..=most).contains(&moved), "{groups:?}: {moved} of {most}");
+            assert!((0.15 * max..=max).contains(&moved), "{groups:?}: {moved} of {max}");
         }
     }
 
@@ -214,8 +214,8 @@ mod tests {
             let faces: Vec<f64> = ends.iter().map(|end| f64::from(64 + 2 * end)).collect();
             let each = faces.iter().sum::<f64>() / f64::from(splits);
             // A smaller ratio would need one more group, and so at least 64 more moved faces.
-            let least = moves - 2.0 * 64.0 / f64::from(splits);
-            assert!((least..=moves).contains(&each), "{each} of {moves} for {splits} splits");
+            let min = moves - 2.0 * 64.0 / f64::from(splits);
+            assert!((min..=moves).contains(&each), "{each} of {moves} for {splits} splits");
             assert_eq!(ends.last(), Some(&splits));
             let ratios: Vec<f64> = faces.windows(2).map(|pair| pair[1] / pair[0]).collect();
             // A group's faces are even numbers; the smallest group has at least 64.

@@ -171,7 +171,7 @@ impl OrderOptions {
         assert!(entries >= 4, "{:?} has fewer than 4 entries", self.cache);
         // A face needs 3 entries.
         let entries = entries.saturating_sub(self.spare_entries).max(3);
-        Simulated { entries: entries as usize, triangles: triangles.map(|most| most as usize) }
+        Simulated { entries: entries as usize, triangles: triangles.map(|max| max as usize) }
     }
 }
 
@@ -290,21 +290,21 @@ mod tests {
         let of = |name| &orders.iter().find(|(found, _)| *found == name).expect("an order").1;
         let [classical, tail] = ["classical", "tail"].map(|name| cost(of(name)).0);
         assert!(tail < 1.6 && 2.5 * tail < classical, "{classical} without tswaps, {tail} with");
-        for (name, budget, most) in [
+        for (name, budget, max) in [
             ("tail", 23.0, 1.6),
             ("turns", 10.0, 1.85),
             ("in place", 23.0, 1.3),
             ("in place, few", 10.0, 1.32),
         ] {
             let (found, moved) = (cost(of(name)).0, moved(of(name)));
-            assert!(found < most && (0.65 * budget..=budget).contains(&moved), "{name}: {found} at {moved}");
+            assert!(found < max && (0.65 * budget..=budget).contains(&moved), "{name}: {found} at {moved}");
         }
     }
 
     #[test]
     fn births_in_place_cost_as_much_between_tswaps_as_after_them_and_draw_few_faces_more() {
         let (_, _, orders) = orders(60, 64);
-        for (name, most) in [("in place", 0.06), ("in place, few", 0.13)] {
+        for (name, max) in [("in place", 0.06), ("in place, few", 0.13)] {
             let mesh = &orders.iter().find(|(found, _)| *found == name).expect("an order").1;
             let costs = &level_costs(mesh, &[Cache::Fifo(16)], &sampled_levels(mesh, 100_000, 256))[0];
             assert!(costs.exceeded_by(0.05) < costs.mean() + 0.06, "{name}: {}", costs.exceeded_by(0.05));
@@ -312,7 +312,7 @@ mod tests {
             let more =
                 |level: u32| f64::from(program.drawn(level)) / f64::from(mesh.levels[level as usize].faces);
             let mean = (0..=mesh.last_level()).map(more).sum::<f64>() / mesh.levels.len() as f64 - 1.0;
-            assert!((0.02..most).contains(&mean), "{name}: {mean} degenerate faces per live face");
+            assert!((0.02..max).contains(&mean), "{name}: {mean} degenerate faces per live face");
         }
     }
 
@@ -376,8 +376,8 @@ mod tests {
 
     /// The corners rotated so that the smallest comes first; the winding is kept.
     fn cycled<T: Copy + Ord>(face: [T; 3]) -> [T; 3] {
-        let least = (0..3).min_by_key(|&corner| face[corner]).expect("three corners");
-        [0, 1, 2].map(|corner| face[(least + corner) % 3])
+        let min = (0..3).min_by_key(|&corner| face[corner]).expect("three corners");
+        [0, 1, 2].map(|corner| face[(min + corner) % 3])
     }
 
     #[test]

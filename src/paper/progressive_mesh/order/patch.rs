@@ -2,7 +2,7 @@
 
 /// At most this many faces of a vertex are compared for a place: otherwise a fan around one vertex takes quadratic
 /// time. Scans have up to 30 faces at a vertex.
-pub(super) const MOST_FACES: u32 = 256;
+pub(super) const MAX_FACES: u32 = 256;
 
 /// Faces with compact vertex numbers, and the faces around each vertex.
 pub(super) struct Patch {

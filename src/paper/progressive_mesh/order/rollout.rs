@@ -8,7 +8,7 @@
 //! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits, and
 //! the next batch begins beside it.
 
-use super::patch::MOST_FACES;
+use super::patch::MAX_FACES;
 
 /// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
@@ -33,7 +33,7 @@ const NOISE: i32 = TRANSFORM * 15 / 100;
 const HALF_FINISHED_PER_TRANSFORM: i64 = 4;
 
 /// Larger valences are reduced to this.
-const MOST_LEFT: usize = 63;
+const MAX_LEFT: usize = 63;
 
 /// A cache that the optimizer simulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ struct Search {
     around: Vec<u32>,
     cache: Simulated,
     /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
-    worths: [i32; MOST_LEFT + 1],
+    worths: [i32; MAX_LEFT + 1],
     /// For each vertex, true if the vertex is in the cache.
     cached: Vec<bool>,
     searches: u32,
@@ -214,7 +214,7 @@ impl Search {
                     self.step(noise);
                 }
                 let cost = HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished;
-                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                if best.as_ref().is_none_or(|(min, _)| cost < *min) {
                     best = Some((cost, self.drawn[start.drawn..kept].to_vec()));
                 }
                 self.back(&start);
@@ -252,7 +252,7 @@ impl Search {
             if left == 0 {
                 continue;
             }
-            let end = end.min(begin + MOST_FACES);
+            let end = end.min(begin + MAX_FACES);
             self.looks += u64::from(end - begin);
             for &face in &self.around[begin as usize..end as usize] {
                 let seen = &mut self.faces[face as usize].seen;
@@ -261,7 +261,7 @@ impl Search {
                 }
                 *seen = self.searches;
                 let worth = self.worth(face, noise);
-                if best.is_none_or(|(most, _)| worth > most) && self.fits(face) {
+                if best.is_none_or(|(max, _)| worth > max) && self.fits(face) {
                     best = Some((worth, face));
                 }
             }
@@ -271,9 +271,9 @@ impl Search {
 
     /// True if the current batch has room for the face; a FIFO always has.
     fn fits(&self, face: u32) -> bool {
-        self.cache.triangles.is_none_or(|most| {
+        self.cache.triangles.is_none_or(|max| {
             let new = self.corners(face).filter(|&vertex| !self.cached[vertex]).count();
-            self.triangles < most && self.entered.len() - self.oldest + new <= self.cache.entries
+            self.triangles < max && self.entered.len() - self.oldest + new <= self.cache.entries
         })
     }
 
@@ -304,7 +304,7 @@ impl Search {
     fn score(&mut self, vertex: usize) {
         let missed = if self.cached[vertex] { 0 } else { TRANSFORM };
         let Vertex { score, left, .. } = &mut self.vertices[vertex];
-        *score = self.worths[(*left as usize).min(MOST_LEFT)] - missed;
+        *score = self.worths[(*left as usize).min(MAX_LEFT)] - missed;
     }
 
     /// Draws a face, in a new batch if the current one has no room for it.
@@ -417,16 +417,16 @@ mod tests {
     fn orders_for_batches_need_fewer_transforms_in_batches_and_more_in_a_fifo() {
         let faces = torus(40).faces;
         let order_for = |cache: Cache| {
-            let triangles = cache.triangles().map(|most| most as usize);
+            let triangles = cache.triangles().map(|max| max as usize);
             let simulated = Simulated { entries: cache.entries() as usize, triangles };
             let order = rollouts(&faces, 1600, simulated);
             order.into_iter().map(|face| faces[face as usize]).collect::<Vec<_>>()
         };
         let fifo = order_for(Cache::Fifo(16));
-        for (cache, most) in [(Cache::Batches, 1.65), (Cache::Meshlets, 1.37)] {
+        for (cache, max) in [(Cache::Batches, 1.65), (Cache::Meshlets, 1.37)] {
             let order = order_for(cache);
             let [batches, before] = [&order, &fifo].map(|order| transforms(cache, order).per_vertex());
-            assert!(batches < most && batches < before, "{cache:?}: {batches} instead of {before}");
+            assert!(batches < max && batches < before, "{cache:?}: {batches} instead of {before}");
             let [worse, best] = [&order, &fifo].map(|order| transforms(Cache::Fifo(16), order).per_vertex());
             assert!(best < worse, "{cache:?}: {worse} in a FIFO instead of {best}");
         }

@@ -13,7 +13,7 @@ use super::plan::RefinementState;
 use std::ops::Range;
 
 /// Minimum faces of a region: the border of a smaller region costs more than the order saves.
-const LEAST_FACES: usize = 800;
+const MIN_FACES: usize = 800;
 
 /// The faces that no order covers yet.
 struct Tail {
@@ -56,16 +56,16 @@ impl RefinementState<'_> {
             }
             tail.splits.push(collapse);
             let live = self.at.len();
-            let length = (live / self.options.regions as usize).max(LEAST_FACES).min(tail.start);
+            let length = (live / self.options.regions as usize).max(MIN_FACES).min(tail.start);
             let share = (live - tail.start) * length / tail.start.max(1);
             if allowed < wait || allowed < (length + share) as f64 {
                 continue;
             }
             tail.settle(self);
             let (region, incoming) = tail.fullest(length);
-            let most = (length + incoming + tail.displaced(self, &region, incoming)) as f64;
-            if allowed < most {
-                wait = most;
+            let max = (length + incoming + tail.displaced(self, &region, incoming)) as f64;
+            if allowed < max {
+                wait = max;
                 continue;
             }
             // A region's next turn comes when the budget allows as many moves as there are faces. The order is
@@ -111,14 +111,14 @@ impl Tail {
     /// these faces.
     fn fullest(&self, length: usize) -> (Range<usize>, usize) {
         let mut incoming: usize = self.incoming[..length].iter().map(|&count| count as usize).sum();
-        let (mut start, mut most) = (0, incoming);
+        let (mut start, mut max) = (0, incoming);
         for end in length..self.incoming.len() {
             incoming = incoming + self.incoming[end] as usize - self.incoming[end - length] as usize;
-            if incoming > most {
-                (start, most) = (end + 1 - length, incoming);
+            if incoming > max {
+                (start, max) = (end + 1 - length, incoming);
             }
         }
-        (start..start + length, most)
+        (start..start + length, max)
     }
 
     /// The number of the tail's first `incoming` faces that do not belong to `region` and must make room.

@@ -178,7 +178,8 @@ impl Program {
         self.command_bytes() + levels + size_of_val(&*self.faces) + self.direct.bytes()
     }
 
-    /// [`Program::bytes`] without the levels, with the index buffer of level 0 in the width of the indices.
+    /// As [`Program::bytes`], without the levels, and with the faces of level 0 counted at the index width (16 or 32
+    /// bits).
     pub fn bytes_beside_levels(&self) -> usize {
         let index_buffer = self.index_type().triangle_bytes() as usize * self.faces.len();
         self.command_bytes() + size_of_val(&*self.drawn) + index_buffer + self.direct.bytes()

@@ -17,7 +17,7 @@ pub struct Slices {
     /// Faces of the whole buffer, including free slices.
     end: u32,
     /// Faces of the full mesh.
-    most: u32,
+    max: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,17 +35,17 @@ pub struct TooMany {
     pub faces: u64,
 }
 
-/// The size of a slice for `faces` faces: 64, 80, 96, 112, 128, 160 …, but never more than `most`.
-fn size_for(faces: u32, most: u32) -> u32 {
+/// The size of a slice for `faces` faces: 64, 80, 96, 112, 128, 160 …, but never more than `max`.
+fn size_for(faces: u32, max: u32) -> u32 {
     let octave = faces.max(64).ilog2();
-    faces.max(64).next_multiple_of(1 << (octave - 2)).min(most)
+    faces.max(64).next_multiple_of(1 << (octave - 2)).min(max)
 }
 
 impl Slices {
-    /// No slices yet, for instances of a mesh whose finest level has `most` faces.
-    pub fn new(most: u32) -> Slices {
+    /// No slices yet, for instances of a mesh whose finest level has `max` faces.
+    pub fn new(max: u32) -> Slices {
         let (of_instances, free, given_back) = (Vec::new(), BTreeMap::new(), Vec::new());
-        Slices { of_instances, free, given_back, end: 0, most }
+        Slices { of_instances, free, given_back, end: 0, max }
     }
 
     /// Adds an instance, with a slice for `faces` faces.
@@ -53,7 +53,7 @@ impl Slices {
     /// # Errors
     /// [`TooMany`].
     pub fn push(&mut self, faces: u32) -> Result<(), TooMany> {
-        let slice = self.take(size_for(faces, self.most))?;
+        let slice = self.take(size_for(faces, self.max))?;
         self.of_instances.push(slice);
         Ok(())
     }
@@ -91,7 +91,7 @@ impl Slices {
     /// [`TooMany`]; the slice is unchanged.
     pub fn fit(&mut self, instance: usize, faces: u32) -> Result<Option<[u32; 2]>, TooMany> {
         let old = self.of_instances[instance];
-        let size = size_for(faces, self.most);
+        let size = size_for(faces, self.max);
         if size == old.size || (size < old.size && 4 * u64::from(size) >= u64::from(old.size)) {
             return Ok(None);
         }

@@ -40,8 +40,8 @@ impl Curve {
 
 /// The place of a point of the unit cube along the Morton curve.
 fn morton(point: DVec3) -> u64 {
-    let most = ((1_u32 << BITS) - 1) as f64;
-    let [x, y, z] = (point * most).to_array().map(|along| along as u64);
+    let max = ((1_u32 << BITS) - 1) as f64;
+    let [x, y, z] = (point * max).to_array().map(|along| along as u64);
     (0..BITS)
         .fold(0, |code, bit| code | (x >> bit & 1 | (y >> bit & 1) << 1 | (z >> bit & 1) << 2) << (3 * bit))
 }

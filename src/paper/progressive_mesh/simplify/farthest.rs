@@ -20,62 +20,62 @@ const NARROWER: f64 = 1.0 - 1e-9;
 const WIDER: f64 = 1.0 + 1e-9;
 
 impl Sequence<'_> {
-    /// The larger of `most` and the largest measured distance of new face `index` from the model. Its sides are
+    /// The larger of `max` and the largest measured distance of new face `index` from the model. Its sides are
     /// divided into `parts`.
-    pub(super) fn off_model(&self, index: usize, most: f64, parts: u32) -> f64 {
+    pub(super) fn off_model(&self, index: usize, max: f64, parts: u32) -> f64 {
         let own = self.shape.parent(index);
         let [to, a, b] = self.shape.new[index].1.corners();
         let part = |count: u32| f64::from(count) / f64::from(parts);
-        let mut most = most;
+        let mut max = max;
         // First the points that are probably farthest: the others are then only compared with them.
         for old in &self.shape.old {
             let [hub, end, _] = old.corners();
             for side in [a, b] {
                 if let Some(point) = crossing([to, side], [hub, end]) {
-                    most = self.raised_off(most, point, own);
+                    max = self.raised_off(max, point, own);
                 }
             }
         }
         for i in 0..parts {
             for j in u32::from(i == 0)..parts - i {
-                most = self.raised_off(most, to + (a - to) * part(i) + (b - to) * part(j), own);
+                max = self.raised_off(max, to + (a - to) * part(i) + (b - to) * part(j), own);
             }
         }
-        most
+        max
     }
 
-    /// The larger of `most` and a point's distance from the model. The search starts at `own`, the old
+    /// The larger of `max` and a point's distance from the model. The search starts at `own`, the old
     /// triangle that is probably nearest.
-    fn raised_off(&self, most: f64, point: DVec3, own: usize) -> f64 {
+    fn raised_off(&self, max: f64, point: DVec3, own: usize) -> f64 {
         let (before, after) = self.old_off.split_at(own);
         let (old_before, old_after) = self.shape.old.split_at(own);
         let is_within = |(old, known): (&DistanceTriangle, &f64)| {
-            let reach = most * NARROWER - known;
+            let reach = max * NARROWER - known;
             reach > 0.0 && old.at_most(point) <= reach * reach
         };
-        // Most points are nearer than `most`, so their exact distances are not needed.
+        // Most points are nearer than `max`, so their exact distances are not needed.
         if old_after.iter().zip(after).any(is_within) || old_before.iter().zip(before).any(is_within) {
-            return most;
+            return max;
         }
-        let mut least = f64::INFINITY;
+        let mut min = f64::INFINITY;
         for (old, known) in old_after.iter().zip(after).chain(old_before.iter().zip(before)) {
-            let reach = least * WIDER - known;
+            let reach = min * WIDER - known;
             if reach >= 0.0 && !old.is_beyond(point, reach * reach) {
-                least = least.min(old.squared_to(point).sqrt() + known);
+                min = min.min(old.squared_to(point).sqrt() + known);
             }
-            if least <= most {
-                return most;
+            if min <= max {
+                return max;
             }
         }
         if let Some(faces) = &self.model_faces {
-            return self.raised_off_faces(most, point, least, faces);
+            return self.raised_off_faces(max, point, min, faces);
         }
         let points = self.points.iter().map(|near| near.point.distance_squared(point));
-        most.max(least.min(points.fold(f64::INFINITY, f64::min).sqrt()))
+        max.max(min.min(points.fold(f64::INFINITY, f64::min).sqrt()))
     }
 
-    /// The larger of `most` and a point's distance from the model. `least` is an upper bound of this distance.
-    fn raised_off_faces(&self, most: f64, point: DVec3, least: f64, faces: &ModelFaces) -> f64 {
+    /// The larger of `max` and a point's distance from the model. `min` is an upper bound of this distance.
+    fn raised_off_faces(&self, max: f64, point: DVec3, min: f64, faces: &ModelFaces) -> f64 {
         let mut nearest = [(f64::INFINITY, self.hub.position); 2];
         for &(position, at) in &self.model_points {
             let squared = at.distance_squared(point);
@@ -85,16 +85,16 @@ impl Sequence<'_> {
                 nearest[1] = (squared, position);
             }
         }
-        let mut least = least;
+        let mut min = min;
         for triangle in nearest.iter().flat_map(|&(_, position)| faces.around(&self.surface, position)) {
-            if !triangle.is_beyond(point, least * least) {
-                least = least.min(triangle.squared_to(point).sqrt());
+            if !triangle.is_beyond(point, min * min) {
+                min = min.min(triangle.squared_to(point).sqrt());
             }
-            if least <= most {
-                return most;
+            if min <= max {
+                return max;
             }
         }
-        most.max(least)
+        max.max(min)
     }
 }
 

@@ -151,7 +151,7 @@ impl Hub {
     /// For each of the hub's wedges in the faces along an edge, the wedge at the edge's end. If a wedge has
     /// two different targets, the result is `None`, or with `torn` the first target.
     pub fn wedge_pairs(&self, surface: &WorkingMesh, end: u32, torn: bool) -> Option<WedgePairs> {
-        let mut pairs = WedgePairs { pairs: [[0; 2]; MOST_PAIRS], count: 0 };
+        let mut pairs = WedgePairs { pairs: [[0; 2]; MAX_PAIRS], count: 0 };
         for (index, corner) in self.corners.iter().enumerate() {
             if corner.a != end && corner.b != end {
                 continue;
@@ -160,7 +160,7 @@ impl Hub {
             match pairs.target(from) {
                 Some(other) if other != to && !torn => return None,
                 Some(_) => {}
-                None if pairs.count == MOST_PAIRS => return None,
+                None if pairs.count == MAX_PAIRS => return None,
                 None => {
                     pairs.pairs[pairs.count] = [from, to];
                     pairs.count += 1;
@@ -262,12 +262,12 @@ pub enum Link {
 
 /// Maximum number of wedge pairs along one edge: one for each of two faces, more if several sheets share the
 /// edge.
-const MOST_PAIRS: usize = 4;
+const MAX_PAIRS: usize = 4;
 
 /// Some of a position's wedges, each with its replacement.
 #[derive(Clone, Copy, Debug)]
 pub struct WedgePairs {
-    pairs: [[u32; 2]; MOST_PAIRS],
+    pairs: [[u32; 2]; MAX_PAIRS],
     count: usize,
 }
 

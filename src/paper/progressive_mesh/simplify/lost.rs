@@ -12,7 +12,7 @@ const END: u32 = u32::MAX;
 /// Maximum length of a list; positions beyond it share one bound. Lists become this long when a mesh of a
 /// million faces is reduced to 500. On a straight border one edge may receive all other positions, and the
 /// limit keeps the work linear.
-const MOST: u32 = 1024;
+const MAX: u32 = 1024;
 
 /// Lists of vanished positions: one for each face, or one for each border edge (indexed by the edge's start
 /// in the direction of its face).
@@ -59,7 +59,7 @@ impl LostPositions {
 
     /// Assigns a position at this distance to a list. A full list keeps only the distance.
     pub fn give(&mut self, position: u32, list: u32, distance: f64) {
-        if self.count[list as usize] == MOST {
+        if self.count[list as usize] == MAX {
             return self.inherit(list, distance);
         }
         self.count[list as usize] += 1;
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn a_full_list_keeps_the_largest_distance_of_the_rest() {
         let mut lists = LostPositions::new(2000, 2);
-        (0..MOST).for_each(|position| lists.give(position, 1, 9.0));
+        (0..MAX).for_each(|position| lists.give(position, 1, 9.0));
         assert_eq!((lists.of(1).count(), lists.dropped(1)), (1024, None));
         [3.0, 5.0, 4.0]
             .into_iter()

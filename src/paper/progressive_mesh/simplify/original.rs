@@ -15,7 +15,7 @@ pub const FINE_PARTS: u32 = 12;
 
 /// Maximum number of faces that are tried around one position. Without a limit, each point would try all faces of a
 /// fan of 40,000. Any subset gives an upper bound of the distance from the model.
-const MOST: usize = 64;
+const MAX: usize = 64;
 
 /// The model's faces around each position. They stay when the simplifier removes faces; 24 bytes for each face.
 pub struct ModelFaces {
@@ -33,14 +33,14 @@ impl ModelFaces {
         ModelFaces { around }
     }
 
-    /// The model's triangles around a position, at most [`MOST`] of them.
+    /// The model's triangles around a position, at most [`MAX`] of them.
     pub fn around<'a>(
         &'a self,
         surface: &'a WorkingMesh,
         position: u32,
     ) -> impl Iterator<Item = DistanceTriangle> + 'a {
         let triangle = move |&[a, b]: &[u32; 2]| [position, a, b].map(|corner| surface.point(corner));
-        self.around.row(position as usize).iter().take(MOST).map(triangle).map(DistanceTriangle::new)
+        self.around.row(position as usize).iter().take(MAX).map(triangle).map(DistanceTriangle::new)
     }
 }
 

@@ -10,7 +10,7 @@
 const WINDOW: f64 = 0.04;
 
 /// Collapses in the smallest window: a quantile needs several.
-const LEAST_WINDOW: usize = 16;
+const MIN_WINDOW: usize = 16;
 
 /// The quantile of the deviations in a window. Deviations above it are delayed. Mean and Hausdorff distances relative
 /// to one pass (as in pm.continuity, but with 8,000 points and without the rule that pinches come last): 1.002 and
@@ -38,8 +38,8 @@ impl DeviationKeys {
     pub fn of(log: &[[f64; 2]]) -> Option<DeviationKeys> {
         let mut points: Vec<[f64; 2]> = Vec::new();
         let mut rest = log;
-        while rest.len() >= LEAST_WINDOW {
-            let size = ((rest.len() as f64 * WINDOW) as usize).max(LEAST_WINDOW);
+        while rest.len() >= MIN_WINDOW {
+            let size = ((rest.len() as f64 * WINDOW) as usize).max(MIN_WINDOW);
             let (window, after) = rest.split_at(size);
             rest = after;
             let mut deviations: Vec<f64> = window.iter().map(|[_, deviation]| *deviation).collect();
@@ -96,11 +96,11 @@ mod tests {
         let pace = DeviationKeys::of(&log).unwrap();
         // The table reaches from 1e-6 to 0.02. Beyond, the slope of its last two points is up to 8 % off: the key by
         // exp(0.08 x 3 ln 100) = 3 times.
-        for (deviation, most) in [(1e-8, 4.0), (1e-5, 2.0), (1e-3, 2.0), (1.0, 4.0)] {
+        for (deviation, max) in [(1e-8, 4.0), (1e-5, 2.0), (1e-3, 2.0), (1.0, 4.0)] {
             let key = pace.key(deviation);
             // The quantile lies up to half a window, 20 steps of 1 %, from the middle of its window.
             let ratio = key / deviation.powi(3);
-            assert!((1.0 / most..most).contains(&ratio), "{deviation}: {key}");
+            assert!((1.0 / max..max).contains(&ratio), "{deviation}: {key}");
             assert!((pace.deviation(key) / deviation - 1.0).abs() < 1e-9, "{deviation}: {key}");
         }
         assert_eq!((pace.key(0.0), pace.deviation(0.0)), (0.0, 0.0));

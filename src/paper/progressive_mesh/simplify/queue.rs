@@ -70,16 +70,16 @@ impl Queue {
             let start = CHILDREN * place + 1;
             let children = &self.heap[start.min(self.heap.len())..self.heap.len().min(start + CHILDREN)];
             let [first, rest @ ..] = children else { break };
-            let (mut child, mut least) = (start, *first);
+            let (mut child, mut min) = (start, *first);
             for (index, &other) in rest.iter().enumerate() {
-                if other.is_before(least) {
-                    (child, least) = (start + 1 + index, other);
+                if other.is_before(min) {
+                    (child, min) = (start + 1 + index, other);
                 }
             }
-            if !least.is_before(entry) {
+            if !min.is_before(entry) {
                 break;
             }
-            self.put(place, least);
+            self.put(place, min);
             place = child;
         }
         self.put(place, entry);
@@ -124,7 +124,7 @@ impl Queue {
     }
 
     /// The least key.
-    pub fn least_key(&self) -> Option<f64> {
+    pub fn min_key(&self) -> Option<f64> {
         self.heap.first().map(|entry| entry.key)
     }
 
@@ -149,9 +149,9 @@ mod tests {
         (0..1000).step_by(3).for_each(|n| queue.remove(n));
         let mut expected: Vec<u32> = (0..1000).filter(|n| n % 3 != 0).collect();
         expected.sort_by(|&a, &b| key(a, 2).total_cmp(&key(b, 2)).then(a.cmp(&b)));
-        assert_eq!(queue.least_key(), Some(key(expected[0], 2)));
+        assert_eq!(queue.min_key(), Some(key(expected[0], 2)));
         assert_eq!((queue.key(0), queue.key(1)), (None, Some(key(1, 2))));
         assert_eq!(std::iter::from_fn(|| queue.pop()).collect::<Vec<_>>(), expected);
-        assert!(queue.key(1).is_none() && queue.least_key().is_none());
+        assert!(queue.key(1).is_none() && queue.min_key().is_none());
     }
 }

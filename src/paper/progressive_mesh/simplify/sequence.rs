@@ -93,7 +93,7 @@ pub enum Rules {
 
 /// The least key of a pinch. Costs are squared distances times areas, in units in which the model has a size of about 1,
 /// and far less than this.
-const LEAST_PINCH: f64 = 1e50;
+const MIN_PINCH: f64 = 1e50;
 
 /// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,7 @@ pub struct AllowedCollapse {
 impl AllowedCollapse {
     /// The key in the queue: the cost. All pinches come after all other collapses, in order of their costs.
     pub fn key(&self) -> f64 {
-        if self.link == Link::Pinches { self.cost.max(1e-50) * (LEAST_PINCH * 1e50) } else { self.cost }
+        if self.link == Link::Pinches { self.cost.max(1e-50) * (MIN_PINCH * 1e50) } else { self.cost }
     }
 }
 
@@ -187,7 +187,7 @@ impl<'a> Sequence<'a> {
         self.hub.look(&mut self.surface, position);
         self.report.looks += self.hub.corners.len();
         match self.ways().map(|edge| self.quadric_cost(position, edge.end)).min_by(f64::total_cmp) {
-            Some(least) => self.queue.set(position, least),
+            Some(min) => self.queue.set(position, min),
             None => self.queue.remove(position),
         }
     }
@@ -214,9 +214,9 @@ impl<'a> Sequence<'a> {
             self.remove_component();
             return true;
         }
-        let key = self.queue.least_key();
+        let key = self.queue.min_key();
         let (Some(position), Some(key)) = (self.queue.pop(), key) else { return self.relax() };
-        let next_key = self.queue.least_key().unwrap_or(f64::INFINITY);
+        let next_key = self.queue.min_key().unwrap_or(f64::INFINITY);
         if let Some(step) = self.known(position, key) {
             self.execute(&step);
             return true;
@@ -238,7 +238,7 @@ impl<'a> Sequence<'a> {
     fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
         let (to, quadrics) = self.exact[position as usize];
         if to == NOWHERE
-            || key >= LEAST_PINCH
+            || key >= MIN_PINCH
             || self.is_heavy(position)
             || self.quadric_cost(position, to) != quadrics
         {
@@ -325,7 +325,7 @@ impl<'a> Sequence<'a> {
                 // Costs rarely fall, so the neighbour's cost is recomputed only when it reaches the head of the
                 // queue. A neighbour with a pinch or without a collapse is renewed at once, because another collapse
                 // may have become possible.
-                Some(key) if key < LEAST_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
+                Some(key) if key < MIN_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
                 _ => self.renew(neighbour),
             }
         }
@@ -351,27 +351,27 @@ impl<'a> Sequence<'a> {
             })
             .collect();
         self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
-        let mut most = appearance;
+        let mut max = appearance;
         for (face, bound) in dropped {
-            most = most.max(bound);
+            max = max.max(bound);
             self.lost.inherit(face, bound);
         }
         for near in &self.points {
             let (squared, index) = self.shape.nearest(near.point, near.corner);
             let face = self.shape.new[index].0;
-            most = most.max(squared.sqrt());
+            max = max.max(squared.sqrt());
             self.lost.give(near.position, face, squared.sqrt());
         }
         for &(face, distance) in &off {
             let known = &mut self.off_model[face as usize];
             *known = distance;
-            most = most.max(distance);
+            max = max.max(distance);
         }
         self.off = off;
         if let (EdgeKind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
-            most = most.max(self.measure_border(into.end, out.end));
+            max = max.max(self.measure_border(into.end, out.end));
         }
-        most
+        max
     }
 
     /// Assigns the hub and the vanished positions of its two border edges to the new border edge from `start`
@@ -383,16 +383,16 @@ impl<'a> Sequence<'a> {
         let old = [self.hub.position, start];
         let dropped = old.iter().filter_map(|&list| lists.dropped(list)).reduce(f64::max);
         old.iter().for_each(|&list| lists.clear(list));
-        let mut most: f64 = 0.0;
+        let mut max: f64 = 0.0;
         if let Some(bound) = dropped {
-            most = bound + off(self.surface.point(self.hub.position));
-            lists.inherit(start, most);
+            max = bound + off(self.surface.point(self.hub.position));
+            lists.inherit(start, max);
         }
         for &(position, point) in &self.border_points {
-            most = most.max(off(point));
+            max = max.max(off(point));
             lists.give(position, start, off(point));
         }
-        most
+        max
     }
 
     pub fn finish(mut self) -> Simplified {

@@ -6,7 +6,7 @@ use super::triangle::DistanceTriangle;
 use glam::DVec3;
 
 /// Cosine of the largest angle by which a face may turn, in one collapse and relative to the model: about 75 degrees.
-const LEAST_COSINE: f64 = 0.25;
+const MIN_COSINE: f64 = 0.25;
 
 /// The triangles against which every vanished position is tested. The lists are reused.
 #[derive(Default)]
@@ -72,15 +72,15 @@ impl CollapseShape {
         self.heirs.iter_mut().for_each(|heir| *heir = last.min(*heir));
     }
 
-    /// The larger of `most` and the squared distance from a point near a corner to the nearest new triangle.
-    pub fn raised_by_point(&self, most: f64, point: DVec3, corner: u32) -> f64 {
-        raised(most, point, &self.new, self.heirs[corner as usize], |(_, triangle)| triangle)
+    /// The larger of `max` and the squared distance from a point near a corner to the nearest new triangle.
+    pub fn raised_by_point(&self, max: f64, point: DVec3, corner: u32) -> f64 {
+        raised(max, point, &self.new, self.heirs[corner as usize], |(_, triangle)| triangle)
     }
 
-    /// The larger of `most` and the squared distance from a sample of a fan triangle to the nearest old
+    /// The larger of `max` and the squared distance from a sample of a fan triangle to the nearest old
     /// triangle.
-    pub fn raised_by_sample(&self, most: f64, sample: DVec3, index: usize) -> f64 {
-        raised(most, sample, &self.old, self.parents[index], |triangle| triangle)
+    pub fn raised_by_sample(&self, max: f64, sample: DVec3, index: usize) -> f64 {
+        raised(max, sample, &self.old, self.parents[index], |triangle| triangle)
     }
 
     /// The old triangle that a face of the fan replaces.
@@ -100,16 +100,16 @@ impl CollapseShape {
     /// [`Self::new`].
     pub fn nearest(&self, point: DVec3, corner: u32) -> (f64, usize) {
         let heir = self.heirs[corner as usize] as usize;
-        let mut least = (self.new[heir].1.squared_to(point), heir);
+        let mut min = (self.new[heir].1.squared_to(point), heir);
         for (index, (_, triangle)) in self.new.iter().enumerate() {
-            if index != heir && !triangle.is_beyond(point, least.0) {
+            if index != heir && !triangle.is_beyond(point, min.0) {
                 let squared = triangle.squared_to(point);
-                if squared < least.0 || (squared == least.0 && index < least.1) {
-                    least = (squared, index);
+                if squared < min.0 || (squared == min.0 && index < min.1) {
+                    min = (squared, index);
                 }
             }
         }
-        least
+        min
     }
 
     /// The total area of the old triangles.
@@ -125,34 +125,34 @@ pub fn samples(triangle: &DistanceTriangle) -> [DVec3; 2] {
     [(to + a + b) / 3.0, (to + a) / 2.0]
 }
 
-/// The larger of `most` and the squared distance from a point to the nearest triangle. The search starts at
+/// The larger of `max` and the squared distance from a point to the nearest triangle. The search starts at
 /// `first`, which is probably nearest.
 fn raised<T>(
-    most: f64,
+    max: f64,
     point: DVec3,
     triangles: &[T],
     first: u32,
     of: impl Fn(&T) -> &DistanceTriangle,
 ) -> f64 {
     let (before, after) = triangles.split_at(first as usize);
-    // Nine of ten points are nearer than `most`, so their exact distances are not needed.
-    if after.iter().chain(before).any(|item| of(item).at_most(point) <= most) {
-        return most;
+    // Nine of ten points are nearer than `max`, so their exact distances are not needed.
+    if after.iter().chain(before).any(|item| of(item).at_most(point) <= max) {
+        return max;
     }
-    let mut least = f64::INFINITY;
+    let mut min = f64::INFINITY;
     for triangle in after.iter().chain(before).map(of) {
-        if !triangle.is_beyond(point, least) {
-            least = least.min(triangle.squared_to(point));
+        if !triangle.is_beyond(point, min) {
+            min = min.min(triangle.squared_to(point));
         }
-        if least <= most {
-            return most;
+        if min <= max {
+            return max;
         }
     }
-    if least < f64::INFINITY { least } else { most }
+    if min < f64::INFINITY { min } else { max }
 }
 
 /// True if the angle between two directions is too large, or the second has no length.
 fn turns(first: DVec3, second: DVec3, first_squared: f64) -> bool {
     let dot = first.dot(second);
-    dot <= 0.0 || dot * dot <= LEAST_COSINE * LEAST_COSINE * first_squared * second.length_squared()
+    dot <= 0.0 || dot * dot <= MIN_COSINE * MIN_COSINE * first_squared * second.length_squared()
 }

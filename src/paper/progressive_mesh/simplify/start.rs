@@ -147,6 +147,6 @@ pub fn nearest_wedge(model: &Model, wedge: u32, choices: &[u32]) -> u32 {
         }
         sum
     };
-    let least = choices.iter().copied().min_by(|&x, &y| difference(x).total_cmp(&difference(y)));
-    least.expect("a position has a wedge")
+    let min = choices.iter().copied().min_by(|&x, &y| difference(x).total_cmp(&difference(y)));
+    min.expect("a position has a wedge")
 }

@@ -10,7 +10,7 @@ const GROWTH: [f64; 2] = [0.5, 4.0];
 /// of the surface is simplified, and jumps at its end. With 1.5, 12.8 % of the steps of 1 % change nothing on `solid`,
 /// with 2.5 none (pm.continuity). At equal stated errors, 2.5 gives 0.3 % more faces than 1.5 on `solid`, 0.1 % on
 /// `torus`, and as many on the other models.
-const MOST_RAISED: f64 = 2.5;
+const MAX_RAISED: f64 = 2.5;
 
 /// Safety factor on the distance measured at sample points, which was at worst 0.97 of the true distance, for
 /// faces as large as their distance from the model.
@@ -25,7 +25,7 @@ pub fn stated(deviations: &[f64], left: &[usize]) -> Vec<f64> {
     }
     for at in (1..errors.len()).rev() {
         let even = errors[at] / grown(at, GROWTH[1]);
-        errors[at - 1] = errors[at - 1].max(even.min(errors[at - 1] * MOST_RAISED));
+        errors[at - 1] = errors[at - 1].max(even.min(errors[at - 1] * MAX_RAISED));
     }
     errors
 }

@@ -17,7 +17,7 @@ const FLIP_FACTOR: f64 = 100.0;
 
 /// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
 /// cylinder a few hundred.
-const MOST_FACES: usize = 256;
+const MAX_FACES: usize = 256;
 
 impl Sequence<'_> {
     pub(super) fn quadric_cost(&self, from: u32, to: u32) -> f64 {
@@ -34,7 +34,7 @@ impl Sequence<'_> {
     /// reduced the number of its faces. Examining it costs the square of this number, and every collapse
     /// beside it would examine it.
     pub(super) fn is_heavy(&self, position: u32) -> bool {
-        self.rules < Rules::Crossing && self.surface.valence(position) > MOST_FACES
+        self.rules < Rules::Crossing && self.surface.valence(position) > MAX_FACES
     }
 
     /// True if the wedges of the hub may be replaced by any of the target's.
@@ -62,12 +62,12 @@ impl Sequence<'_> {
             x.0.total_cmp(&y.0).then_with(|| ties.rank(x.1.end).cmp(&ties.rank(y.1.end)))
         });
         self.gather_points();
-        candidates.truncate((MOST_FACES * MOST_FACES / self.hub.corners.len()).max(1));
+        candidates.truncate((MAX_FACES * MAX_FACES / self.hub.corners.len()).max(1));
         let mut best: Option<AllowedCollapse> = None;
         let area = self.shape.area();
-        for (least, edge) in &candidates {
+        for (min, edge) in &candidates {
             let dearest = best.map_or(f64::INFINITY, |best| best.key());
-            if dearest <= *least {
+            if dearest <= *min {
                 break;
             }
             self.shape.spread(&self.hub, &self.surface, edge.end);
@@ -77,7 +77,7 @@ impl Sequence<'_> {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            let cost = factor * self.paced(edge, *least, area, dearest / factor);
+            let cost = factor * self.paced(edge, *min, area, dearest / factor);
             if cost >= dearest {
                 continue;
             }
@@ -133,50 +133,47 @@ impl Sequence<'_> {
 
     /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to
     /// the collapse's deviation. Stops early once the cost exceeds `limit`.
-    fn paced(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> f64 {
-        let (cost, mut most) = self.with_deviation(edge, least, area, limit);
+    fn paced(&self, edge: &RingEdge, min: f64, area: f64, limit: f64) -> f64 {
+        let (cost, mut max) = self.with_deviation(edge, min, area, limit);
         let Some(pace) = &self.pace else { return cost };
         let enough = pace.deviation(limit);
         for index in 0..self.shape.fan {
-            if most > enough || cost > limit {
+            if max > enough || cost > limit {
                 break;
             }
-            most = most.max(self.off_model(index, most, PARTS));
+            max = max.max(self.off_model(index, max, PARTS));
         }
-        cost.max(pace.key(most))
+        cost.max(pace.key(max))
     }
 
     /// The cost of a collapse including its deviation, and the deviation alone. It measures vanished positions against
     /// the new faces, samples of the new faces against the old ones, and the appearance. Stops early, with a deviation
     /// that is too small, once the cost exceeds `limit`.
-    fn with_deviation(&self, edge: &RingEdge, least: f64, area: f64, limit: f64) -> (f64, f64) {
+    fn with_deviation(&self, edge: &RingEdge, min: f64, area: f64, limit: f64) -> (f64, f64) {
         let factor = DEVIATION_WEIGHT * area;
-        let enough = |most: f64| least + factor * most > limit;
-        let mut most: f64 = 0.0;
+        let enough = |max: f64| min + factor * max > limit;
+        let mut max: f64 = 0.0;
         if let (EdgeKind::Border, Some([into, out])) = (edge.kind, self.hub.border()) {
             let segment = [into.end, out.end].map(|p| self.surface.point(p));
-            most = self
-                .border_points
-                .iter()
-                .fold(most, |most, &(_, p)| most.max(squared_to_segment(p, segment)));
+            max = self.border_points.iter().fold(max, |max, &(_, p)| max.max(squared_to_segment(p, segment)));
         }
         for near in &self.points {
-            if enough(most) {
+            if enough(max) {
                 break;
             }
-            most = self.shape.raised_by_point(most, near.point, near.corner);
+            max = self.shape.raised_by_point(max, near.point, near.corner);
         }
         for (index, (_, triangle)) in self.shape.new[..self.shape.fan].iter().enumerate() {
             for sample in samples(triangle) {
-                if enough(most) {
+                if enough(max) {
                     break;
                 }
-                most = self.shape.raised_by_sample(most, sample, index);
+                max = self.shape.raised_by_sample(max, sample, index);
             }
         }
-        if self.shading.is_some() && !enough(most) {
-            most = most.max(self.squared_appearance_error(edge.end, enough));
+        if self.shading.is_some() && !enough(max) {
+            max = max.max(self.squared_appearance_error(edge.end, enough));
         }
-        (least + factor * most, most.sqrt())
+        (min + factor * max, max.sqrt())
     }
 }

@@ -62,9 +62,8 @@ impl Normalisation {
         }
         let origin = DVec3::new(median(0), median(1), median(2));
         // Halved, because the difference of two finite numbers may overflow.
-        let half = positions
-            .iter()
-            .fold(0.0, |most: f64, p| most.max((*p * 0.5 - origin * 0.5).abs().max_element()));
+        let half =
+            positions.iter().fold(0.0, |max: f64, p| max.max((*p * 0.5 - origin * 0.5).abs().max_element()));
         Normalisation { origin, half: if half > 0.0 { half } else { 1.0 } }
     }
 

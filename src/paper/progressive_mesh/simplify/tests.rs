@@ -141,12 +141,9 @@ fn no_position_is_farther_from_the_mesh_than_stated() {
                 let squared = triangles.iter().map(|&triangle| DistanceTriangle::new(triangle).squared_to(p));
                 squared.fold(f64::INFINITY, f64::min).sqrt()
             };
-            let most = model.positions.iter().map(distance).fold(0.0, f64::max);
-            assert!(most <= error * (1.0 + 1e-9) + 1e-12, "{name} at {wanted}: {most} off, {error} stated");
-            assert!(
-                name == "solid:8" || error < 4.0 * most,
-                "{name} at {wanted}: {most} off, {error} stated"
-            );
+            let max = model.positions.iter().map(distance).fold(0.0, f64::max);
+            assert!(max <= error * (1.0 + 1e-9) + 1e-12, "{name} at {wanted}: {max} off, {error} stated");
+            assert!(name == "solid:8" || error < 4.0 * max, "{name} at {wanted}: {max} off, {error} stated");
         }
     }
 }
@@ -413,8 +410,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A flat square. The texture is stretched: s grows faster towards the east, in strips between columns of positions.
 fn stretched() -> Model {
     let mut model = named("grid:17").unwrap();
-    let most = model.positions.iter().map(|p| p.x).fold(0.0, f64::max);
-    model.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x / most, p.y / most, 0.0));
+    let max = model.positions.iter().map(|p| p.x).fold(0.0, f64::max);
+    model.positions.iter_mut().for_each(|p| *p = DVec3::new(p.x / max, p.y / max, 0.0));
     let st = |&position: &u32| {
         let p = model.positions[position as usize];
         [(p.x + 0.3 * p.x * p.x) as f32, p.y as f32]

@@ -6,14 +6,14 @@ use glam::DVec3;
 
 /// Squared sine of the angle at the first corner, below which barycentric coordinates are too inexact for a
 /// bound. Cancellation grows with the reciprocal of this square, so an error of 1e-12 of a side remains.
-const LEAST_SINE_SQUARED: f64 = 1e-4;
+const MIN_SINE_SQUARED: f64 = 1e-4;
 
 /// Squared ratio of the sides at the first corner, below which barycentric coordinates are also too inexact: the
 /// shorter side's coordinate loses digits in proportion to the ratio. The exact formula loses them too, and a bound
 /// must not cross its result.
-const LEAST_SIDES_SQUARED: f64 = 1e-4;
+const MIN_SIDES_SQUARED: f64 = 1e-4;
 
-/// Rounding error of a bound's barycentric coordinates: 50 times the error that [`LEAST_SINE_SQUARED`] allows.
+/// Rounding error of a bound's barycentric coordinates: 50 times the error that [`MIN_SINE_SQUARED`] allows.
 const SLACK: f64 = 1e-10;
 
 /// Factor by which a bound is widened, so that rounding never makes it cross the exact formula's result.
@@ -50,8 +50,8 @@ impl DistanceTriangle {
         let (ab, ac) = (b - a, c - a);
         let (ab_squared, ac_squared) = (ab.length_squared(), ac.length_squared());
         let cross_squared = cross.length_squared();
-        let thin = LEAST_SINE_SQUARED * ab_squared * ac_squared + f64::MIN_POSITIVE;
-        let is_needle = least(ab_squared, ac_squared) < LEAST_SIDES_SQUARED * most(ab_squared, ac_squared);
+        let thin = MIN_SINE_SQUARED * ab_squared * ac_squared + f64::MIN_POSITIVE;
+        let is_needle = min(ab_squared, ac_squared) < MIN_SIDES_SQUARED * max(ab_squared, ac_squared);
         DistanceTriangle {
             corners: [a, b, c],
             ab,
@@ -81,8 +81,8 @@ impl DistanceTriangle {
     /// point to `p`. A thin triangle has the weights of its first corner.
     pub fn weights(&self, p: DVec3) -> [f64; 3] {
         let (v, w) = self.barycentric(p - self.corners[0]);
-        let v = least(most(v, 0.0), 1.0);
-        let w = least(most(w, 0.0), 1.0 - v);
+        let v = min(max(v, 0.0), 1.0);
+        let w = min(max(w, 0.0), 1.0 - v);
         [1.0 - v - w, v, w]
     }
 
@@ -104,7 +104,7 @@ impl DistanceTriangle {
         let (v, w) = self.barycentric(p - self.corners[0]);
         let bc_squared = self.ab_squared + self.ac_squared - 2.0 * self.ab_dot_ac;
         let beyond = |coordinate: f64, side_squared: f64| {
-            let depth = most(-coordinate - SLACK, 0.0);
+            let depth = max(-coordinate - SLACK, 0.0);
             depth * depth * self.cross_squared > (squared * WIDER + self.rounding) * side_squared
         };
         beyond(v, self.ac_squared) | beyond(w, self.ab_squared) | beyond(1.0 - v - w, bc_squared)
@@ -146,11 +146,11 @@ impl DistanceTriangle {
 }
 
 /// `f64::max` without NaN handling: one instruction.
-fn most(x: f64, y: f64) -> f64 {
+fn max(x: f64, y: f64) -> f64 {
     if x > y { x } else { y }
 }
 
-fn least(x: f64, y: f64) -> f64 {
+fn min(x: f64, y: f64) -> f64 {
     if x < y { x } else { y }
 }
 
@@ -206,8 +206,8 @@ mod tests {
     fn is_exact(triangle: &DistanceTriangle) -> bool {
         triangle.cross_squared == 0.0
             || (triangle.cross_squared > 1e-8 * triangle.ab_squared * triangle.ac_squared
-                && least(triangle.ab_squared, triangle.ac_squared)
-                    > 1e-16 * most(triangle.ab_squared, triangle.ac_squared))
+                && min(triangle.ab_squared, triangle.ac_squared)
+                    > 1e-16 * max(triangle.ab_squared, triangle.ac_squared))
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl MeshOnDevice {
     /// The number of instances and the memory of one instance, as text.
     pub fn of_an_instance(&self) -> String {
         let memory = self.memory();
-        let [least, most] =
+        let [min, max] =
             [0, self.program.last_level()].map(|level| self.program.levels()[level as usize].faces);
         let state = memory.state.div_ceil(memory.instances);
         let face = self.program.index_type().triangle_bytes();
@@ -50,7 +50,7 @@ impl MeshOnDevice {
             InstanceLevels::Baseline(baselines) => ("in video memory", "drawn", Some(baselines.adds())),
         };
         let own = format!(
-            "{}: {} with {least} to {most} faces at {} levels; each has {state} bytes of state and, {places}, \
+            "{}: {} with {min} to {max} faces at {} levels; each has {state} bytes of state and, {places}, \
              {face} bytes per {faces} face",
             self.name,
             memory.instances,

@@ -7,7 +7,7 @@ use crate::paper::progressive_mesh::surface::vertices::MORPH_BAND_LOG2;
 
 /// An approaching camera raises the drawn error to at most this multiple of the wanted error. Without this bound, a
 /// fast approach to a small error would end with an error of many pixels.
-const MOST_BEHIND: f64 = 2.0;
+const MAX_BEHIND: f64 = 2.0;
 
 /// The error of an instance in one frame, in object units, and the size of a pixel there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +35,8 @@ pub struct ErrorPace {
 /// pixels per frame follows the change of the error in pixels. With a limit that grows with the error above 4 pixels,
 /// the worst frame of `knot` in pm.pop changes 1.26 % of the pixels visibly, instead of 0.64 %.
 pub fn step(pixels: f64, from: f64, to: f64, pixel: f64) -> f64 {
-    let (most, change) = (pixels * pixel, to - from);
-    if change.abs() > most { from + most.copysign(change) } else { to }
+    let (max, change) = (pixels * pixel, to - from);
+    if change.abs() > max { from + max.copysign(change) } else { to }
 }
 
 impl ErrorPace {
@@ -53,7 +53,7 @@ impl ErrorPace {
         // NaN requests the full mesh.
         let [was, to] = [before.error, wanted.error].map(|error| error.max(0.0).min(self.coarsest));
         let as_many_pixels = was * wanted.pixel / before.pixel;
-        let from = was.min(as_many_pixels.max(MOST_BEHIND * to));
+        let from = was.min(as_many_pixels.max(MAX_BEHIND * to));
         let shown = step(self.pixels_per_second * seconds, from, to, wanted.pixel);
         if shown == to { wanted.error } else { shown }
     }

@@ -260,7 +260,7 @@ impl TiltedPlane {
         let centre = row + 0.5 - y;
         let rolled = TiltedPlane([plane.0[0], plane.0[1], [0.25 / 200.0 / x, h, 1.0 / 200.0 - h * centre]]);
         let ends = [-x, x].map(|x| reference::coordinates(&rolled, x, centre));
-        let factor = texels / ends.iter().flatten().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let factor = texels / ends.iter().flatten().fold(0.0, |max: f64, value| max.max(value.abs()));
         let [u, v, w] = rolled.shifted([-x, -y]).0;
         (TiltedPlane([u.map(|c| c * factor), v.map(|c| c * factor), w]), row as u32)
     }
@@ -344,7 +344,7 @@ mod tests {
         for seed in 0..50 {
             let (plane, row) = TiltedPlane::near_horizon(seed, size, 5e5);
             let ends = [0.5, 1919.5].map(|x| (at(&plane, x, f64::from(row) + 0.5), x));
-            let largest = ends.iter().flat_map(|(ends, _)| ends).fold(0.0, |most: f64, t| most.max(t.abs()));
+            let largest = ends.iter().flat_map(|(ends, _)| ends).fold(0.0, |max: f64, t| max.max(t.abs()));
             assert!((largest / 5e5 - 1.0).abs() < 0.01, "{seed}: {largest}");
             let w = |x: f64, y: f64| plane.0[2][0] * x + plane.0[2][1] * y + plane.0[2][2];
             for (_, x) in ends {

@@ -43,7 +43,7 @@ mod tests {
                 for axis in 0..2 {
                     let dy = constants.dy[axis] + n * constants.dy_step[axis];
                     let dx = constants.dx[axis];
-                    let largest = analytic.iter().flatten().fold(0.0, |most: f64, d| most.max(d.abs()));
+                    let largest = analytic.iter().flatten().fold(0.0, |max: f64, d| max.max(d.abs()));
                     // A difference of two coordinates of 8192 texels has an error of 8192 * 2^-52.
                     let near = |found: f64, wanted: f64| (found - wanted).abs() < 1e-9 * largest + 1e-11;
                     assert!((term(axis) / w - coordinates(&plane, x, y)[axis]).abs() < 1e-9);

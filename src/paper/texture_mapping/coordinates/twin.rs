@@ -65,7 +65,7 @@ pub fn walk(constants: &RowConstants, walk: RowWalk, width: u32, fma: Fma) -> Ve
 /// below 2^61.
 pub fn integers(constants: &RowConstants, width: u32) -> [[i64; 3]; 2] {
     let end = |c: usize| constants.start[c] + f64::from(width) * constants.step[c];
-    let largest = (0..3).fold(0.0, |most: f64, c| most.max(constants.start[c].abs()).max(end(c).abs()));
+    let largest = (0..3).fold(0.0, |max: f64, c| max.max(constants.start[c].abs()).max(end(c).abs()));
     let scale = (61.0 - largest.log2().ceil()).exp2();
     [constants.start, constants.step].map(|values| values.map(|value| (value * scale).round() as i64))
 }

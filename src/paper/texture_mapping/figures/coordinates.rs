@@ -194,7 +194,7 @@ fn host_time(form: Form, plane: &TiltedPlane, band: Band) -> Row {
         *words.borrow_mut() += set_up(form, plane, band).len();
         start.elapsed().as_secs_f64() * 1e3
     };
-    let least = (0..5).map(run).fold(f64::INFINITY, f64::min);
+    let min = (0..5).map(run).fold(f64::INFINITY, f64::min);
     assert!(words.into_inner() > 0, "the set-up has no words");
-    Row::number(form.name(), SET_UP, "ms", least)
+    Row::number(form.name(), SET_UP, "ms", min)
 }

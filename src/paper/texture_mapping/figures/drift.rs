@@ -129,7 +129,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         // Relative to the pixel's largest derivative.
         let errors = errors(&found, width, &cases, |plane, x, y| {
             let exact = reference::derivatives(method, plane, x, y);
-            (exact, exact.iter().fold(0.0, |most, d| d.abs().max(most)))
+            (exact, exact.iter().fold(0.0, |max, d| d.abs().max(max)))
         });
         let name = format!("{} derivatives", method.name());
         rows.extend(percentile(&errors, 1.0).map(|largest| Row::number(name, DERIVATIVE, "", largest)));
@@ -169,7 +169,7 @@ fn errors(
             let (column, row) = (at as u32 % width, first_row + at as u32 / width);
             let (exact, scale) = exact(plane, f64::from(column) + 0.5, f64::from(row) + 0.5);
             let error = (0..4).map(|n| (f64::from(pixel[n]) - exact[n]).abs() / scale);
-            error.fold(0.0, |most: f64, e| if e.is_nan() { f64::INFINITY } else { most.max(e) })
+            error.fold(0.0, |max: f64, e| if e.is_nan() { f64::INFINITY } else { max.max(e) })
         };
         pixels.iter().enumerate().map(of_pixel).collect::<Vec<f64>>()
     };

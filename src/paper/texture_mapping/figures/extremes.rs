@@ -183,7 +183,7 @@ fn plane_of(scene: &str) -> TiltedPlane {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let mut lab = Lab::new(&bench.gpu(&[])?, Pattern::PinkNoise, SIZE)?;
-    lab.most_per_pixel = 5000.0;
+    lab.max_per_pixel = 5000.0;
     if cell.scene == "overdraw-100" {
         lab.camera_px = OVERDRAWN.focal_px(SIZE[1]);
     }

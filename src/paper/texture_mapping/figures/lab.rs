@@ -6,7 +6,7 @@ use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use crate::paper::texture_mapping::object_space::pass::{ObjectSpaceBuffers, Stages};
 use crate::paper::texture_mapping::object_space::reference::Mean;
-use crate::paper::texture_mapping::object_space::{MOST_PER_PIXEL, TexturedPolygons, reference};
+use crate::paper::texture_mapping::object_space::{MAX_PER_PIXEL, TexturedPolygons, reference};
 use crate::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use crate::paper::texture_mapping::plane::{Tilt, TiltedPlane};
 use crate::paper::texture_mapping::reference as filters;
@@ -46,7 +46,7 @@ pub struct Lab {
     /// Object-space texturing: distance from the eye to the projection plane.
     pub camera_px: f64,
     /// Object-space texturing: a plane is cut off where a pixel would receive more fragments than this.
-    pub most_per_pixel: f64,
+    pub max_per_pixel: f64,
     texels: GreyMipmap,
     tiled: Tiled,
     uploaded: Uploaded,
@@ -95,7 +95,7 @@ impl Lab {
             gpu: gpu.clone(),
             size,
             camera_px: Tilt::of(0.0).focal_px(size[1]),
-            most_per_pixel: MOST_PER_PIXEL,
+            max_per_pixel: MAX_PER_PIXEL,
             texels,
         })
     }
@@ -131,7 +131,7 @@ impl Lab {
     }
 
     fn polygons(&self, plane: &TiltedPlane, spacing: f32) -> TexturedPolygons {
-        TexturedPolygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.most_per_pixel)
+        TexturedPolygons::of_plane(plane, self.size, self.camera_px, spacing.into(), self.max_per_pixel)
     }
 
     /// The f64 reference of object-space texturing.
@@ -162,7 +162,7 @@ impl Lab {
 
     /// As [`Lab::truth`], with a bounded number of samples per pixel, because some footprints are unbounded.
     pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: PixelKernel) -> Truth {
-        self.supersampled(plane, kernel, Density { per_texel: 1.0, least: 32, most: 96 })
+        self.supersampled(plane, kernel, Density { per_texel: 1.0, min: 32, max: 96 })
     }
 
     pub fn supersampled(&self, plane: &TiltedPlane, kernel: PixelKernel, density: Density) -> Truth {

@@ -112,24 +112,22 @@ fn ellipses() -> Vec<(String, Method)> {
         (format!("{OURS}, k 0.9"), best.k(0.9)),
         (format!("{OURS}, r^2 map"), best.map(SQUARED_128)),
         (format!("{OURS}, box scan"), best.scan(Scan::BoundingBox)),
-        (format!("{OURS}, ratio 16"), best.most_ratio(16.0)),
-        (format!("{OURS}, ratio 4"), best.most_ratio(4.0)),
+        (format!("{OURS}, ratio 16"), best.max_ratio(16.0)),
+        (format!("{OURS}, ratio 4"), best.max_ratio(4.0)),
         (format!("{OURS}, 1/2 texel across"), best.minor_texels(0.5)),
         (format!("{OURS}, 1/4 texel across"), best.minor_texels(0.25)),
-        (format!("{OURS}, 1/4 texel across, ratio 2"), best.minor_texels(0.25).most_ratio(2.0)),
-        (format!("{OURS}, 1/4 texel across, ratio 1.8"), best.minor_texels(0.25).most_ratio(1.8)),
+        (format!("{OURS}, 1/4 texel across, ratio 2"), best.minor_texels(0.25).max_ratio(2.0)),
+        (format!("{OURS}, 1/4 texel across, ratio 1.8"), best.minor_texels(0.25).max_ratio(1.8)),
     ];
     settings.into_iter().map(|(name, ellipse)| (name, Method::Ellipse(ellipse))).collect()
 }
 
 fn baselines() -> Vec<(String, Method)> {
     let mut all = vec![("trilinear".to_string(), FilterBaseline::Trilinear)];
-    all.extend([2, 4, 8, 16].map(|most| (format!("anisotropic {most}"), FilterBaseline::Anisotropic(most))));
-    all.extend(
-        [2, 4, 8, 16].map(|most| (format!("GPU's anisotropic {most}"), FilterBaseline::Hardware(most))),
-    );
+    all.extend([2, 4, 8, 16].map(|max| (format!("anisotropic {max}"), FilterBaseline::Anisotropic(max))));
+    all.extend([2, 4, 8, 16].map(|max| (format!("GPU's anisotropic {max}"), FilterBaseline::Hardware(max))));
     all.push((SOFTWARE_SAMPLER.into(), FilterBaseline::Hardware(16)));
-    all.extend([4, 8, 16].map(|most| (format!("Feline {most}"), FilterBaseline::Feline(most))));
+    all.extend([4, 8, 16].map(|max| (format!("Feline {max}"), FilterBaseline::Feline(max))));
     all.extend([3, 5, 7].map(|taps| (format!("Mavridis {taps}"), FilterBaseline::Mavridis(taps))));
     all.push(("pbrt EWA".into(), FilterBaseline::Pbrt));
     all.extend([1, 4, 16, 64].map(|n| (format!("stochastic {n}"), FilterBaseline::Stochastic(n))));

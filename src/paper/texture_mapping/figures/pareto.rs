@@ -90,7 +90,7 @@ const LOSS: &str = "NMSE over that of our best setting with no more texels";
 const BY_TEXELS: &str = "NMSE by texels";
 const BY_TIME: &str = "NMSE by time";
 const SAMPLES: &str = "samples per pixel";
-const MOST_SAMPLES: &str = "samples of the pixel with most";
+const MAX_SAMPLES: &str = "samples of the pixel with most";
 
 /// One stochastic sample per pixel, accumulated over [`FRAMES`] frames.
 const ACCUMULATED: &str = "stochastic 1, 16 frames";
@@ -196,7 +196,7 @@ fn score_of(
 /// The errors of both truths, and the numbers of samples of the Gaussian truth.
 fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
     let own = |n: usize| geometric_mean(truths.iter().map(|both| both[n].own_nmse()));
-    let most = truths.iter().map(|[truth, _]| truth.most_samples).max().unwrap_or(0);
+    let max = truths.iter().map(|[truth, _]| truth.max_samples).max().unwrap_or(0);
     let quantities = [(NMSE, own(0)), (BY_TEXELS, own(0)), (BY_TIME, own(0)), (BOX, own(1))];
     let mut rows = quantities.map(|(quantity, nmse)| Row::number(FLOOR, quantity, "", nmse)).to_vec();
     let halves = truths.iter().map(|[truth, _]| own_errors(truth)).collect::<anyhow::Result<Vec<_>>>()?;
@@ -205,7 +205,7 @@ fn floor_rows(truths: &[[Truth; 2]]) -> anyhow::Result<Vec<Row>> {
     rows.push(Row::number(FLOOR, WORST_PIXEL, "of white", worst));
     let samples = mean(truths.iter().map(|[truth, _]| truth.mean_samples));
     rows.push(Row::number(FLOOR, SAMPLES, "samples", samples));
-    rows.push(Row::number(FLOOR, MOST_SAMPLES, "samples", most as f64));
+    rows.push(Row::number(FLOOR, MAX_SAMPLES, "samples", max as f64));
     Ok(rows)
 }
 
@@ -230,10 +230,10 @@ fn rows_of(name: &str, score: &Score) -> Vec<Row> {
 /// The Pareto-optimal points (cost, NMSE), in order of cost.
 fn front(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let mut least = f64::INFINITY;
+    let mut min = f64::INFINITY;
     points.retain(|&[_, nmse]| {
-        let better = nmse < least;
-        least = least.min(nmse);
+        let better = nmse < min;
+        min = min.min(nmse);
         better
     });
     points
@@ -249,13 +249,13 @@ fn losses(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
         .filter(|(_, texels, _)| *texels > 0.0)
         .collect();
     let (ours, others): (Vec<_>, Vec<_>) = points.into_iter().partition(|(name, ..)| name.starts_with(OURS));
-    let least = |most: f64| {
+    let min = |max: f64| {
         ours.iter()
-            .filter(|(_, texels, _)| *texels <= most)
+            .filter(|(_, texels, _)| *texels <= max)
             .map(|(.., nmse)| *nmse)
             .fold(f64::INFINITY, f64::min)
     };
-    others.into_iter().map(|(name, texels, nmse)| Row::number(name, LOSS, "", nmse / least(texels))).collect()
+    others.into_iter().map(|(name, texels, nmse)| Row::number(name, LOSS, "", nmse / min(texels))).collect()
 }
 
 fn time_rows(

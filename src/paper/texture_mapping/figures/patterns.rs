@@ -188,7 +188,7 @@ fn planes(tilt_degrees: f64, effort: Effort, height: u32) -> Vec<TiltedPlane> {
 }
 
 /// 2 x 32 x 32 to 2 x 128 x 128 samples per pixel.
-const DENSITY: Density = Density { per_texel: 2.0, least: 32, most: 128 };
+const DENSITY: Density = Density { per_texel: 2.0, min: 32, max: 128 };
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = bench.effort_of([48, 36], [64, 48]);

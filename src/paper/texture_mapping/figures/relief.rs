@@ -5,7 +5,7 @@ use crate::figure::prelude::*;
 use crate::paper::texture_mapping::config::{MapPrecision, ReliefMethod};
 use crate::paper::texture_mapping::relief::maps::{DistanceMap, Fan, Holds};
 use crate::paper::texture_mapping::relief::pass::{ConeBuild, DistanceBuild, Trace, origin};
-use crate::paper::texture_mapping::relief::trace::{LEAST_STEP, Traced, Tracer};
+use crate::paper::texture_mapping::relief::trace::{MIN_STEP, Traced, Tracer};
 use crate::paper::texture_mapping::relief::{Ray, Relief, ReliefKind, reference};
 use crate::stats::mean;
 use crate::vk::Gpu;
@@ -314,7 +314,7 @@ fn exact_hits(relief: &Relief, direction: [f32; 3], columns: u32) -> Vec<(usize,
 fn missed(found: &[Traced], hits: &[(usize, f64)]) -> f64 {
     let far = |&&(at, hit): &&(usize, f64)| {
         let error = (f64::from(found[at].distance) - hit).abs();
-        error.is_nan() || error > f64::from(LEAST_STEP) + 1e-3
+        error.is_nan() || error > f64::from(MIN_STEP) + 1e-3
     };
     hits.iter().filter(far).count() as f64 / hits.len() as f64
 }

@@ -121,7 +121,7 @@ const ENTRIES: &str = "entries of the weight map read per pixel";
 
 /// The filter with the exact axes and the weights of formula (4).
 fn formula() -> EllipseFilter {
-    PAPER_BY_LEVEL.axes(Axes::Corrected).k(0.8).most_ratio(64.0)
+    PAPER_BY_LEVEL.axes(Axes::Corrected).k(0.8).max_ratio(64.0)
 }
 
 fn variants() -> Vec<(String, EllipseFilter)> {

@@ -49,10 +49,10 @@ fn filter(name: &str, keys: &str) -> Setting {
     Setting::new(name, [format!("surface.NAME.filter={{{keys}}}")])
 }
 
-/// The ellipse filter with a minor axis of at least one texel. `most_ratio` limits the ratio of the axes. A scene
+/// The ellipse filter with a minor axis of at least one texel. `max_ratio` limits the ratio of the axes. A scene
 /// allows at most 16.
-fn ellipse(name: &str, most_ratio: u32) -> Setting {
-    filter(name, &format!("kind='ellipse', max_anisotropy={most_ratio}, minor_texels=1"))
+fn ellipse(name: &str, max_ratio: u32) -> Setting {
+    filter(name, &format!("kind='ellipse', max_anisotropy={max_ratio}, minor_texels=1"))
 }
 
 pub fn ellipse_and_trilinear() -> Vec<Setting> {

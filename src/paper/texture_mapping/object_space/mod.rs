@@ -42,10 +42,10 @@ pub struct TexturedPolygons {
 
 /// A plane is cut off where a pixel would hold more fragments than this. 32 bits hold the sum of 1.33 times as many
 /// fragments (each with the weight 1024 and the value 255).
-pub const MOST_PER_PIXEL: f64 = 12_288.0;
+pub const MAX_PER_PIXEL: f64 = 12_288.0;
 
 /// The most fragments of a picture; each takes 12 bytes.
-pub const MOST_FRAGMENTS: u64 = 1 << 26;
+pub const MAX_FRAGMENTS: u64 = 1 << 26;
 
 /// Polygons are clipped this many pixels outside the picture, because fragments just outside also contribute to pixels
 /// inside it.
@@ -54,41 +54,41 @@ const MARGIN_PX: f64 = 2.0;
 impl TexturedPolygons {
     /// The part of an infinite plane that is visible in a picture of `size` pixels. This part may be empty. The eye is
     /// `camera_px` from the projection plane; this distance changes the polygons' shape, but not the picture. The plane
-    /// is cut off where a pixel would hold more than `most_per_pixel` fragments.
+    /// is cut off where a pixel would hold more than `max_per_pixel` fragments.
     pub fn of_plane(
         plane: &TiltedPlane,
         size: [u32; 2],
         camera_px: f64,
         spacing: f64,
-        most_per_pixel: f64,
+        max_per_pixel: f64,
     ) -> TexturedPolygons {
-        assert!(most_per_pixel <= MOST_PER_PIXEL, "a pixel's sum overflows with {most_per_pixel} fragments");
+        assert!(max_per_pixel <= MAX_PER_PIXEL, "a pixel's sum overflows with {max_per_pixel} fragments");
         let [g, h, i] = plane.0[2];
         let w = |[x, y]: [f64; 2]| g * x + h * y + i;
         let [right, down] = size.map(|side| f64::from(side) / 2.0 + MARGIN_PX);
         let picture = [[-right, -down], [right, -down], [right, down], [-right, down]];
-        let most = picture.map(w).into_iter().fold(f64::MIN, f64::max);
+        let max = picture.map(w).into_iter().fold(f64::MIN, f64::max);
         let empty = TexturedPolygons { triangles: Vec::new(), camera_px: camera_px as f32 };
-        if most <= 0.0 {
+        if max <= 0.0 {
             return empty;
         }
         // Lattice points per pixel where the homography's denominator is w. The plane has been moved back until its
         // nearest point lies on the projection plane.
         let stretch = (g * camera_px).hypot(h * camera_px).hypot(i) / (spacing * spacing);
-        let density = |w: f64| most * most * stretch / (w * w * w);
-        let mut least = (most * most * stretch / most_per_pixel).cbrt();
-        let rows = |least: f64| -> f64 {
+        let density = |w: f64| max * max * stretch / (w * w * w);
+        let mut min = (max * max * stretch / max_per_pixel).cbrt();
+        let rows = |min: f64| -> f64 {
             let places = |n: u32, side: u32| f64::from(n) + 0.5 - f64::from(side) / 2.0;
             let pixels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
             let of = pixels.map(|(x, y)| w([places(x, size[0]), places(y, size[1])]));
-            of.filter(|w| *w >= least).map(density).sum()
+            of.filter(|w| *w >= min).map(density).sum()
         };
-        while rows(least) > 0.5 * MOST_FRAGMENTS as f64 {
-            least *= 1.1;
+        while rows(min) > 0.5 * MAX_FRAGMENTS as f64 {
+            min *= 1.1;
         }
-        let seen = clipped(&picture, |at| w(at) - least);
+        let seen = clipped(&picture, |at| w(at) - min);
         let corner = |&at: &[f64; 2]| {
-            let back = most / w(at);
+            let back = max / w(at);
             let [x, y] = at.map(|c| (c * back) as f32);
             let texels = plane.texels(at[0], at[1]).expect("w is positive");
             ([x, y, (camera_px * (1.0 - back)) as f32], texels.map(|c| c as f32))
@@ -106,7 +106,7 @@ impl TexturedPolygons {
 
     /// Upper bound of the number of fragments. A convex polygon contains at most area + perimeter / 2 + 1 lattice
     /// points. The factor 0.54 and the summand 4 also cover triangles whose edges are moved out by 1/64 of a step.
-    pub fn most_fragments(&self, spacing: f64) -> u64 {
+    pub fn max_fragments(&self, spacing: f64) -> u64 {
         let of = |triangle: &TexturedTriangle| {
             let [area, perimeter, _] = extent(triangle, spacing);
             (area + 0.54 * perimeter + 4.0) as u64
@@ -115,7 +115,7 @@ impl TexturedPolygons {
     }
 
     /// Rows of lattice points of the largest triangle.
-    fn most_rows(&self, spacing: f64) -> u32 {
+    fn max_rows(&self, spacing: f64) -> u32 {
         let of = |triangle: &TexturedTriangle| extent(triangle, spacing)[2] as u32 + 3;
         self.triangles.iter().map(of).max().unwrap_or(0)
     }
@@ -167,18 +167,17 @@ mod tests {
     fn a_planes_area_is_that_of_its_part_in_the_picture() {
         let camera = Tilt::of(0.0).focal_px(72);
         let of = |tilt: f64| {
-            TexturedPolygons::of_plane(&Tilt::of(tilt).plane(72), [96, 72], camera, 1.0, MOST_PER_PIXEL)
-                .area()
+            TexturedPolygons::of_plane(&Tilt::of(tilt).plane(72), [96, 72], camera, 1.0, MAX_PER_PIXEL).area()
         };
         assert!((of(0.0) - 100.0 * 76.0).abs() < 1e-3, "{}", of(0.0));
         // Integrates the surface element (g f, h f, i) / w^3 on a grid over the picture with its margin.
         let plane = Tilt::of(70.0).plane(72);
         let [g, h, i] = plane.0[2];
-        let most = g.abs() * 50.0 + h.abs() * 38.0 + i;
+        let max = g.abs() * 50.0 + h.abs() * 38.0 + i;
         let mut sum = 0.0;
         for (x, y) in (0..760).flat_map(|y| (0..1000).map(move |x| (x, y))) {
             let w = g * (f64::from(x) / 10.0 - 49.95) + h * (f64::from(y) / 10.0 - 37.95) + i;
-            sum += most * most * (g * camera).hypot(h * camera).hypot(i) / w.powi(3) / 100.0;
+            sum += max * max * (g * camera).hypot(h * camera).hypot(i) / w.powi(3) / 100.0;
         }
         assert!((of(70.0) / sum - 1.0).abs() < 1e-3, "{} {sum}", of(70.0));
     }
@@ -192,10 +191,10 @@ mod tests {
                 [96, 72],
                 plane.focal_px(72),
                 0.5,
-                MOST_PER_PIXEL,
+                MAX_PER_PIXEL,
             );
-            let most = polygons.most_fragments(0.5);
-            assert!(most > 0 && most <= MOST_FRAGMENTS, "{tilt}: {most}");
+            let max = polygons.max_fragments(0.5);
+            assert!(max > 0 && max <= MAX_FRAGMENTS, "{tilt}: {max}");
         }
     }
 }

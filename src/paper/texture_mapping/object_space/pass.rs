@@ -1,6 +1,6 @@
 //! The stages of object-space texturing on the GPU.
 
-use super::{MOST_FRAGMENTS, TexturedPolygons};
+use super::{MAX_FRAGMENTS, TexturedPolygons};
 use crate::paper::texture_mapping::pass::{Targets, Uploaded};
 use crate::vk::shader::ObjectSpace as Push;
 use crate::vk::shader::common::screen_vert;
@@ -141,9 +141,9 @@ impl ObjectSpaceBuffers {
         coarsest: u32,
     ) -> Result<ObjectSpaceBuffers> {
         let count = polygons.triangles.len() as u32;
-        let most = polygons.most_fragments(f64::from(spacing));
-        let rows = polygons.most_rows(f64::from(spacing));
-        assert!(most <= MOST_FRAGMENTS && count < 1 << 16, "{most} fragments of {count} triangles");
+        let max = polygons.max_fragments(f64::from(spacing));
+        let rows = polygons.max_rows(f64::from(spacing));
+        assert!(max <= MAX_FRAGMENTS && count < 1 << 16, "{max} fragments of {count} triangles");
         assert!(rows < 1 << 16, "{rows} rows of fragments do not fit 16 bits");
         let storage = |name, bytes: u64| gpu.buffer(name, bytes.max(4), BufferUse::Storage);
         let pixels = u64::from(size[0]) * u64::from(size[1]);
@@ -153,8 +153,8 @@ impl ObjectSpaceBuffers {
             triangles: gpu.buffer_with("triangles", triangles, BufferUse::Storage)?,
             polygons: storage("rotated polygons", POLYGON_BYTES * triangles.len() as u64)?,
             counts: storage("counts of fragments", 12)?,
-            fragments: storage("fragments", 8 * most.max(1))?,
-            colours: storage("colours of fragments", 4 * most)?,
+            fragments: storage("fragments", 8 * max.max(1))?,
+            colours: storage("colours of fragments", 4 * max)?,
             nearest: storage("nearest planes", 4 * pixels)?,
             sums: storage("sums of fragments", 16 * pixels)?,
             push: Push {
@@ -162,7 +162,7 @@ impl ObjectSpaceBuffers {
                 camera: polygons.camera_px,
                 spacing,
                 triangles: count,
-                capacity: most as u32,
+                capacity: max as u32,
                 coarsest,
             },
             rows,

@@ -17,7 +17,7 @@ pub struct Texture<'a> {
     pub texel: &'a dyn Fn(u32, i64, i64) -> f64,
     /// Maximum distance along an axis from the pixel's centre to a sample, in texels of the level. Samples farther away
     /// raise the level. For an ellipse: the maximum sum of its semi-axes.
-    pub most_reach: f64,
+    pub max_reach: f64,
     /// Error of the pixel's centre along each axis, in texels of level 0.
     pub place_error: f64,
     /// Error of a trilinear sample.
@@ -27,7 +27,7 @@ pub struct Texture<'a> {
 impl Texture<'_> {
     /// The level, raised for a footprint that reaches this many texels of level 0.
     fn raised(&self, level: f64, reach: f64) -> f64 {
-        level.max((reach / self.most_reach).log2().ceil())
+        level.max((reach / self.max_reach).log2().ceil())
     }
 }
 
@@ -48,15 +48,15 @@ pub fn filtered(
         FilterBaseline::Trilinear => {
             probes(pixel, texture, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
         }
-        FilterBaseline::Anisotropic(most) => {
+        FilterBaseline::Anisotropic(max) => {
             let ratio = length(longer) / length(shorter);
-            let count = ratio.ceil().clamp(1.0, f64::from(most));
+            let count = ratio.ceil().clamp(1.0, f64::from(max));
             let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
             let all: Vec<Probe> = (0..count as u32).map(probe).collect();
             let half = longer.map(|d| d / 2.0);
             undecided(probes(pixel, texture, &all, half, (length(longer) / count).log2()), ratio)
         }
-        FilterBaseline::Feline(most) => feline(pixel, texture, most),
+        FilterBaseline::Feline(max) => feline(pixel, texture, max),
         FilterBaseline::Mavridis(taps) => mavridis(pixel, texture, taps),
         FilterBaseline::Pbrt => pbrt(pixel, texture, longer, shorter),
         FilterBaseline::Stochastic(samples) => stochastic(pixel, texture, samples, level, frame),
@@ -80,7 +80,7 @@ fn bilinear(texture: &Texture<'_>, level: u32, [u, v]: [f64; 2]) -> f64 {
 }
 
 /// Weighted trilinear samples along the line of `reach` through the pixel's centre. A line that
-/// reaches beyond [`Texture::most_reach`] raises the level.
+/// reaches beyond [`Texture::max_reach`] raises the level.
 fn probes(
     pixel: &PixelCentre,
     texture: &Texture<'_>,
@@ -117,10 +117,10 @@ fn axes(pixel: &PixelCentre) -> (f64, f64, [f64; 2]) {
     (major, pixel.determinant.abs() / major, [angle.cos(), angle.sin()])
 }
 
-fn feline(pixel: &PixelCentre, texture: &Texture<'_>, most: u32) -> FilteredTexel {
+fn feline(pixel: &PixelCentre, texture: &Texture<'_>, max: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let wanted = 2.0 * major / minor - 1.0 + 0.5;
-    let count = wanted.floor().clamp(1.0, f64::from(most));
+    let count = wanted.floor().clamp(1.0, f64::from(max));
     // If there are too few probes, each probe is widened to fill the gaps.
     let minor = minor.max(2.0 * major / (count + 1.0));
     let reach = (major - minor).max(0.0);
@@ -157,9 +157,9 @@ fn undecided(found: FilteredTexel, wanted: f64) -> FilteredTexel {
 }
 
 fn pbrt(pixel: &PixelCentre, texture: &Texture<'_>, longer: [f64; 2], shorter: [f64; 2]) -> FilteredTexel {
-    const MOST_RATIO: f64 = 8.0;
+    const MAX_RATIO: f64 = 8.0;
     let (major, minor) = (longer[0].hypot(longer[1]), shorter[0].hypot(shorter[1]));
-    let widening = if minor * MOST_RATIO < major && minor > 0.0 { major / (minor * MOST_RATIO) } else { 1.0 };
+    let widening = if minor * MAX_RATIO < major && minor > 0.0 { major / (minor * MAX_RATIO) } else { 1.0 };
     let shorter = shorter.map(|d| d * widening);
     let lod = (minor * widening).max(1e-30).log2();
     let lod = texture.raised(lod, major + minor * widening).clamp(0.0, f64::from(texture.coarsest));

@@ -3,9 +3,9 @@
 
 use super::FilteredTexel;
 use crate::math::weight_map::{MapShape, WeightMap};
-use crate::paper::texture_mapping::footprint::{Axes, MOST_MAJOR_TEXELS, MOST_VISITED, Scan};
+use crate::paper::texture_mapping::footprint::{Axes, MAX_MAJOR_TEXELS, MAX_VISITED, Scan};
 use crate::paper::texture_mapping::method::{EllipseFilter, PixelCentre};
-use crate::paper::texture_mapping::weights::{Edge, LEAST_WEIGHTS};
+use crate::paper::texture_mapping::weights::{Edge, MIN_WEIGHTS};
 
 /// A symmetric 2 x 2 matrix: 11, 12, 22.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,25 +36,25 @@ fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     let v = [ux * ux + uy * uy, ux * vx + uy * vy, vx * vx + vy * vy].map(|entry| entry * square);
     let det = (pixel.determinant * square).powi(2);
     let [larger, smaller] = Symmetric(v).eigenvalues(det);
-    let least = larger / f64::from(ellipse.footprint.most_ratio).powi(2);
-    if smaller >= least {
+    let min = larger / f64::from(ellipse.footprint.max_ratio).powi(2);
+    if smaller >= min {
         return (Symmetric(v), det);
     }
     // Stretches only the minor axis: V + (least - smaller) e e^T, e e^T = (larger I - V) / (larger -
     // smaller).
-    let part = (least - smaller) / (larger - smaller);
+    let part = (min - smaller) / (larger - smaller);
     let [a, b, c] = v;
-    (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * least)
+    (Symmetric([a + part * (larger - a), b - part * b, c + part * (larger - c)]), larger * min)
 }
 
-/// True if the footprint is longer than [`MOST_MAJOR_TEXELS`]. The pixel's value is then the texture's mean.
+/// True if the footprint is longer than [`MAX_MAJOR_TEXELS`]. The pixel's value is then the texture's mean.
 fn sees_all(v: Symmetric) -> bool {
-    v.0[0] + v.0[2] >= MOST_MAJOR_TEXELS * MOST_MAJOR_TEXELS
+    v.0[0] + v.0[2] >= MAX_MAJOR_TEXELS * MAX_MAJOR_TEXELS
 }
 
-/// Limits a pixel's footprint: the longest of J's axes is at most `most` texels, measured on a sphere with longitude
+/// Limits a pixel's footprint: the longest of J's axes is at most `max` texels, measured on a sphere with longitude
 /// u and latitude v. `across` is the cosine of the latitude.
-pub fn bounded(pixel: &PixelCentre, most: f64, across: f64) -> PixelCentre {
+pub fn bounded(pixel: &PixelCentre, max: f64, across: f64) -> PixelCentre {
     let [u, v] = pixel.jacobian;
     let j = [u.map(|d| d * across), v];
     let [a, b, c] = [(0, 0), (0, 1), (1, 1)].map(|(m, n)| j[m][0] * j[n][0] + j[m][1] * j[n][1]);
@@ -62,15 +62,15 @@ pub fn bounded(pixel: &PixelCentre, most: f64, across: f64) -> PixelCentre {
     // The gradient of the axis along x and y: J^T e.
     let along = [0, 1].map(|n| cos * j[0][n] + sin * j[1][n]);
     let length = along[0].hypot(along[1]);
-    if length <= most {
+    if length <= max {
         return *pixel;
     }
-    let less = 1.0 - most / length;
+    let less = 1.0 - max / length;
     let jacobian = [
         [0, 1].map(|n| (j[0][n] - less * cos * along[n]) / across),
         [0, 1].map(|n| j[1][n] - less * sin * along[n]),
     ];
-    PixelCentre { jacobian, determinant: pixel.determinant * most / length, ..*pixel }
+    PixelCentre { jacobian, determinant: pixel.determinant * max / length, ..*pixel }
 }
 
 /// The level that the method chooses. The two entries differ if rounding decides between two levels.
@@ -90,8 +90,8 @@ pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u
         Scan::BoundingBox => 4.0 * (a * c).sqrt(),
         Scan::RowSpan => 4.0 * det.sqrt(),
     };
-    let by_count = (4.0 * visited / f64::from(MOST_VISITED)).log2() / 2.0;
-    let by_rows = (a.max(c).sqrt() / f64::from(ellipse.footprint.most_reach)).log2();
+    let by_count = (4.0 * visited / f64::from(MAX_VISITED)).log2() / 2.0;
+    let by_rows = (a.max(c).sqrt() / f64::from(ellipse.footprint.max_reach)).log2();
     let wanted = by_minor.floor().max(by_count.ceil()).max(by_rows.ceil());
     // The error of log2 in f32: the argument has a relative error of 2^-21, and the result, up to 2^5, is rounded.
     let undecided = 2f64.powi(-16);
@@ -165,8 +165,8 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let [x, y] = place.map(|c| c / reach);
     let entries = f64::from(map.entries);
     let nearest = |part: f64| ((part * entries).floor().clamp(0.0, entries - 1.0) + 0.5) / entries;
-    let most = f64::from((1u32 << map.bits) - 1);
-    let entry = |square: f64| ((-alpha * reach * reach * square).exp() * most).round() / most;
+    let max = f64::from((1u32 << map.bits) - 1);
+    let entry = |square: f64| ((-alpha * reach * reach * square).exp() * max).round() / max;
     if map.linear {
         let radial = map.shape == MapShape::Radial;
         let part = if radial { x.hypot(y) } else { x * x + y * y };
@@ -240,10 +240,10 @@ pub fn filtered(
     let (mut fetched, mut undecided) = (0, 0);
     let mut range = [nearest; 2];
     each_texel(ellipse, pixel, level, |texel| {
-        let Texel { place: [column, row], weight, kept, least, most, falls, .. } = texel;
-        undecided += u32::from((most > 0.0) != (least > 0.0));
+        let Texel { place: [column, row], weight, kept, min, max, falls, .. } = texel;
+        undecided += u32::from((max > 0.0) != (min > 0.0));
         fetched += u32::from(kept > 0.0);
-        slack += weight * (most - least) + weight * kept * falls;
+        slack += weight * (max - min) + weight * kept * falls;
         let value = value(column, row);
         range = [range[0].min(value), range[1].max(value)];
         sum += weight * kept * value;
@@ -255,10 +255,10 @@ pub fn filtered(
     // Each sum in f32 has an error of half an ulp. For each texel, f32 may also lose the weight, its part and its
     // product with the texel, each below 2^-126. The sum is at least 2^-100, so the losses are below 2^-24 of it.
     let rounding = f64::from(2 * fetched + 32) * 2f64.powi(-24);
-    let empty = weights < LEAST_WEIGHTS;
+    let empty = weights < MIN_WEIGHTS;
     let mean = if empty { nearest } else { sum / weights };
     // If rounding decides whether the footprint is empty, the GPU shows the nearest texel or a mean.
-    if (weights - LEAST_WEIGHTS).abs() <= slack + rounding * weights {
+    if (weights - MIN_WEIGHTS).abs() <= slack + rounding * weights {
         undecided += fetched.max(1);
         slack = (mean - range[0]).max(range[1] - mean);
     } else {
@@ -303,8 +303,8 @@ struct Texel {
     kept: f64,
     /// Least and greatest kept part within the rounding error of r, the texel's distance from the centre in units of
     /// the ellipse.
-    least: f64,
-    most: f64,
+    min: f64,
+    max: f64,
     /// Relative error of the weight.
     falls: f64,
 }
@@ -357,8 +357,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
                 offset: [du, dv],
                 weight: weight(ellipse, at),
                 kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
-                least: if cut { 0.0 } else { of(r + rounding, -off) },
-                most: of(r - rounding, off),
+                min: if cut { 0.0 } else { of(r + rounding, -off) },
+                max: of(r - rounding, off),
                 falls: slope * rounding
                     + step(ellipse, r, rounding)
                     + (3.0 + 2.0 * exponent) * 2f64.powi(-23),

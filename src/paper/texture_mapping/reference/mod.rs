@@ -63,7 +63,7 @@ fn with_sampler<T>(texels: &GreyMipmap, with: impl FnOnce(&Texture<'_>) -> T) ->
     with(&Texture {
         coarsest: texels.coarsest(),
         texel: &texel,
-        most_reach: f64::INFINITY,
+        max_reach: f64::INFINITY,
         place_error: 0.0,
         sample_error: baselines::SAMPLER,
     })

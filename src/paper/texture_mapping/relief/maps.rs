@@ -281,10 +281,10 @@ impl DistanceMap {
         if bits == 32 {
             return (self.distances.iter().map(|distance| distance.to_bits()).collect(), 1.0);
         }
-        let most = (1u32 << bits) - 1;
-        let unit = self.distances.iter().copied().fold(f32::MIN_POSITIVE, f32::max) / most as f32;
+        let max = (1u32 << bits) - 1;
+        let unit = self.distances.iter().copied().fold(f32::MIN_POSITIVE, f32::max) / max as f32;
         let quantised = |distance: &f32| {
-            let mut steps = ((distance / unit) as u32).min(most);
+            let mut steps = ((distance / unit) as u32).min(max);
             while steps as f32 * unit > *distance {
                 steps -= 1;
             }

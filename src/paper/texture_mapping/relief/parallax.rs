@@ -80,7 +80,7 @@ pub fn truth(relief: &Relief, colours: &[f32], view: &ParallaxView, strata: u32)
         Some([s + first_hit(relief, &ray) * f64::from(ray.direction[0]), y])
     };
     let colour = |[x, y]: [f64; 2]| bilinear(relief.side, colours, x, y);
-    let density = Density { per_texel: 0.0, least: strata, most: strata };
+    let density = Density { per_texel: 0.0, min: strata, max: strata };
     supersample([view.columns; 2], hit, colour, PixelKernel::Box, density)
 }
 

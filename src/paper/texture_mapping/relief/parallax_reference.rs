@@ -5,15 +5,15 @@
 //! between the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides
 //! it. Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
-//! The reference visits every texel. For descents of more than [`MOST_DESCENT`] texels, the GPU skips hidden texels by
+//! The reference visits every texel. For descents of more than [`MAX_DESCENT`] texels, the GPU skips hidden texels by
 //! longer strides.
 
 use super::Relief;
 use super::parallax::{ParallaxFilter, ParallaxView};
 use rayon::prelude::*;
 
-/// Longest descent in texels for which the GPU visits every texel: `MOST_STRIDES` of relief_width.glsl.
-pub const MOST_DESCENT: f64 = 1024.0;
+/// Longest descent in texels for which the GPU visits every texel: `MAX_STRIDES` of relief_width.glsl.
+pub const MAX_DESCENT: f64 = 1024.0;
 
 /// A filtered pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub fn pixels(
 ) -> Vec<RayPixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
-    assert!(descent <= MOST_DESCENT, "a descent of {descent} texels, of at most {MOST_DESCENT}");
+    assert!(descent <= MAX_DESCENT, "a descent of {descent} texels, of at most {MAX_DESCENT}");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
     // A position has an error of half an ulp. Interpolating a height and multiplying it by the cotangent takes at most
     // six roundings.
@@ -110,7 +110,7 @@ impl Lines<'_> {
         [self.hit(s - self.slack, y) - self.slack, self.hit(s + self.slack, y) + self.slack]
     }
 
-    /// Least and greatest x in f32 at which the ray that enters at s would hit a level surface of the height at s.
+    /// Least and greatest x in f32 at which the ray that enters at s would hit a horizontal surface at the height at s.
     fn offset(&self, s: f64, y: f64) -> [f64; 2] {
         let (x, share) = (s.floor() as i64, s - s.floor());
         let height = self.texel(x, y)[0] * (1.0 - share) + self.texel(x + 1, y)[0] * share;
@@ -216,9 +216,9 @@ impl Sum {
     fn possible(mut self, instead: [f64; 2]) -> Possible {
         if self.weight == 0.0 {
             // A pixel without texels visits the two texels at the centre ray's hit instead.
-            let least = self.texels[0] + if self.doubtful.is_empty() { 2 } else { 0 };
+            let min = self.texels[0] + if self.doubtful.is_empty() { 2 } else { 0 };
             let range = hull(self.doubtful.into_iter().chain(instead));
-            return Possible { range, texels: [least, self.texels[1] + 2] };
+            return Possible { range, texels: [min, self.texels[1] + 2] };
         }
         self.doubtful.sort_by(f64::total_cmp);
         let mean = |doubtful: &mut dyn Iterator<Item = &f64>, better: fn(f64, f64) -> bool| {
@@ -232,9 +232,9 @@ impl Sum {
             }
             colour / weight
         };
-        let least = mean(&mut self.doubtful.iter(), |own, mean| own < mean);
+        let min = mean(&mut self.doubtful.iter(), |own, mean| own < mean);
         let greatest = mean(&mut self.doubtful.iter().rev(), |own, mean| own > mean);
-        Possible { range: [least, greatest], texels: self.texels }
+        Possible { range: [min, greatest], texels: self.texels }
     }
 }
 

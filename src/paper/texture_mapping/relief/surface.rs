@@ -24,7 +24,7 @@ pub struct ReliefSurface {
 }
 
 /// Limit of [`work`]. On a software device, this much work takes one core one or two minutes.
-pub const MOST_WORK: u64 = 1 << 31;
+pub const MAX_WORK: u64 = 1 << 31;
 
 /// Time between two reports of a build's progress.
 const REPORT: Duration = Duration::from_secs(1);

@@ -4,14 +4,14 @@ use super::maps::DistanceMap;
 use super::{Ray, Relief};
 
 /// The least step of the tracers that read a map, in texels.
-pub const LEAST_STEP: f32 = 0.5;
+pub const MIN_STEP: f32 = 0.5;
 
 /// Bisection steps after a crossing is found; [`Tracer::RelaxedCones`] takes [`RELAXED_HALVINGS`].
 pub const HALVINGS: u32 = 6;
 pub const RELAXED_HALVINGS: u32 = 12;
 
 /// The most steps of a ray.
-pub const MOST_STEPS: u32 = 1024;
+pub const MAX_STEPS: u32 = 1024;
 
 /// Steps of the linear search.
 pub const LINEAR_STEPS: u32 = 64;
@@ -95,7 +95,7 @@ impl Tracer<'_> {
 
 /// Traces a ray. The distances of a [`DistanceMap`] are used as stored; the number of bits per cell has no effect here.
 /// `step` receives each step's start, its end, and true if the map guarantees that the step hits nothing (the map
-/// allows a step of at least [`LEAST_STEP`]).
+/// allows a step of at least [`MIN_STEP`]).
 pub fn traced(
     relief: &Relief,
     tracer: &Tracer<'_>,
@@ -105,10 +105,10 @@ pub fn traced(
     let by_map = matches!(tracer, Tracer::Distances(..));
     let halvings = if matches!(tracer, Tracer::RelaxedCones(_)) { RELAXED_HALVINGS } else { HALVINGS };
     let (mut t, mut steps) = (0.0, 0);
-    while steps < MOST_STEPS {
+    while steps < MAX_STEPS {
         let length = tracer.allowed(relief, ray, point(relief, ray, t));
-        let guaranteed = by_map && length >= LEAST_STEP;
-        let next = t + if matches!(tracer, Tracer::Linear) { length } else { length.max(LEAST_STEP) };
+        let guaranteed = by_map && length >= MIN_STEP;
+        let next = t + if matches!(tracer, Tracer::Linear) { length } else { length.max(MIN_STEP) };
         steps += 1;
         step(t, next, guaranteed);
         if !guaranteed && above(relief, point(relief, ray, next)) <= 0.0 {

@@ -115,7 +115,7 @@ settings! {
 }
 
 /// The greatest [`Filter::max_anisotropy`] of filters other than the ellipse.
-pub const MOST_SAMPLES: u32 = 16;
+pub const MAX_SAMPLES: u32 = 16;
 
 fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(), SceneFault> {
     if let Some((key, kinds)) = unread_filter_keys(filter.kind.name()).find(|(key, _)| part.states(key)) {
@@ -126,9 +126,9 @@ fn check_filter(filter: &Filter, part: &SceneTable<'_>) -> std::result::Result<(
         );
         return Err(part.fault(key, what));
     }
-    if filter.kind != Filtering::Ellipse && filter.max_anisotropy > MOST_SAMPLES {
+    if filter.kind != Filtering::Ellipse && filter.max_anisotropy > MAX_SAMPLES {
         let what = format!(
-            "{} is above {MOST_SAMPLES}, the most for kind = \"{}\"; only kind = \"ellipse\" takes a ratio of up to 64",
+            "{} is above {MAX_SAMPLES}, the most for kind = \"{}\"; only kind = \"ellipse\" takes a ratio of up to 64",
             filter.max_anisotropy,
             filter.kind.name()
         );
@@ -280,7 +280,7 @@ pub fn check_opened(
     if let Err(unfit) = config.check(pyramid) {
         return Err(scene.fault(&["variant", unfit.key], format!("{:?}: {}", unfit.value, unfit.why)));
     }
-    match (owner(scene)?, config.filter.beyond(pyramid.border_texels(), pyramid.tile_size())) {
+    match (owner(scene)?, config.filter.tile_fault(pyramid.border_texels(), pyramid.tile_size())) {
         (Some(surface), Some((key, what))) => {
             Err(scene.fault(&["surface", &surface.name, "filter", key], what))
         }
@@ -295,7 +295,7 @@ impl Filter {
     /// The narrowest border of a tile, in texels. With several samples, each sample looks up its own tile and reads
     /// both of the tile's levels, up to 2 texels beyond the tile. A single sample works without a border but shows
     /// seams, as the paper's tiles do. Filters that fetch single texels need no border.
-    pub fn least_border(&self) -> u32 {
+    pub fn min_border(&self) -> u32 {
         match (self.kind, self.max_anisotropy) {
             (Filtering::Trilinear | Filtering::Bilinear, 2..) => 2,
             _ => 0,
@@ -303,11 +303,11 @@ impl Filter {
     }
 
     /// The invalid key and the reason, if tiles with this border and payload do not suffice for the filter.
-    pub fn beyond(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
-        let least = self.least_border();
-        if border < least {
+    pub fn tile_fault(&self, border: u32, tile_size: u32) -> Option<(&'static str, String)> {
+        let min = self.min_border();
+        if border < min {
             let what = format!(
-                "with several samples (here up to {}) a sample reads up to {least} texels beyond a tile's edge, but \
+                "with several samples (here up to {}) a sample reads up to {min} texels beyond a tile's edge, but \
                 the texture's border has {border}; use a wider border, max_anisotropy = 1, or kind = \"ellipse\" or \
                 \"stochastic\"",
                 self.max_anisotropy
@@ -315,12 +315,12 @@ impl Filter {
             return Some(("max_anisotropy", what));
         }
         // The two outermost of n samples lie at most n - 1 texels from the pixel's centre.
-        let most = tile_size / 2 + 1;
-        let wide = self.samples_reach(border) && self.max_anisotropy > most;
+        let max = tile_size / 2 + 1;
+        let wide = self.samples_reach(border) && self.max_anisotropy > max;
         let what = || {
             let wanted = self.max_anisotropy;
             format!(
-                "{wanted} samples reach further than half a tile of {tile_size} texels; use at most {most}, or \
+                "{wanted} samples reach further than half a tile of {tile_size} texels; use at most {max}, or \
                 larger tiles"
             )
         };

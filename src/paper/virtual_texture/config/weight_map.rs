@@ -6,10 +6,10 @@ use crate::paper::virtual_texture::choices::{FilterEdge, Filtering};
 use crate::scene::{SceneFault, SceneTable};
 use crate::vk::shader::Shader;
 
-/// Refuses keys of an absent map, and maps that do not exist.
+/// Rejects keys of a weight map if the filter has none, and invalid values.
 pub(super) fn check(filter: &Filter, part: &SceneTable<'_>) -> Result<(), SceneFault> {
     let Some(shape) = filter.weight_map.shape() else {
-        return part.absent(&["map_entries", "map_bits", "map_linear"], "weight_map = \"none\"");
+        return part.reject(&["map_entries", "map_bits", "map_linear"], "weight_map = \"none\"");
     };
     let (entries, bits) = (filter.map_entries, filter.map_bits);
     if !entries.is_power_of_two() {
@@ -48,7 +48,7 @@ impl Filter {
         map_reach(self.edge != FilterEdge::None)
     }
 
-    /// The forms, unlit and lit, of a shader that filters a surface (`form.glsl`).
+    /// The unlit and the lit form of a shader that filters a surface, with or without the weight map (`form.glsl`).
     pub fn forms(&self, shaders: &'static [Shader; 4]) -> [&'static Shader; 2] {
         let [plain_unlit, plain_lit, map_unlit, map_lit] = shaders;
         if self.map().is_some() { [map_unlit, map_lit] } else { [plain_unlit, plain_lit] }

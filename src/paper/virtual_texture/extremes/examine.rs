@@ -26,7 +26,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// Maximum number of tiles for which a settled picture is made: 170 MB with borders and the next coarser level.
-const MOST_SETTLED: usize = 128;
+const MAX_SETTLED: usize = 128;
 
 /// The results at one extreme, with one NA.
 pub struct Examination {
@@ -123,7 +123,7 @@ impl Examiner {
         // The settled picture is made with the paper's variant.
         let papers = contenders.iter().position(|contender| contender.config == config);
         let shown = papers.is_some_and(|at| matches!(variants[at].1, ListOutcome::Listed { .. }));
-        let settles = self.pictures && shown && drawn.visible.len() <= MOST_SETTLED;
+        let settles = self.pictures && shown && drawn.visible.len() <= MAX_SETTLED;
         Ok(Examination {
             stage1: stage1(extreme, &sight, &drawn, na),
             tiles: drawn.visible.len(),
@@ -254,7 +254,7 @@ fn settled(
     let scene = Scene::embedded("ruler").expect("shipped");
     let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Linear32).expect("shipped");
     (settings.size, settings.config) = (sight.size, config);
-    settings.streaming.gpu_tiles = MOST_SETTLED as u32;
+    settings.streaming.gpu_tiles = MAX_SETTLED as u32;
     let source = Arc::new(Ruler::new(sight.pyramid));
     let mut session = VirtualTexture::run(gpu.clone(), source, &sight.mesh, settings)?;
     session.settle(&sight.pose)?;

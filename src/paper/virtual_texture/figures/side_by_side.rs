@@ -20,7 +20,7 @@ use crate::paper::virtual_texture::{
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, lacks, texels_per_pixel};
 use crate::picture::PixelFormat;
 use crate::texture::source::TileSource;
-use crate::texture::source::remembered::Remembered;
+use crate::texture::source::cached::CachedSource;
 use crate::vk::{Gpu, PassTime};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -99,7 +99,7 @@ pub fn settings(combinations: &[Combination]) -> Vec<Setting> {
 pub struct SideBySide {
     pub gpu: Gpu,
     pub pose: Pose,
-    pub source: Arc<Remembered>,
+    pub source: Arc<CachedSource>,
     mesh: Mesh,
     /// Baselines without a list that are timed too: [`PLAIN`], [`UNLISTED`].
     floors: &'static [&'static str],
@@ -123,7 +123,7 @@ impl SideBySide {
     ) -> anyhow::Result<SideBySide> {
         let SceneView { scene, pose, .. } = place;
         let gpu = bench.gpu_with_offered(&all_needs())?;
-        let source = Remembered::new(open_texture(&scene)?);
+        let source = CachedSource::new(open_texture(&scene)?);
         let mesh = mesh::gpu_mesh(&source_mesh(&scene)?);
         let open = |config: Config| -> anyhow::Result<Run<VirtualTexture>> {
             let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;

@@ -156,8 +156,8 @@ pub fn possible_triples(
     if !(sides[0].is_finite() && sides[1].is_finite() && reach.is_finite()) {
         return [[0, first_resident], [low.i, high.i], [low.j, high.j]];
     }
-    let [least, most] = [-reach, reach].map(|by| sides.map(|side| (side + by).max(0.0)));
-    let [longest, shortest] = [f64::max, f64::min].map(|of| [least, most].map(|[a, b]| of(a, b)));
+    let [min, max] = [-reach, reach].map(|by| sides.map(|side| (side + by).max(0.0)));
+    let [longest, shortest] = [f64::max, f64::min].map(|of| [min, max].map(|[a, b]| of(a, b)));
     // The sides may be equally long if their intervals overlap. Only then is nA = 1.
     let ratios = [(longest[0] / shortest[1]).max(1.0), longest[1] / shortest[0]];
     let [fewest, largest] = ratios.map(|ratio| ratio.ceil().min(f64::from(max_anisotropy)));

@@ -137,8 +137,8 @@ impl<'a> SourceTexels<'a> {
         match filter {
             // If the footprint is not finite, stage 1 stores the finest resident level.
             _ if found.e.is_nan() => texture.trilinear(f64::from(found.q), s, t),
-            ReferenceFilter::Samples(most) => {
-                texture.along(&sides, sample_count(longest, shortest, most), s, t)
+            ReferenceFilter::Samples(max) => {
+                texture.along(&sides, sample_count(longest, shortest, max), s, t)
             }
             ReferenceFilter::NearerLevel => {
                 let level = (found.e + 0.5).floor().clamp(0.0, f64::from(texture.coarsest_level()));

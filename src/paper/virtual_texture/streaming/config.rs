@@ -68,12 +68,12 @@ fn milliseconds(ms: f64) -> Duration {
 /// Settings with which no tile could be shown, or a thread that could not be created.
 #[derive(Debug, Error)]
 pub enum StreamingError {
-    #[error("{setting} = {value}: must be 1 ..= {most}")]
-    OutOfRange { setting: &'static str, value: u32, most: u32 },
+    #[error("{setting} = {value}: must be 1 ..= {max}")]
+    OutOfRange { setting: &'static str, value: u32, max: u32 },
     #[error("{setting} = 0: no tile would ever be loaded; set a time above 0")]
     NoTime { setting: &'static str },
-    #[error("the texture has {tiles} tiles, but the state tables hold only {most}; use larger tiles")]
-    TooManyTiles { tiles: u64, most: u64 },
+    #[error("the texture has {tiles} tiles, but the state tables hold only {max}; use larger tiles")]
+    TooManyTiles { tiles: u64, max: u64 },
     #[error("cannot create a loader thread: {0}; raise the limit of processes (ulimit -u)")]
     Thread(std::io::Error),
 }
@@ -81,7 +81,7 @@ pub enum StreamingError {
 /// Maximum number of tiles of a texture. The two state tables take 4 bytes per tile each: 512 MiB for this number. A
 /// texture of 2^20 x 2^20 texels exceeds this number by a third if its tiles have 128 x 128 texels. With tiles of 256 x
 /// 256 it has a third of this number.
-pub const MOST_TILES: u64 = 1 << 26;
+pub const MAX_TILES: u64 = 1 << 26;
 
 impl StreamingConfig {
     /// True if one loader serves both settings. With counted budgets, the number of loads per frame must be equal.
@@ -107,12 +107,12 @@ impl StreamingConfig {
         }
         // The tables store a slot as an i32, which would allow more slots. 2^20 slots of the smallest RGBA8 tile take
         // 1.25 GiB.
-        let most = 1 << 20;
-        if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=most).contains(value)) {
-            return Err(StreamingError::OutOfRange { setting, value, most });
+        let max = 1 << 20;
+        if let Some(&(setting, value)) = counts.iter().find(|(_, value)| !(1..=max).contains(value)) {
+            return Err(StreamingError::OutOfRange { setting, value, max });
         }
         match pyramid.tile_count() {
-            tiles if tiles > MOST_TILES => Err(StreamingError::TooManyTiles { tiles, most: MOST_TILES }),
+            tiles if tiles > MAX_TILES => Err(StreamingError::TooManyTiles { tiles, max: MAX_TILES }),
             _ => Ok(()),
         }
     }

@@ -68,7 +68,7 @@ use upload::Waiting;
 
 /// Maximum number of loads under way. Loads are sent once per frame, so a frame receives at most this many loads. 32
 /// tiles of 512 x 512 texels are 41 MiB. Cancelled loads count, because each holds a buffer until it returns.
-const MOST_UNDER_WAY: u32 = 32;
+const MAX_UNDER_WAY: u32 = 32;
 
 /// The two caches, their state tables and queues, and the loader. One instance per texture.
 pub struct Streaming {
@@ -126,7 +126,7 @@ impl Streaming {
             // The frame waits for its loads, so its core is free for them. Each load needs a slot of the host cache,
             // and no load is left from the previous frame.
             true => (cores, config.load_tiles_per_frame.min(config.host_tiles)),
-            false => (cores - 1, MOST_UNDER_WAY),
+            false => (cores - 1, MAX_UNDER_WAY),
         };
         let loader =
             Loader::new(&source, threads.clamp(1, 8), capacity as usize).map_err(StreamingError::Thread)?;

@@ -12,7 +12,7 @@ use crate::math::pyramid::TileId;
 
 /// No prefetch begins while this many loads are under way, so a visible tile waits for at most this many loads of
 /// prefetched tiles.
-const MOST_UNDER_WAY: u64 = 4;
+const MAX_UNDER_WAY: u64 = 4;
 
 impl Streaming {
     /// Chooses the tiles to prefetch and requests them, at most as many as the wanted tiles leave slots in the tile
@@ -42,7 +42,7 @@ impl Streaming {
     pub(super) fn host_claim_for_prefetch(&self) -> Option<AvailableSlot> {
         // A deterministic frame waits for all its loads, so prefetched ones cannot delay a later frame. Only the load
         // budget limits them.
-        let few = self.config.deterministic || self.loader.under_way() < MOST_UNDER_WAY;
+        let few = self.config.deterministic || self.loader.under_way() < MAX_UNDER_WAY;
         few.then(|| self.host_cache.slots.claimable(self.prefetch_time())).flatten()
     }
 }

@@ -171,7 +171,7 @@ mod tests {
     }
 
     /// The least number of faults, by exhaustive search.
-    fn least(steps: &[FrameLists], slots: usize, held: &HashSet<TileId>) -> usize {
+    fn min(steps: &[FrameLists], slots: usize, held: &HashSet<TileId>) -> usize {
         let Some((step, rest)) = steps.split_first() else { return 0 };
         let wanted: HashSet<TileId> = step.wanted.iter().copied().collect();
         let missing = wanted.difference(held).count();
@@ -182,7 +182,7 @@ mod tests {
             .map(|kept| {
                 let mut next = wanted.clone();
                 next.extend((0..others.len()).filter(|n| kept >> n & 1 == 1).map(|n| others[n]));
-                least(rest, slots, &next)
+                min(rest, slots, &next)
             })
             .min();
         missing + fewest.expect("keeping no tile is always possible")
@@ -201,7 +201,7 @@ mod tests {
         fn exhaustive_search_finds_no_fewer_faults_than_the_optimum(steps in small_path(), slots in 2u32..5) {
             prop_assert_eq!(
                 faults(&steps, slots, Replacement::Optimum),
-                least(&steps, slots as usize, &HashSet::new())
+                min(&steps, slots as usize, &HashSet::new())
             );
         }
 

@@ -22,11 +22,11 @@ pub fn distinct_tiles(triples: &[[u32; 3]], address: TileAddress, first_resident
     tiles
 }
 
-/// The smallest level bias, at least `least`, for which at most `capacity` distinct tiles finer than
+/// The smallest level bias, at least `min`, for which at most `capacity` distinct tiles finer than
 /// `first_resident_level` remain.
 ///
 /// The bias depends only on the visible set. [`LevelBias`] smooths it over the frames of a moving picture.
-pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, capacity: u32) -> u32 {
+pub fn fitting_bias(visible: &[TileId], min: u32, first_resident_level: u32, capacity: u32) -> u32 {
     let fits = |bias: u32| {
         let mut tiles: Vec<TileId> = visible
             .iter()
@@ -38,8 +38,8 @@ pub fn fitting_bias(visible: &[TileId], least: u32, first_resident_level: u32, c
         tiles.len() <= capacity as usize
     };
     // A bias of first_resident_level leaves no tile, so the search ends.
-    let least = least.min(first_resident_level);
-    (least..=first_resident_level).find(|&bias| fits(bias)).unwrap_or(first_resident_level)
+    let min = min.min(first_resident_level);
+    (min..=first_resident_level).find(|&bias| fits(bias)).unwrap_or(first_resident_level)
 }
 
 /// Frames in a row for which a lower bias must fit before it is applied.

@@ -2,7 +2,7 @@
 
 use super::values::Values;
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
-use crate::paper::virtual_texture::config::MOST_SAMPLES;
+use crate::paper::virtual_texture::config::MAX_SAMPLES;
 use crate::scene::choices;
 use crate::texture::source::TileFormat;
 
@@ -76,21 +76,21 @@ impl Knob {
 /// The values `at` with the other filters.
 fn filters(at: Values) -> Vec<Values> {
     // Only an ellipse has a ratio above the other filters' limit.
-    let most = at.max_anisotropy.min(MOST_SAMPLES);
+    let max = at.max_anisotropy.min(MAX_SAMPLES);
     let filters = [
-        (Filtering::Trilinear, at.samples, most),
+        (Filtering::Trilinear, at.samples, max),
         // Bilinear filtering, and stochastic filtering with few taps, are tried only at the pixel's centre, not along
         // the footprint.
         (Filtering::Bilinear, at.samples, 1),
         (Filtering::Stochastic, 1, 1),
         (Filtering::Stochastic, 4, 1),
-        (Filtering::Stochastic, 16, most),
-        (Filtering::Stochastic, 64, most),
+        (Filtering::Stochastic, 16, max),
+        (Filtering::Stochastic, 64, max),
         (Filtering::Feline, at.samples, 4),
         (Filtering::Feline, at.samples, 16),
         (Filtering::Mavridis, at.samples, 4),
-        (Filtering::Pbrt, at.samples, most),
-        (Filtering::StochasticEllipse, 16, most),
+        (Filtering::Pbrt, at.samples, max),
+        (Filtering::StochasticEllipse, 16, max),
     ];
     let values = |(filter, samples, max_anisotropy)| Values { filter, samples, max_anisotropy, ..at };
     filters.map(values).into()

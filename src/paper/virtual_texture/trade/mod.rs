@@ -10,7 +10,7 @@ mod values;
 
 pub use knobs::Knob;
 pub use settings::{not_turned, settings};
-pub use times::{Batch, MOST, levelled};
+pub use times::{Batch, MAX, in_milliseconds};
 pub use truth::{Mosaic, TradeKernel};
 pub use values::SweepPoint;
 
@@ -25,7 +25,7 @@ use crate::paper::virtual_texture::{
 use crate::picture::PixelFormat;
 use crate::picture::measures::{Comparison, Measures, OUTLIER_BOUND};
 use crate::scene::{Scene, choices};
-use crate::texture::source::remembered::Remembered;
+use crate::texture::source::cached::CachedSource;
 use crate::texture::source::{TileFormat, TileSource};
 use crate::vk::{Gpu, PassTime};
 use anyhow::Context;
@@ -86,7 +86,7 @@ struct SweepResources<'a> {
     truth: Mosaic,
     /// Sources by border and format. They are shared because an Earth tile takes 13 ms of a core and most settings need
     /// the same tiles.
-    sources: HashMap<(u32, TileFormat), Arc<Remembered>>,
+    sources: HashMap<(u32, TileFormat), Arc<CachedSource>>,
 }
 
 impl TradeSweep<'_> {
@@ -118,7 +118,7 @@ impl TradeSweep<'_> {
             true => budgets::measure(bench, &stage, &anchor.session.picture_bytes()?)?,
             false => Vec::new(),
         };
-        let (settings, drift_ms) = levelled(&anchor.found, batches, self.measure);
+        let (settings, drift_ms) = in_milliseconds(&anchor.found, batches, self.measure);
         let mut trade = Trade {
             scene: self.scene.name.clone(),
             size: self.size,
@@ -126,7 +126,7 @@ impl TradeSweep<'_> {
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
             runs: bench.runs(),
-            most_runs: MOST * bench.runs(),
+            max_runs: MAX * bench.runs(),
             drift_ms,
             settings,
             refused,
@@ -153,7 +153,7 @@ impl TradeSweep<'_> {
             source.describe()
         );
         let mesh = source_mesh(scene)?;
-        let source = Remembered::new(source);
+        let source = CachedSource::new(source);
         Ok(SweepResources {
             sweep: self,
             gpu: bench.gpu_with_offered(&all_needs())?,
@@ -169,7 +169,7 @@ pub struct TradeResult {
     pub setting: SweepPoint,
     pub measures: Measures,
     pub forced_bias: u32,
-    /// See [`Traded::list_frames`](crate::figure::Traded::list_frames).
+    /// See [`TimedSetting::list_frames`](crate::figure::TimedSetting::list_frames).
     pub list_frames: u64,
 }
 
@@ -191,7 +191,7 @@ impl SweepResources<'_> {
         let key = (texture.border, texture.format);
         let source = match self.sources.get(&key) {
             Some(source) => source.clone(),
-            None => Remembered::new(open_texture(&scene)?),
+            None => CachedSource::new(open_texture(&scene)?),
         };
         self.sources.insert(key, source.clone());
         let mut settings = VirtualTextureSettings::of_scene(&scene, PixelFormat::Srgb8)?;

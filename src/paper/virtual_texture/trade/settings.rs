@@ -68,7 +68,7 @@ pub fn not_turned(scene: &Scene, knobs: &[Knob]) -> Result<Vec<Refused>, Texture
                 let why =
                     format!("the file has a border of {own} texels; bake it again with --border {border}");
                 refuse(format!("border {border}"), why);
-            } else if let Some((key, why)) = filter.beyond(border, texture.tile_size) {
+            } else if let Some((key, why)) = filter.tile_fault(border, texture.tile_size) {
                 refuse(format!("border {border}"), format!("the scene's {surface}.filter.{key}: {why}"));
             }
         }

@@ -5,14 +5,14 @@
 //! 60 ratios typically differed by 2 % (for the worst setting: 6 %).
 
 use super::{ErrorMeasure, TradeResult};
-use crate::figure::{Bench, Contender, Errors, Timed, Traded};
+use crate::figure::{Bench, Contender, Errors, Timed, TimedSetting};
 use crate::stats::{Summary, median, median_interval};
 use crate::vk::Gpu;
 use anyhow::Context;
 
 /// A batch is timed until the medians of its settings are known (`KNOWN`), for at most this multiple of the usual
 /// number of rounds.
-pub const MOST: usize = 6;
+pub const MAX: usize = 6;
 
 /// A median is known if its confidence interval is at most this wide, relative to its middle. The Pareto front treats
 /// times as equal up to the same difference.
@@ -23,7 +23,7 @@ pub struct Batch {
     /// Milliseconds of the scene's own frame in each round.
     own_ms: Vec<f64>,
     /// The settings' times as multiples of the scene's own frame of the same round.
-    settings: Vec<Traded>,
+    settings: Vec<TimedSetting>,
 }
 
 impl Batch {
@@ -40,7 +40,7 @@ impl Batch {
     ) -> anyhow::Result<Batch> {
         let count = found.len();
         let enough = |timed: &[Timed]| timed[1..=count].iter().all(|setting| known(setting, &timed[0]));
-        let timed = bench.interleave_until(gpu, contenders, MOST, enough)?;
+        let timed = bench.interleave_until(gpu, contenders, MAX, enough)?;
         let device = &gpu.physical().name;
         let own_ms = timed[0].total_of_rounds();
         let own_ms =
@@ -69,10 +69,10 @@ fn ratios(timed: &Timed, own_ms: &[f64]) -> Option<Vec<f64>> {
 }
 
 /// A setting's result, with `times` in any unit.
-fn traded(found: &TradeResult, measure: ErrorMeasure, times: &[f64]) -> Traded {
+fn traded(found: &TradeResult, measure: ErrorMeasure, times: &[f64]) -> TimedSetting {
     let worst = found.measures.worst.map_or(0.0, |worst| worst.value);
     let errors = Errors { nmse: found.measures.nmse, flip: found.measures.flip_mean, max: worst };
-    Traded {
+    TimedSetting {
         name: found.setting.name.clone(),
         changes: found.setting.changes.clone(),
         ms: Summary::of(times).expect("there are rounds"),
@@ -87,7 +87,11 @@ fn traded(found: &TradeResult, measure: ErrorMeasure, times: &[f64]) -> Traded {
 
 /// All settings, the scene's own first. A time in milliseconds is a ratio times the median of the scene's own frame
 /// over all batches. Also returns the smallest and the largest median of that frame in a batch.
-pub fn levelled(own: &TradeResult, batches: Vec<Batch>, measure: ErrorMeasure) -> (Vec<Traded>, [f64; 2]) {
+pub fn in_milliseconds(
+    own: &TradeResult,
+    batches: Vec<Batch>,
+    measure: ErrorMeasure,
+) -> (Vec<TimedSetting>, [f64; 2]) {
     let medians = batches.iter().map(|batch| median(&batch.own_ms).expect("there are rounds"));
     let medians: Vec<f64> = medians.collect();
     let all: Vec<f64> = batches.iter().flat_map(|batch| batch.own_ms.iter().copied()).collect();
@@ -101,8 +105,8 @@ pub fn levelled(own: &TradeResult, batches: Vec<Batch>, measure: ErrorMeasure) -
         setting.interval_ms = setting.interval_ms.map(|end| end * unit);
         settings.push(setting);
     }
-    let least = medians.iter().copied().fold(f64::INFINITY, f64::min);
-    (settings, [least, medians.iter().copied().fold(0.0, f64::max)])
+    let min = medians.iter().copied().fold(f64::INFINITY, f64::min);
+    (settings, [min, medians.iter().copied().fold(0.0, f64::max)])
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::scene::choices;
 use crate::texture::source::TileSource;
 
 /// Maximum number of pixels of the reference. A pixel takes 10 to 200 us, so the reference takes seconds.
-const MOST_PIXELS: u32 = 57_600;
+const MAX_PIXELS: u32 = 57_600;
 /// Windows of larger pictures: the side in pixels, and the maximum numbers of windows across and down.
 const WINDOW: u32 = 32;
 const ACROSS: [u32; 2] = [10, 5];
@@ -61,7 +61,7 @@ struct Windows {
 
 impl Windows {
     fn of(size: [u32; 2]) -> Windows {
-        if size[0] * size[1] <= MOST_PIXELS {
+        if size[0] * size[1] <= MAX_PIXELS {
             return Windows { count: [1, 1], side: size };
         }
         let side = size.map(|pixels| pixels.min(WINDOW));
@@ -183,7 +183,7 @@ mod tests {
         for size in [[64, 36], [320, 180], [1920, 1080], [16384, 64], [321, 180], [20, 16384]] {
             let windows = Windows::of(size);
             let mosaic = windows.mosaic();
-            assert!(mosaic[0] * mosaic[1] <= MOST_PIXELS, "{size:?}");
+            assert!(mosaic[0] * mosaic[1] <= MAX_PIXELS, "{size:?}");
             let last = windows.place(size, mosaic.map(|side| side - 1));
             assert!((0..2).all(|n| last[n] < size[n]), "{size:?}: {last:?}");
             if windows.count.iter().all(|&count| count > 1) {

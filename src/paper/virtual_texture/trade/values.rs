@@ -2,7 +2,7 @@
 
 use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
 use crate::paper::virtual_texture::config::{
-    Config, Filter, MOST_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
+    Config, Filter, MAX_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
 };
 use crate::scene::{Choice, unread_filter_keys};
 use crate::texture::source::TileFormat;
@@ -115,7 +115,7 @@ impl Values {
                     Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
                     Filtering::Mavridis => self.max_anisotropy == 4,
                     Filtering::Pbrt | Filtering::StochasticEllipse => {
-                        self.max_anisotropy == own.max_anisotropy.min(MOST_SAMPLES)
+                        self.max_anisotropy == own.max_anisotropy.min(MAX_SAMPLES)
                     }
                     _ => true,
                 };
@@ -194,12 +194,12 @@ pub(super) fn border_for(
 ) -> Result<u32, String> {
     let fault = |border| {
         let pyramid = VirtualTextureSource { border, ..texture.clone() }.pyramid();
-        let beyond = filter.beyond(border, texture.tile_size).map(|(_, why)| why);
+        let beyond = filter.tile_fault(border, texture.tile_size).map(|(_, why)| why);
         beyond.or_else(|| pyramid.err().map(|error| error.to_string()))
     };
     let others = match texture.source {
         TextureSource::File => Vec::new(),
-        _ => vec![filter.least_border(), filter.max_anisotropy],
+        _ => vec![filter.min_border(), filter.max_anisotropy],
     };
     others.into_iter().fold(fault(border).map_or(Ok(border), Err), |found, other| {
         found.or_else(|_| fault(other).map_or(Ok(other), Err))

@@ -12,8 +12,8 @@ use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// 2^27 texels decode to 384 MiB; a progressive file's coefficients need twice that.
-const MOST_TEXELS: u64 = 1 << 27;
-const MOST_FILE_BYTES: u64 = 1 << 30;
+const MAX_TEXELS: u64 = 1 << 27;
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
 pub struct Jpeg {
     path: PathBuf,
@@ -29,7 +29,7 @@ impl Jpeg {
         let failed = |source| SourceError::Open { path: path.to_path_buf(), source };
         let file_bytes = file.metadata().map_err(failed)?.len();
         let unsupported = |reason: String| Err(SourceError::Unsupported { path: path.to_path_buf(), reason });
-        if file_bytes > MOST_FILE_BYTES {
+        if file_bytes > MAX_FILE_BYTES {
             return unsupported(format!(
                 "a JPEG must be decoded as a whole, and {file_bytes} bytes are too many; convert it to TIFF"
             ));
@@ -43,7 +43,7 @@ impl Jpeg {
         let size = [u32::from(info.width), u32::from(info.height)];
         check_size(path, size)?;
         check_upright(path, decoder.exif().map(|exif| &exif[..]))?;
-        if u64::from(size[0]) * u64::from(size[1]) > MOST_TEXELS {
+        if u64::from(size[0]) * u64::from(size[1]) > MAX_TEXELS {
             return unsupported(format!(
                 "a JPEG must be decoded as a whole, and {} x {} texels are more than 2^27; convert it to TIFF",
                 size[0], size[1]
@@ -71,7 +71,7 @@ impl Jpeg {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, SourceError> {
-    file::read(path, MOST_FILE_BYTES).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
+    file::read(path, MAX_FILE_BYTES).map_err(|source| SourceError::Open { path: path.to_path_buf(), source })
 }
 
 fn decoder(file: &[u8]) -> JpegDecoder<ZCursor<&[u8]>> {

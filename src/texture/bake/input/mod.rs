@@ -15,7 +15,7 @@ use std::io::{self, Read, Seek};
 use std::path::Path;
 
 /// Maximum side of a source: a pyramid has at most 2^20 texels per side.
-pub const MOST_SIDE: u32 = 1 << 20;
+pub const MAX_SIDE: u32 = 1 << 20;
 
 /// A picture that is read row by row.
 pub trait RowReader {
@@ -96,10 +96,10 @@ impl Samples {
 }
 
 fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
-    if (1..=MOST_SIDE).contains(&width) && (1..=MOST_SIDE).contains(&height) {
+    if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
         return Ok(());
     }
-    let reason = format!("{width} x {height} texels are outside 1 ..= {MOST_SIDE} per side");
+    let reason = format!("{width} x {height} texels are outside 1 ..= {MAX_SIDE} per side");
     Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
 }
 
@@ -140,8 +140,8 @@ mod tests {
             let of_png = png::fault(path, DecodingError::IoError(error()));
             let of_tiff = tiff::fault(path, TiffError::IoError(error()));
             assert_eq!(of_png.to_string(), of_tiff.to_string());
-            assert_eq!(of_png.lasts(), of_tiff.lasts());
-            of_png.lasts()
+            assert_eq!(of_png.is_permanent(), of_tiff.is_permanent());
+            of_png.is_permanent()
         };
         for code in [libc::EIO, libc::ESTALE, libc::ENOMEM, libc::ETIMEDOUT, libc::EACCES] {
             assert!(!lasts(&|| io::Error::from_raw_os_error(code)), "{code}");
@@ -149,6 +149,6 @@ mod tests {
         assert!(lasts(&|| io::Error::from_raw_os_error(libc::EINVAL)));
         assert!(lasts(&|| io::ErrorKind::UnexpectedEof.into()));
         assert!(lasts(&|| io::Error::other("not a deflate stream")));
-        assert!(png::fault(path, DecodingError::LimitsExceeded).lasts());
+        assert!(png::fault(path, DecodingError::LimitsExceeded).is_permanent());
     }
 }

@@ -1,6 +1,6 @@
 //! PNG, one row at a time. An interlaced file cannot be streamed; it is decoded whole, up to a limit.
 
-use super::{MOST_SIDE, RowReader, Samples, check_size, check_upright, read_fault};
+use super::{MAX_SIDE, RowReader, Samples, check_size, check_upright, read_fault};
 use crate::texture::bake::error::SourceError;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 use std::fs::File;
@@ -8,7 +8,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 /// Decoded size limit of an interlaced picture.
-const MOST_INTERLACED_BYTES: u64 = 512 << 20;
+const MAX_INTERLACED_BYTES: u64 = 512 << 20;
 /// The decoder's own buffers: a few rows of at most 4 bytes per texel, and the inflate window.
 const DECODER_BYTES: u64 = 8 << 20;
 
@@ -24,7 +24,7 @@ pub struct Png {
 
 impl Png {
     pub fn open(path: &Path, file: File) -> Result<Self, SourceError> {
-        let limits = Limits { bytes: 16 * MOST_SIDE as usize };
+        let limits = Limits { bytes: 16 * MAX_SIDE as usize };
         let mut decoder = Decoder::new_with_limits(BufReader::new(file), limits);
         decoder.set_ignore_text_chunk(true);
         decoder.set_ignore_iccp_chunk(true);
@@ -47,10 +47,10 @@ impl Png {
         };
         let row_bytes = info.width as usize * samples.count();
         let (interlaced, whole_bytes) = (info.interlaced, row_bytes as u64 * u64::from(info.height));
-        if interlaced && whole_bytes > MOST_INTERLACED_BYTES {
+        if interlaced && whole_bytes > MAX_INTERLACED_BYTES {
             return unsupported(format!(
                 "interlaced, so it must be decoded as a whole, to {whole_bytes} bytes (at most \
-                 {MOST_INTERLACED_BYTES}); save it without interlacing"
+                 {MAX_INTERLACED_BYTES}); save it without interlacing"
             ));
         }
         let mut png = Self { path: path.to_path_buf(), reader, samples, whole: None, row_bytes, next: 0 };

@@ -11,9 +11,9 @@ use tiff::tags::{CompressionMethod, Tag};
 use tiff::{ColorType, TiffError};
 
 /// Decoded size limit of one strip, or of one row of tiles.
-const MOST_BAND_BYTES: u64 = 1 << 30;
+const MAX_BAND_BYTES: u64 = 1 << 30;
 /// Limit of the memory for the values of one tag: the largest are the tables of strip or tile offsets.
-const MOST_TABLE_BYTES: usize = 256 << 20;
+const MAX_TABLE_BYTES: usize = 256 << 20;
 /// Values of ExtraSamples (TIFF 6.0, section 18), and a bit of NewSubfileType.
 const PREMULTIPLIED_ALPHA: u16 = 1;
 const UNASSOCIATED_ALPHA: u16 = 2;
@@ -22,7 +22,7 @@ const TRANSPARENCY_MASK: u32 = 4;
 const PALETTE: u16 = 3;
 const SEPARATE_PLANES: u16 = 2;
 /// Limit of images examined in one file: a picture, its mask, and smaller copies of both.
-const MOST_IMAGES: usize = 64;
+const MAX_IMAGES: usize = 64;
 /// Memory for the two table entries of a strip or tile, parsed and kept.
 const TABLE_BYTES_PER_CHUNK: u64 = 160;
 
@@ -51,9 +51,9 @@ impl Tiff {
         // The decoder reserves the memory for a tag's values before it reads them. In the file, each value has at
         // least one byte. The first directory's tables are read with the decoder's own limit, also 256 MiB.
         limits.decoding_buffer_size =
-            (file_bytes as usize).saturating_mul(size_of::<Value>()).min(MOST_TABLE_BYTES);
-        limits.ifd_value_size = MOST_TABLE_BYTES;
-        limits.intermediate_buffer_size = MOST_BAND_BYTES as usize;
+            (file_bytes as usize).saturating_mul(size_of::<Value>()).min(MAX_TABLE_BYTES);
+        limits.ifd_value_size = MAX_TABLE_BYTES;
+        limits.intermediate_buffer_size = MAX_BAND_BYTES as usize;
         let mut decoder = Decoder::new(BufReader::new(file)).map_err(wrong)?.with_limits(limits);
         let size: [u32; 2] = decoder.dimensions().map_err(wrong)?.into();
         check_size(path, size)?;
@@ -82,10 +82,10 @@ impl Tiff {
             chunk_bytes: Vec::new(),
             next: 0,
         };
-        if tiff.band_bytes() > MOST_BAND_BYTES {
+        if tiff.band_bytes() > MAX_BAND_BYTES {
             let reason = format!(
                 "a strip or a row of tiles is {} texels high and decodes to {} bytes (at most \
-                 {MOST_BAND_BYTES}); rewrite it with smaller strips or tiles",
+                 {MAX_BAND_BYTES}); rewrite it with smaller strips or tiles",
                 chunk[1],
                 tiff.band_bytes()
             );
@@ -227,7 +227,7 @@ fn check_what_is_left_out(path: &Path, decoder: &mut Decoder<BufReader<File>>) -
 /// Refuses a mask. Other images of the file are smaller copies and are ignored.
 fn check_other_images(path: &Path, decoder: &mut Decoder<BufReader<File>>) -> Result<(), SourceError> {
     let mut first_is_a_mask = || -> tiff::TiffResult<bool> {
-        for _ in 0..MOST_IMAGES {
+        for _ in 0..MAX_IMAGES {
             if !decoder.more_images() {
                 break;
             }

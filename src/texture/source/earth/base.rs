@@ -34,7 +34,7 @@ pub const STRENGTH_ONE: i64 = 1 << 20;
 
 /// At most 9 % per octave. Stronger variation (the Alps, islands) comes from edges, and noise of that
 /// strength would show as black and white squares.
-const MOST_STRENGTH: u64 = 94_372;
+const MAX_STRENGTH: u64 = 94_372;
 
 /// For a normal distribution of standard deviation 1, the square of the mean of sqrt |x| is 2^(1/2) Gamma(3/4)^2 / pi =
 /// 0.6760. This constant is 1024/0.6760.
@@ -49,7 +49,7 @@ pub struct EarthBase {
     levels: Vec<Vec<[u8; 3]>>,
     /// For each cell, the texel-to-texel variation of the luminance at 4096 x 2048, relative to the luminance. It is
     /// measured as the mean of sqrt |Haar coefficient|, and stated as the RMS of a normal distribution with the same
-    /// mean. Units of 1/[`STRENGTH_ONE`], at most [`MOST_STRENGTH`].
+    /// mean. Units of 1/[`STRENGTH_ONE`], at most [`MAX_STRENGTH`].
     ///
     /// Coasts and snow edges inflate a true RMS. The mean of roots is less sensitive: if one coefficient in five is
     /// 20 times the others, the RMS is 9 times as large, but this measure only 2.9 times.
@@ -158,7 +158,7 @@ fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
         // The sum has 4 blocks of 3 coefficients, and each of the two smoothings multiplies it by 16. Values are at
         // most 2^20, so the square has 40 bits.
         let mean = sum / (12 * 256);
-        ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MOST_STRENGTH) as u32
+        ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MAX_STRENGTH) as u32
     };
     smooth(&smooth(&roots, cells), cells).iter().map(squared).collect()
 }

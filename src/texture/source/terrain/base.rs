@@ -1,7 +1,7 @@
 //! The finest ground computed directly from the heights (1024 x 1024 points, 100 m apart), and every coarser
 //! level.
 
-use super::ground::{Fields, Palette, beyond};
+use super::ground::{Fields, Palette, second_parent};
 use super::noise::octave;
 use crate::math::relief::{AREA_M, relief};
 use crate::picture::srgb::{self, LINEAR_ONE};
@@ -135,7 +135,7 @@ fn noise() -> Vec<[f32; 2]> {
         let share = if width_log2 < NOISE_LOG2 { 0.0 } else { noise_share(width_log2) };
         let coarser = |x: usize, y: usize| {
             let value = |x: usize, y: usize| sum[y * (side / 2) + x];
-            let [far_x, far_y] = [x, y].map(|at| beyond(at, side / 2 - 1));
+            let [far_x, far_y] = [x, y].map(|at| second_parent(at, side / 2 - 1));
             std::array::from_fn(|n| {
                 let row = |y: usize| 0.75 * value(x / 2, y)[n] + 0.25 * value(far_x, y)[n];
                 0.75 * row(y / 2) + 0.25 * row(far_y)

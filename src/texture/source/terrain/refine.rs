@@ -7,7 +7,7 @@
 //! parent, the base's texels would be visible as squares of 100 m wherever snow meets rock.
 
 use super::base::{BASE_LOG2, TerrainBase, noise_share};
-use super::ground::{FIELDS, Fields, NOISE, beyond};
+use super::ground::{FIELDS, Fields, NOISE, second_parent};
 use super::noise::octave;
 use std::ops::Range;
 
@@ -81,12 +81,12 @@ fn refine(
     let mut ground = Vec::with_capacity(width * rows.len());
     let mut line = vec![[0.0; FIELDS]; coarser.columns.len()];
     for y in rows.clone() {
-        let [near, far] = [y / 2, beyond(y, last)].map(|row| coarser.row(coarser.columns.start, row));
+        let [near, far] = [y / 2, second_parent(y, last)].map(|row| coarser.row(coarser.columns.start, row));
         for (between_rows, (near, far)) in line.iter_mut().zip(near.iter().zip(far)) {
             *between_rows = between(near, far);
         }
         for x in columns.clone() {
-            let [near, far] = [x / 2, beyond(x, last)].map(|x| &line[x - coarser.columns.start]);
+            let [near, far] = [x / 2, second_parent(x, last)].map(|x| &line[x - coarser.columns.start]);
             let mut fields = between(near, far);
             let own = octave(width_log2, x as i32, y as i32);
             fields[NOISE] += share * own[0];

@@ -179,8 +179,8 @@ mod tests {
     fn every_case_has_its_mesh() {
         for case in CASES {
             let Hostile { raw, meant, target_faces } = mesh(case).unwrap();
-            let least = if case == "bow-ties" { 240 } else { 3674 };
-            assert!(raw.faces.len() >= least && meant.faces.len() >= least, "{case} has too few faces");
+            let min = if case == "bow-ties" { 240 } else { 3674 };
+            assert!(raw.faces.len() >= min && meant.faces.len() >= min, "{case} has too few faces");
             assert!((1..raw.faces.len()).contains(&target_faces), "{case} has the target {target_faces}");
             assert!(
                 meant.positions.iter().all(|p| p.is_finite()),

@@ -5,7 +5,7 @@ use super::watch::{SUBSAMPLINGS, Watch, name};
 use crate::figure::{Row, Value};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::feedback::{MOST_LOG2, SampleHistory, cycle};
+use crate::paper::virtual_texture::feedback::{MAX_LOG2, SampleHistory, cycle};
 use crate::stats::Summary;
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ impl Along {
 
 /// Measures frames 1 to `frames`. Before that, the camera rests at frame 0 for the longest cycle.
 pub fn measure(watch: &mut Watch, frames: u32, pose: impl Fn(u32) -> Pose) -> anyhow::Result<Vec<Row>> {
-    let stands = cycle(MOST_LOG2);
+    let stands = cycle(MAX_LOG2);
     let new =
         |n| MEMORIES.map(|(frames, _)| (SampleHistory::new(frames.unwrap_or(cycle(n))), Along::default()));
     let mut lists: Vec<_> = SUBSAMPLINGS.into_iter().map(new).collect();

@@ -5,7 +5,7 @@ use super::watch::{SUBSAMPLINGS, Watch, name};
 use super::{ALL_PIXELS, PIXELS, RECALL, TO_ALL};
 use crate::figure::{Bench, Row, Value};
 use crate::math::pyramid::TileId;
-use crate::paper::virtual_texture::feedback::{MOST_LOG2, blocks, cycle};
+use crate::paper::virtual_texture::feedback::{MAX_LOG2, blocks, cycle};
 use crate::paper::virtual_texture::read_requests;
 use crate::picture::write::Srgb8Picture;
 use crate::stats::Summary;
@@ -50,12 +50,10 @@ pub fn measure(bench: &mut Bench, named: &str, watch: &mut Watch) -> anyhow::Res
     let exact = watch.look(&pose)?;
     let (tiles, pixels): (Vec<TileId>, Vec<u64>) = exact.into_iter().unzip();
     let mut seen: Vec<Vec<Vec<TileId>>> = vec![Vec::new(); watch.subsamplings.len()];
-    for frame in 0..cycle(MOST_LOG2) {
+    for frame in 0..cycle(MAX_LOG2) {
         // Skips subsamplings whose cycle has ended.
-        let least = u64::BITS - frame.leading_zeros();
-        for (n, tiles) in
-            SUBSAMPLINGS.into_iter().zip(watch.sample(frame, least)?).filter(|(n, _)| *n >= least)
-        {
+        let min = u64::BITS - frame.leading_zeros();
+        for (n, tiles) in SUBSAMPLINGS.into_iter().zip(watch.sample(frame, min)?).filter(|(n, _)| *n >= min) {
             seen[(n - SUBSAMPLINGS[0]) as usize].push(tiles);
         }
     }

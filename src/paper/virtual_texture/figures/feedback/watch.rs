@@ -5,13 +5,13 @@ use crate::frame::{DrawList, View};
 use crate::math::camera::Pose;
 use crate::math::pyramid::TileId;
 use crate::paper::virtual_texture::TileAddress;
-use crate::paper::virtual_texture::feedback::{Feedback, MOST_LOG2, Samples};
+use crate::paper::virtual_texture::feedback::{Feedback, MAX_LOG2, Samples};
 use crate::paper::virtual_texture::read_back::{HostCopy, HostList, HostPass};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// n of the subsamplings: one pixel of 2^n.
-pub const SUBSAMPLINGS: [u32; 7] = [2, 3, 4, 5, 6, 7, MOST_LOG2];
+pub const SUBSAMPLINGS: [u32; 7] = [2, 3, 4, 5, 6, 7, MAX_LOG2];
 
 /// A subsampling's name, such as `1/64`.
 pub fn name(n: u32) -> String {
@@ -74,13 +74,13 @@ impl Watch {
 
     /// The sorted tiles that each of [`SUBSAMPLINGS`] samples from the picture that [`Watch::look`] drew.
     /// `frame_number` selects the sampled pixel of each block of 2^n pixels. Empty for subsamplings with n below
-    /// `least`.
+    /// `min`.
     ///
     /// # Errors
     /// Device lost, out of memory.
-    pub fn sample(&mut self, frame_number: u64, least: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
+    pub fn sample(&mut self, frame_number: u64, min: u32) -> anyhow::Result<Vec<Vec<TileId>>> {
         let requests = &self.opened.stage1().requests;
-        let taken = |subsampling: &&Subsampling| subsampling.n >= least;
+        let taken = |subsampling: &&Subsampling| subsampling.n >= min;
         let mut frame = self.opened.session.gpu.frame()?;
         frame.pass("gather", |cmd| {
             let mut all = self.subsamplings.iter().filter(taken);

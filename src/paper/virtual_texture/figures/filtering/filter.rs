@@ -178,12 +178,12 @@ impl Truths {
         let texels = SourceTexels::new(&*session.technique.source);
         let picture =
             |filter| -> anyhow::Result<Picture> { Ok(blacken(texels.picture(&view, filter)?, &inside)) };
-        let samples = NAS.into_iter().map(|most| picture(ReferenceFilter::Samples(most)));
+        let samples = NAS.into_iter().map(|max| picture(ReferenceFilter::Samples(max)));
         let pyramid = session.technique.source.pyramid();
         let lengths: Vec<[f64; 2]> =
             surface.iter().flatten().map(|sample| sides(sample, &pyramid).lengths()).collect();
-        let samples_of = |most| {
-            let count = |&[longest, shortest]: &[f64; 2]| f64::from(sample_count(longest, shortest, most));
+        let samples_of = |max| {
+            let count = |&[longest, shortest]: &[f64; 2]| f64::from(sample_count(longest, shortest, max));
             mean(lengths.iter().map(count))
         };
         Ok(Truths {

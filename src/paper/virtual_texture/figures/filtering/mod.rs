@@ -33,7 +33,7 @@ impl Variant {
     fn name(&self) -> String {
         let along = match self.max_anisotropy {
             1 => String::new(),
-            most => format!(" along NA {most}"),
+            max => format!(" along NA {max}"),
         };
         match (self.filter, self.taps) {
             (Filtering::Bilinear, _) => format!("bilinear{along}"),
@@ -49,9 +49,9 @@ impl Variant {
 
     /// As settings of a scene.
     fn setting(&self, border: u32) -> Setting {
-        let (kind, most) = (self.filter.name(), self.max_anisotropy);
+        let (kind, max) = (self.filter.name(), self.max_anisotropy);
         let taps = if self.filter.is_random() { format!(", samples={}", self.taps) } else { String::new() };
-        let filter = format!("surface.land.filter={{kind='{kind}', max_anisotropy={most}{taps}}}");
+        let filter = format!("surface.land.filter={{kind='{kind}', max_anisotropy={max}{taps}}}");
         Setting::new(self.name(), [filter, format!("surface.land.texture.border={border}")])
     }
 }

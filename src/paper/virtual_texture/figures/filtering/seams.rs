@@ -49,8 +49,8 @@ pub const SEAMS: Figure = Figure {
             "Two texels of border are enough for bilinear and for trilinear samples: no pixel is off by more than \
              1/256.",
             &[
-                Test::value(single(WORST, 2.0, MOST), AtMost(STEP)),
-                Test::value(single(ELSEWHERE, 2.0, MOST), AtMost(STEP)),
+                Test::value(single(WORST, 2.0, MAX), AtMost(STEP)),
+                Test::value(single(ELSEWHERE, 2.0, MAX), AtMost(STEP)),
             ],
         ),
         Claim::ours(
@@ -74,7 +74,7 @@ const VARIANTS: [Variant; 7] = [
 ];
 
 const BORDERS: [u32; 5] = [0, 1, 2, 4, 8];
-const MOST: f64 = 8.0;
+const MAX: f64 = 8.0;
 /// The border of the reference picture.
 const WIDEST: u32 = 16;
 /// Largest distance to a tile's edge, in texels of the pixel's level, that counts as near.
@@ -152,10 +152,10 @@ impl Near {
     fn of(shown: &mut Shown) -> anyhow::Result<Near> {
         let pyramid = shown.opened.session.technique.source.pyramid();
         let width = shown.opened.session.technique.settings.size[0];
-        let most = shown.opened.session.technique.settings.config.filter.max_anisotropy;
+        let max = shown.opened.session.technique.settings.config.filter.max_anisotropy;
         let FootprintPicture { coordinates, derivatives, triples, .. } = shown.opened.session.footprint()?;
         let near = |((&st, &d), &[q, ..]): ((&[f32; 2], &[f32; 4]), &[u32; 3])| {
-            q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, most), st)
+            q != BACKGROUND && near_edge(&pyramid, shown_level(&pyramid, q, st, d, max), st)
         };
         let pixels = coordinates.iter().zip(&derivatives).zip(&triples).map(near).collect();
         Ok(Near { width, pixels })
@@ -171,13 +171,13 @@ impl Near {
 }
 
 /// The level that a pixel shows: stage 1's q for streamed levels, floor(e) in the resident tail.
-fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], most: u32) -> u32 {
+fn shown_level(pyramid: &Pyramid, q: u32, st: [f32; 2], derivatives: [f32; 4], max: u32) -> u32 {
     if q < pyramid.first_resident_level() {
         return q;
     }
     let [s, t] = st.map(f64::from);
     let [dsdx, dtdx, dsdy, dtdy] = derivatives.map(f64::from);
-    let e = triple(&PixelDerivatives { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, most).e;
+    let e = triple(&PixelDerivatives { s, t, dsdx, dtdx, dsdy, dtdy }, pyramid, max).e;
     // A footprint that is not finite gives NaN, which casts to 0.
     (e.floor() as u32).clamp(q, pyramid.coarsest_level())
 }
@@ -194,14 +194,14 @@ fn near_edge(pyramid: &Pyramid, level: u32, st: [f32; 2]) -> bool {
 }
 
 /// Errors of filters with one sample per pixel, for a range of borders.
-const fn single(quantity: &'static str, least: f64, most: f64) -> Pick {
-    each(quantity, || ["bilinear", "trilinear"].map(String::from).into()).x(At::Points(least, most))
+const fn single(quantity: &'static str, min: f64, max: f64) -> Pick {
+    each(quantity, || ["bilinear", "trilinear"].map(String::from).into()).x(At::Points(min, max))
 }
 
 /// Errors of filters with NA samples along the footprint, for every border of at least 2 texels.
 const fn along(quantity: &'static str) -> Pick {
     let names = || VARIANTS.iter().filter(|v| v.max_anisotropy > 1).map(Variant::name).collect();
-    each(quantity, names).x(At::Points(0.0, MOST))
+    each(quantity, names).x(At::Points(0.0, MAX))
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ const COPIED: &str = "copied until the picture is complete";
 const MS_95: &str = "time until 95 % of the error is gone";
 
 /// Frames after which a recovery is given up.
-const MOST_FRAMES: usize = 400;
+const MAX_FRAMES: usize = 400;
 
 pub const BUDGET: Figure = Figure {
     id: "vt.budget",
@@ -67,7 +67,7 @@ pub const BUDGET: Figure = Figure {
             &[
                 Test::ratio_of(FRAMES_95, ["0.5 ms", "4 ms"], Above(1.0)),
                 // Infinite if a tile never arrives.
-                Test::value(one(FRAMES_95, "0.5 ms"), AtMost(MOST_FRAMES as f64)),
+                Test::value(one(FRAMES_95, "0.5 ms"), AtMost(MAX_FRAMES as f64)),
             ],
         ),
         Claim::ours_timed(
@@ -130,7 +130,7 @@ fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyho
     let mut first = None;
     let mut spent = Duration::ZERO;
     let before = session.records.len();
-    while trace.0.len() < MOST_FRAMES && (trace.0.is_empty() || !session.settled()) {
+    while trace.0.len() < MAX_FRAMES && (trace.0.is_empty() || !session.settled()) {
         let begin = Instant::now();
         session.frame(pose)?;
         session.drain()?;
@@ -145,16 +145,16 @@ fn cut(session: &mut Run<VirtualTexture>, pose: &Pose, truth: &Picture) -> anyho
 
 fn of_cuts(name: &str, cuts: &[Cut]) -> Vec<Row> {
     let over = |quantity, unit, of: &dyn Fn(&Cut) -> Option<f64>| repeated(name, quantity, unit, cuts, of);
-    let (half, most) = (|cut: &Cut| cut.trace.reached(0.5), |cut: &Cut| cut.trace.reached(0.05));
+    let (half, max) = (|cut: &Cut| cut.trace.reached(0.5), |cut: &Cut| cut.trace.reached(0.05));
     let traces: Vec<Trace> = cuts.iter().map(|cut| cut.trace.clone()).collect();
     vec![
         Row::new(name, ERROR, "NMSE", Value::Spreads(Trace::by_frame(&traces))),
         Row::new(name, ERROR_MS, "NMSE", Value::Spreads(Trace::by_time(&traces))),
         over(FRAMES_50, "frames", &|cut| Some(half(cut)?.0)),
-        over(FRAMES_95, "frames", &|cut| Some(most(cut)?.0)),
+        over(FRAMES_95, "frames", &|cut| Some(max(cut)?.0)),
         over(SUM, "NMSE x frames", &|cut| Some(cut.trace.0.iter().map(|[_, error]| error).sum())),
         over(MS_50, "ms", &|cut| Some(half(cut)?.1)),
-        over(MS_95, "ms", &|cut| Some(most(cut)?.1)),
+        over(MS_95, "ms", &|cut| Some(max(cut)?.1)),
         over(COPIED, "MiB", &|cut| Some(cut.copied as f64 / MIB)),
     ]
 }

@@ -6,11 +6,11 @@ use crate::frame::Run;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::paper::virtual_texture::{TextureFrameRecord, VirtualTexture};
 use crate::picture::PixelFormat;
-use crate::texture::source::remembered::Remembered;
+use crate::texture::source::cached::CachedSource;
 
 pub(super) const HALVED: &str = "a session, N1 = half of the largest visible set";
 pub(super) const BIASED: &str = "frames with a level bias";
-pub(super) const MOST_BIAS: &str = "largest bias";
+pub(super) const MAX_BIAS: &str = "largest bias";
 pub(super) const AT_REST: &str = "copies in 20 frames at rest";
 pub(super) const TO_REST: &str = "frames until at rest";
 pub(super) const DIFFERING: &str = "bytes that differ between two pictures at rest";
@@ -32,7 +32,7 @@ pub(super) fn halved(
     largest: usize,
 ) -> anyhow::Result<Vec<Row>> {
     let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=256".into()])?;
-    let source = Remembered::new(open_texture(&route.scene)?);
+    let source = CachedSource::new(open_texture(&route.scene)?);
     let open = |gpu_tiles: u32| {
         session(bench, &route.scene, source.clone(), size, |settings| {
             settings.target = PixelFormat::Srgb8;
@@ -60,12 +60,12 @@ pub(super) fn halved(
     show_beside(bench, &name, &shown, &whole.linear_picture()?)?;
     let records = &half.records[..moving];
     let biased = records.iter().filter(|record| record.streaming.bias > 0).count();
-    let most_bias = records.iter().map(|record| record.streaming.bias).max().unwrap_or(0);
+    let max_bias = records.iter().map(|record| record.streaming.bias).max().unwrap_or(0);
     let wrong = misreported(&half.records, slots);
     let row = |quantity, unit, value: f64| Row::number(HALVED, quantity, unit, value);
     Ok(vec![
         row(BIASED, "% of frames", 100.0 * biased as f64 / records.len() as f64),
-        row(MOST_BIAS, "levels", f64::from(most_bias)),
+        row(MAX_BIAS, "levels", f64::from(max_bias)),
         row("bias at rest", "levels", f64::from(half.technique.bias())),
         row(MISREPORTED, "frames", wrong as f64),
         row("frames of the path", "frames", records.len() as f64),

@@ -36,7 +36,7 @@ use crate::picture::write::Srgb8Picture;
 use crate::picture::{Picture, PixelFormat};
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
-use crate::texture::source::remembered::Remembered;
+use crate::texture::source::cached::CachedSource;
 use crate::texture::source::{TileError, TileSource};
 use std::sync::Arc;
 
@@ -103,7 +103,7 @@ fn show_beside(bench: &mut Bench, name: &str, shown: &Picture, truth: &Picture) 
 /// A scene with its texture in memory, and the settled picture of one of its cameras.
 struct SettledView {
     scene: Scene,
-    source: Arc<Remembered>,
+    source: Arc<CachedSource>,
     pose: Pose,
     truth: Picture,
 }
@@ -117,7 +117,7 @@ impl SettledView {
         let (scene, camera) = name.split_once('/').with_context(|| format!("{name:?}: not SCENE/CAMERA"))?;
         let scene = one_sample_scene(scene)?.with(&samples(na))?;
         let pose = scene.camera(camera)?.pose();
-        let source = Remembered::new(open_texture(&scene)?);
+        let source = CachedSource::new(open_texture(&scene)?);
         let mut settled = session(bench, &scene, source.clone(), size, |_| ())?;
         settled.settle(&pose)?;
         let truth = settled.linear_picture()?;

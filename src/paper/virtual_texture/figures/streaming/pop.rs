@@ -8,7 +8,7 @@ use crate::paper::virtual_texture::VirtualTexture;
 use crate::paper::virtual_texture::config::open_texture;
 use crate::picture::PixelFormat;
 use crate::stats::Summary;
-use crate::texture::source::remembered::Remembered;
+use crate::texture::source::cached::CachedSource;
 use anyhow::ensure;
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ fn extent(effort: Effort) -> ([u32; 2], Vec<u32>) {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let route = Route::find(&cell.scene, &["surface.land.texture.tile_size=128".into(), UNMAGNIFIED.into()])?;
-    let source = Remembered::new(open_texture(&route.scene)?);
+    let source = CachedSource::new(open_texture(&route.scene)?);
     let (size, frames) = extent(bench.effort);
     let open = |bench: &Bench, fade_in_frames| {
         session(bench, &route.scene, source.clone(), size, |settings| {

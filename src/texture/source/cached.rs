@@ -6,14 +6,14 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A source that keeps its tiles in memory after the first read.
-pub struct Remembered {
+pub struct CachedSource {
     source: Arc<dyn TileSource>,
     tiles: Mutex<HashMap<TileId, Arc<[u8]>>>,
 }
 
-impl Remembered {
-    pub fn new(source: Arc<dyn TileSource>) -> Arc<Remembered> {
-        Arc::new(Remembered { source, tiles: Mutex::default() })
+impl CachedSource {
+    pub fn new(source: Arc<dyn TileSource>) -> Arc<CachedSource> {
+        Arc::new(CachedSource { source, tiles: Mutex::default() })
     }
 
     /// Empties the cache, for measurements that include generating tiles.
@@ -21,13 +21,13 @@ impl Remembered {
         self.tiles().clear();
     }
 
-    /// A panic while a tile is stored leaves the map intact.
+    /// Locks the map. A poisoned lock is valid, because a panic while a tile is stored leaves the map intact.
     fn tiles(&self) -> MutexGuard<'_, HashMap<TileId, Arc<[u8]>>> {
         self.tiles.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl TileSource for Remembered {
+impl TileSource for CachedSource {
     fn describe(&self) -> String {
         format!("{}, in memory", self.source.describe())
     }
