@@ -7,7 +7,7 @@ use super::{Options, Renderer};
 use crate::figure::{Bench, Contender, Machine, Trade};
 use crate::paper::texture_mapping::config::ReliefMethod;
 use crate::paper::texture_mapping::relief::surface::{MAX_WORK, work};
-use crate::paper::virtual_texture::choices::{FilterMap, Filtering};
+use crate::paper::virtual_texture::choices::{FilterEdge, FilterMap, Filtering};
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::paper::virtual_texture::trade::{
     Batch, MAX, Mosaic, SweepPoint, TradeResult, TradeSweep, in_milliseconds,
@@ -19,7 +19,7 @@ use crate::vk::Gpu;
 use anyhow::Context;
 
 /// Largest ratio of the ellipse's axes, and texels along its minor semi-axis.
-const ELLIPSES: [[u32; 2]; 6] = [[4, 1], [4, 2], [4, 4], [16, 1], [16, 2], [16, 4]];
+const ELLIPSES: [(u32, f64); 6] = [(4, 1.0), (4, 2.0), (4, 4.0), (16, 1.0), (16, 2.0), (16, 4.0)];
 
 /// Limits memory: each setting's renderer stays open, because the timed runs are interleaved.
 const MAX_SETTINGS: usize = 64;
@@ -145,30 +145,22 @@ fn others(scene: &Scene, surface: &Surface) -> anyhow::Result<Vec<[String; 2]>> 
     if own.kind != Filtering::Trilinear {
         others.push(["trilinear".to_string(), format!("surface.{name}.filter={{kind='trilinear'}}")]);
     }
-    for [max_anisotropy, minor_texels] in ELLIPSES {
-        let ellipse = Filter { kind: Filtering::Ellipse, max_anisotropy, minor_texels, ..Filter::DEFAULT };
-        if own != ellipse {
-            let keys = format!("max_anisotropy={max_anisotropy}, minor_texels={minor_texels}");
-            others.push([
-                format!("ellipse {max_anisotropy}:1, minor {minor_texels}"),
-                format!("surface.{name}.filter={{kind='ellipse', {keys}}}"),
-            ]);
-        }
-    }
-    for minor_texels in [1, 2] {
-        let map = Filter {
-            kind: Filtering::Ellipse,
-            minor_texels,
-            weight_map: FilterMap::Radial,
-            ..Filter::DEFAULT
-        };
-        if own != map {
-            let keys = format!("max_anisotropy=16, minor_texels={minor_texels}, weight_map='radial'");
-            others.push([
-                format!("ellipse 16:1, minor {minor_texels}, radial map"),
-                format!("surface.{name}.filter={{kind='ellipse', {keys}}}"),
-            ]);
-        }
+    let ellipse = Filter { kind: Filtering::Ellipse, ..Filter::DEFAULT };
+    let with_ramp = ELLIPSES
+        .map(|(max_anisotropy, minor_texels)| (Filter { max_anisotropy, minor_texels, ..ellipse }, ["", ""]));
+    let special = [1.0, 2.0].into_iter().flat_map(|minor_texels| {
+        let map = Filter { minor_texels, weight_map: FilterMap::Radial, ..ellipse };
+        // Without a ramp at the edge, fewer texels are read (scene.filters).
+        let no_ramp = Filter { minor_texels, edge: FilterEdge::None, ..ellipse };
+        [(map, [", radial map", ", weight_map='radial'"]), (no_ramp, [", edge none", ", edge='none'"])]
+    });
+    for (filter, [words, keys]) in with_ramp.into_iter().chain(special).filter(|(filter, _)| own != *filter) {
+        let Filter { max_anisotropy, minor_texels, .. } = filter;
+        let common = format!("max_anisotropy={max_anisotropy}, minor_texels={minor_texels}");
+        others.push([
+            format!("ellipse {max_anisotropy}:1, minor {minor_texels}{words}"),
+            format!("surface.{name}.filter={{kind='ellipse', {common}{keys}}}"),
+        ]);
     }
     // Mavridis: four taps, each of up to 16 samples, cost about as much as the ellipse.
     for (kind, max, words) in [

@@ -18,7 +18,7 @@ use ortelius::paper::virtual_texture::config::Filter;
 /// The setting of a scene and its method: the literal paper 3, up to the limit of the axis ratio.
 fn literal() -> (Filter, EllipseFilter) {
     let own = Filter {
-        minor_texels: 0,
+        minor_texels: 0.0,
         k: 0.0,
         axes: FilterAxes::Rows,
         kernel: FilterKernel::Formula4,
@@ -56,7 +56,7 @@ fn cases() -> Vec<(Filter, EllipseFilter)> {
         (long, longer),
         (Filter { k: 0.0, ..long }, longer.k(0.0)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer.scan(Scan::BoundingBox)),
-        (Filter { minor_texels: 0, ..own }, best.minor_texels(0.0)),
+        (Filter { minor_texels: 0.0, ..own }, best.minor_texels(0.0)),
         // The subtracting determinant has no f64 reference within these bounds.
         (
             Filter { determinant: FilterDeterminant::AllPositive, ..exact.0 },
@@ -220,8 +220,8 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
         (Filter { k: 0.0, ..own }, best.k(0.1)),
         (Filter { k: 0.1, ..own }, best.k(0.0)),
         (own, best.k(0.7)),
-        (Filter { minor_texels: 0, ..own }, best.minor_texels(1.0)),
-        (Filter { minor_texels: 0, k: 0.0, ..own }, best.minor_texels(0.0)),
+        (Filter { minor_texels: 0.0, ..own }, best.minor_texels(1.0)),
+        (Filter { minor_texels: 0.0, k: 0.0, ..own }, best.minor_texels(0.0)),
         (literal().0, literal().1.axes(Axes::Columns)),
         (literal().0, literal().1.k(0.8)),
         (literal().0, literal().1.kernel(EllipseKernel::EWA)),

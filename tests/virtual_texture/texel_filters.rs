@@ -409,7 +409,7 @@ fn another_filter_of_paper_3_is_not_the_picture() {
 #[test]
 fn a_missing_tile_gives_coarser_texels_to_the_filters_beside_it() {
     let missing = TileId { level: 2, row: 0, column: 0 };
-    let own = Filter { minor_texels: 1, ..filter(Filtering::Ellipse, 16, 1) };
+    let own = Filter { minor_texels: 1.0, ..filter(Filtering::Ellipse, 16, 1) };
     let ellipse = (own, Method::Ellipse(EllipseFilter::BEST.max_ratio(16.0)));
     for (filter, method) in published().into_iter().chain([ellipse]) {
         let of = |missing| settled(noise(6, 0, missing), "above", |settings| settings.config.filter = filter);

@@ -34,23 +34,24 @@ pub const FILTERS: Figure = Figure {
             Mavridis and Papaioannou, and pbrt's EWA. The footprints of paper 3's filters are bounded at the limb of a \
             globe; `anisotropic 16, bounded limb` is paper 1's filter with this bound. All filters read texels beyond \
             a tile's border from the neighbouring tile, so the border does not change the picture. The ellipse has at \
-            least one, two or four texels along its minor semi-axis. Each scene uses the fastest of these filters \
-            whose NMSE is at most 1e-3 (on the earth: 2e-4). The truth is the f64 mean of 4,232 stratified samples per \
-            pixel of the mesh (`valley`: 512), with two kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels \
-            cut at one pixel, and a box of one pixel. For `globe` the mesh is replaced by the ellipsoid, which is less \
-            than a hundredth of a pixel away. For each pixel, the samples read one level: the coarsest in which the \
-            shorter side of every footprint around the pixel still has 8 texels. Averaging and interpolating this \
-            level's texels adds 2 % to the kernel's variance. \"One exact ellipse\" is the ellipse with two texels in \
-            f64 with the exact gradient. \
-            Its error is the one that any single ellipse leaves on a curved surface. NMSE is of luminance, over the \
-            pixels whose kernel lies wholly on one piece of the textured surface. Another NMSE is of the pixels whose \
-            kernel is partly beyond the limb or the horizon; the truth is the mean of the part on the surface. On \
-            `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the other; the NMSE with \
-            silhouettes counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x \
-            180 pixels, where passes of fixed cost outweigh the filter. Therefore the texturing pass is also timed at \
-            320 x 180 (quick) or 1280 x 720 pixels, and its time is divided by the number of pixels. Pictures of \
-            `valley` have 640 x 360 pixels, because in a smaller picture a pixel would be larger than a slope. An \
-            instrumented shader counts the texels that the filter fetches per covered pixel.",
+            least one, two or four texels along its minor semi-axis. `no ramp`: texels that its edge cuts count as a \
+            whole or not at all, so fewer texels are read. Scenes do not use it, because magnified texels have visible \
+            edges. Of the other filters, each scene uses the fastest whose NMSE is at most 1e-3 (on the earth: 2e-4). \
+            The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
+            kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
+            `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. For each \
+            pixel, the samples read one level: the coarsest in which the shorter side of every footprint around the \
+            pixel still has 8 texels. Averaging and interpolating this level's texels adds 2 % to the kernel's \
+            variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. Its error \
+            is the one that any single ellipse leaves on a curved surface. NMSE is of luminance, over the pixels whose \
+            kernel lies wholly on one piece of the textured surface. Another NMSE is of the pixels whose kernel is \
+            partly beyond the limb or the horizon; the truth is the mean of the part on the surface. On `valley`, \
+            which is shown unlit, kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes \
+            counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, \
+            where passes of fixed cost outweigh the filter. Therefore the texturing pass is also timed at 320 x 180 \
+            (quick) or 1280 x 720 pixels, and its time is divided by the number of pixels. Pictures of `valley` have \
+            640 x 360 pixels, because in a smaller picture a pixel would be larger than a slope. An instrumented \
+            shader counts the texels that the filter fetches per covered pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
@@ -150,6 +151,7 @@ pub const FILTERS: Figure = Figure {
 };
 
 const ONE: &str = "ellipse, 1 texel";
+const ONE_NO_RAMP: &str = "ellipse, 1 texel, no ramp";
 const TWO: &str = "ellipse, 2 texels";
 const OWN: &str = "the scene's own";
 const TRILINEAR: &str = "trilinear";
@@ -173,13 +175,15 @@ const TEXELS: &str = "texels fetched per pixel";
 const TEXELS_OF_TEXTURING: &str = "texels fetched per pixel, larger picture";
 
 /// Each variant's name, and its changes to the scene.
-const VARIANTS: [(&str, &[&str]); 12] = [
+const VARIANTS: [(&str, &[&str]); 14] = [
     (TRILINEAR, &["surface.land.filter={max_anisotropy=1}"]),
     (FOUR, &["surface.land.filter={max_anisotropy=4}"]),
     (SIXTEEN, &["surface.land.filter={max_anisotropy=16}"]),
     (BOUNDED, &["surface.land.filter={max_anisotropy=16, limb='bounded'}"]),
     (ONE, &[ELLIPSE, "surface.land.filter.minor_texels=1"]),
+    (ONE_NO_RAMP, &[ELLIPSE, "surface.land.filter.minor_texels=1", "surface.land.filter.edge=none"]),
     (TWO, &[ELLIPSE]),
+    ("ellipse, 2 texels, no ramp", &[ELLIPSE, "surface.land.filter.edge=none"]),
     ("ellipse, 4 texels", &[ELLIPSE, "surface.land.filter.minor_texels=4"]),
     ("ellipse, 2 texels, no border", &[ELLIPSE, "surface.land.texture.border=0"]),
     ("Feline, 16 probes", &["surface.land.filter={kind='feline', max_anisotropy=16}"]),

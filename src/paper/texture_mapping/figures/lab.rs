@@ -197,20 +197,20 @@ impl Lab {
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
-    /// The mean of the pictures of `frames` frames, which differ in their random numbers. `fetched` counts the
-    /// texels of the first frame.
+    /// The mean of the pictures of several frames, which differ in their random numbers, too. `plane` is the plane that
+    /// a frame shows. `fetched` counts the texels of the first frame.
     ///
     /// # Errors
     /// Device lost, out of memory.
     pub fn accumulated(
         &self,
         pass: &LabPass,
-        plane: &TiltedPlane,
         frames: u32,
+        plane: impl Fn(u32) -> TiltedPlane,
     ) -> anyhow::Result<LabPicture> {
-        let mut sum = self.show(pass, plane, 0)?;
+        let mut sum = self.show(pass, &plane(0), 0)?;
         for frame in 1..frames {
-            let next = self.show(pass, plane, frame)?.picture.rgba;
+            let next = self.show(pass, &plane(frame), frame)?.picture.rgba;
             let channels = sum.picture.rgba.iter_mut().flatten();
             channels.zip(next.iter().flatten()).for_each(|(sum, next)| *sum += next);
         }

@@ -32,6 +32,20 @@ pub const OBJECT_SPACE: [(&str, Method); 2] = [
     ("object space, spacing 1/2", Method::ObjectSpace(0.5)),
 ];
 
+/// A setting with few texels.
+pub const FEW: &str = "ellipse, 9 fetches";
+
+/// Edge texels count as a whole, so no texel is read for a small part of its weight.
+const fn whole_texels(k: f32, minor_texels: f32, max_ratio: f32) -> EllipseFilter {
+    EllipseFilter::BEST.edge(Edge::None).k(k).minor_texels(minor_texels).max_ratio(max_ratio)
+}
+
+/// One texel: an ellipse that is so small that it contains no texel's centre shows the nearest texel. The texels of its
+/// level are at most 1.4 pixels wide along the footprint's major axis.
+pub const NEAREST: EllipseFilter =
+    whole_texels(0.0, POINT_PX / 1.4, 1.0).kernel(EllipseKernel { radius_px: POINT_PX, alpha: 2.0 });
+const POINT_PX: f32 = 0.01;
+
 /// Our filter with every other weight: no weights, formula (4), every form of the edge, and every shape of map. The
 /// filter itself has the area ramp as its edge.
 pub fn other_weights() -> Vec<(String, EllipseFilter)> {
@@ -114,10 +128,13 @@ fn ellipses() -> Vec<(String, Method)> {
         (format!("{OURS}, box scan"), best.scan(Scan::BoundingBox)),
         (format!("{OURS}, ratio 16"), best.max_ratio(16.0)),
         (format!("{OURS}, ratio 4"), best.max_ratio(4.0)),
-        (format!("{OURS}, 1/2 texel across"), best.minor_texels(0.5)),
-        (format!("{OURS}, 1/4 texel across"), best.minor_texels(0.25)),
-        (format!("{OURS}, 1/4 texel across, ratio 2"), best.minor_texels(0.25).max_ratio(2.0)),
-        (format!("{OURS}, 1/4 texel across, ratio 1.8"), best.minor_texels(0.25).max_ratio(1.8)),
+        (format!("{OURS}, 18 fetches"), best.minor_texels(0.7).max_ratio(4.0)),
+        (format!("{OURS}, 14 fetches"), best.k(0.7).minor_texels(0.6).max_ratio(3.0)),
+        (FEW.into(), whole_texels(0.7, 0.6, 4.0)),
+        (format!("{OURS}, 7 fetches"), whole_texels(0.4, 0.6, 3.0)),
+        (format!("{OURS}, 5 fetches"), whole_texels(0.4, 0.5, 3.0)),
+        (format!("{OURS}, 3 fetches"), whole_texels(0.4, 0.4, 2.0)),
+        (format!("{OURS}, nearest texel"), NEAREST),
     ];
     settings.into_iter().map(|(name, ellipse)| (name, Method::Ellipse(ellipse))).collect()
 }

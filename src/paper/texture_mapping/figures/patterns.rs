@@ -1,7 +1,7 @@
 //! tm.patterns: the error of filters on every test pattern, on planes of any tilt, roll and yaw.
 
 use super::lab::{FLIP, FLOOR, GAUSSIAN, Lab, LabPass, NMSE, SIDE, TEXELS, TIME, errors, grey, own_errors};
-use super::methods::{self, OURS};
+use super::methods::{self, FEW, OURS};
 use super::pareto::plain;
 use super::shown::{ellipse_and_trilinear, patterns};
 use crate::figure::prelude::*;
@@ -133,11 +133,13 @@ fn texels_of(scene: &str) -> anyhow::Result<Vec<u8>> {
 }
 
 /// The compared methods of tm.pareto.
-const METHODS: [&str; 11] = [
+const METHODS: [&str; 13] = [
     "paper's rows",
     "paper's columns",
     OURS,
     "ellipse, ratio 16",
+    "ellipse, 18 fetches",
+    FEW,
     "trilinear",
     "anisotropic 16",
     "Feline 16",

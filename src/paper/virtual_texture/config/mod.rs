@@ -76,7 +76,7 @@ settings! {
         /// For `"ellipse"`: the least number of texels along its minor semi-axis. Twice this number reads four times as
         /// many texels and reduces the error (scene.filters). With the value 0, as in paper 3, every footprint is
         /// filtered in level 0, unless it has more than about 4,000 texels there or reaches further than half a tile.
-        minor_texels: u32 = 2, in 0..=4, unit "texels";
+        minor_texels: f64 = 2.0, in 0.0..=4.0, unit "texels";
         /// For `"ellipse"`: the reconstruction term k, in squared texels of the filtered level, added to both diagonal
         /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A
         /// pixel whose ellipse contains none shows the nearest texel.
@@ -91,7 +91,9 @@ settings! {
         axes: FilterAxes = FilterAxes::Corrected;
         /// For `"ellipse"`: the Gaussian.
         kernel: FilterKernel = FilterKernel::Ewa;
-        /// For `"ellipse"`: the weight of a texel that its edge cuts.
+        /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to a third fewer texels are
+        /// read, and the error of minified views is hardly larger (scene.filters); but magnified texels have visible
+        /// edges.
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// For `"ellipse"`: a table in place of the kernel's formula.
         weight_map: FilterMap = FilterMap::None;

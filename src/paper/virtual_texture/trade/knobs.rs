@@ -1,7 +1,9 @@
 //! The knobs of a sweep, and the values of each.
 
 use super::values::Values;
-use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
+use crate::paper::virtual_texture::choices::{
+    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, TileAddress,
+};
 use crate::paper::virtual_texture::config::MAX_SAMPLES;
 use crate::scene::choices;
 use crate::texture::source::TileFormat;
@@ -15,7 +17,8 @@ choices! {
         Filter = "filter",
         /// The largest number of samples along the footprint.
         Anisotropy = "anisotropy",
-        /// Paper 3's filter: the largest ratio of the ellipse's axes, and the texels along its minor semi-axis.
+        /// Paper 3's filter: the largest ratio of the ellipse's axes, the texels along its minor semi-axis, and the weights
+        /// of texels at its edge.
         Ellipse = "ellipse",
         /// Paper 3's filter: a weight map in place of the Gaussian.
         WeightMap = "weight-map",
@@ -46,13 +49,20 @@ impl Knob {
             Knob::Filter => all.extend(filters(at)),
             Knob::Anisotropy => all.extend(RATIOS.map(|max_anisotropy| Values { max_anisotropy, ..at })),
             Knob::Ellipse => {
-                let axes = [4, 16].into_iter().flat_map(|ratio| [1, 2, 4].map(|minor| (ratio, minor)));
-                all.extend(axes.map(|(max_anisotropy, minor_texels)| Values {
+                let axes = [4, 16].into_iter().flat_map(|ratio| [1.0, 2.0, 4.0].map(|minor| (ratio, minor)));
+                let ellipse = |(max_anisotropy, minor_texels)| Values {
                     filter: Filtering::Ellipse,
                     max_anisotropy,
                     minor_texels,
                     ..at
-                }));
+                };
+                all.extend(axes.map(ellipse));
+                // Without a ramp at the edge, fewer texels are read (scene.filters).
+                let edges = [FilterEdge::AreaRamp, FilterEdge::None];
+                let edges = edges
+                    .into_iter()
+                    .flat_map(|edge| [1.0, 2.0].map(|minor| Values { edge, ..ellipse((16, minor)) }));
+                all.extend(edges);
             }
             Knob::WeightMap => all.extend(MAPS.map(|weight_map| Values { weight_map, ..at })),
             // A border costs memory and loading time. A border of 0 shows what the border is worth.

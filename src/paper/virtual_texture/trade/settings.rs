@@ -220,14 +220,15 @@ mod tests {
         let scene = one_sample_scene("earth").unwrap();
         let ellipses = |names: &[String]| names.iter().filter(|name| name.starts_with("ellipse")).count();
         let all = names(&scene, &Knob::OF_FILTER);
-        assert_eq!((all.len(), ellipses(&all)), (31, 12), "{all:?}");
+        assert_eq!((all.len(), ellipses(&all)), (33, 14), "{all:?}");
         let published = ["feline, NA 4", "feline, NA 16", "mavridis, NA 4", "pbrt", "stochastic-ellipse 16"];
         assert!(published.iter().all(|name| all.contains(&(*name).to_owned())), "{all:?}");
         assert!(
-            all.contains(&"ellipse, minor 1, NA 16".into()) && all.contains(&"ellipse, NA 4".into()),
+            all.contains(&"ellipse, minor 1, edge none, NA 16".into())
+                && all.contains(&"ellipse, NA 4".into()),
             "{all:?}"
         );
-        assert_eq!(ellipses(&names(&scene, Knob::ALL)), 12);
+        assert_eq!(ellipses(&names(&scene, Knob::ALL)), 14);
         let own = scene.with(&["surface.land.filter.kind=ellipse".into()]).unwrap();
         assert!(names(&own, &[Knob::LevelBias]).contains(&"bias 1".into()), "of the scene's own ellipse");
     }

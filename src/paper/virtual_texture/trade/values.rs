@@ -1,6 +1,8 @@
 //! One value of each knob, and which values are combined.
 
-use crate::paper::virtual_texture::choices::{Compaction, Dedup, FilterMap, Filtering, Listing, TileAddress};
+use crate::paper::virtual_texture::choices::{
+    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, TileAddress,
+};
 use crate::paper::virtual_texture::config::{
     Config, Filter, MAX_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
 };
@@ -25,7 +27,8 @@ pub(super) struct Values {
     pub filter: Filtering,
     pub samples: u32,
     pub max_anisotropy: u32,
-    pub minor_texels: u32,
+    pub minor_texels: f64,
+    pub edge: FilterEdge,
     pub weight_map: FilterMap,
     pub border: u32,
     pub list: Listing,
@@ -39,13 +42,14 @@ pub(super) struct Values {
 impl Values {
     pub fn of(settings: &VirtualTextureSettings, texture: &VirtualTextureSource) -> Values {
         let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
-        let Filter { kind, max_anisotropy, minor_texels, weight_map, samples, .. } = filter;
+        let Filter { kind, max_anisotropy, minor_texels, edge, weight_map, samples, .. } = filter;
         Values {
             level_bias,
             filter: kind,
             samples,
             max_anisotropy,
             minor_texels,
+            edge,
             weight_map,
             border: texture.border,
             list,
@@ -67,7 +71,7 @@ impl Values {
         // whose axes have a ratio of up to 16.
         let replaces = match own.filter {
             Filtering::Ellipse => Values { weight_map: own.weight_map, ..self } == *own,
-            _ => self.filter == Filtering::Ellipse && self.max_anisotropy == 16,
+            _ => self.filter == Filtering::Ellipse && self.max_anisotropy == 16 && self.edge == own.edge,
         };
         let mapped = self.weight_map == own.weight_map || replaces;
         // Two kinds of values are not combined with other changes: subsampled lists, which delay the complete picture
@@ -110,7 +114,7 @@ impl Values {
             // A filter of paper 3 that is not the scene's own is not combined with changes of other settings. Some of
             // these filters ignore max_anisotropy.
             filter => {
-                let numbers = |of: &Values| [of.max_anisotropy, of.minor_texels, of.samples];
+                let numbers = |of: &Values| (of.max_anisotropy, of.minor_texels, of.edge, of.samples);
                 let distinct = match filter {
                     Filtering::Feline => [4, 16].contains(&self.max_anisotropy),
                     Filtering::Mavridis => self.max_anisotropy == 4,
@@ -119,8 +123,9 @@ impl Values {
                     }
                     _ => true,
                 };
-                let Values { filter, max_anisotropy, minor_texels, weight_map, samples, .. } = *own;
-                let of_own = Values { filter, max_anisotropy, minor_texels, weight_map, samples, ..*self };
+                let Values { filter, max_anisotropy, minor_texels, edge, weight_map, samples, .. } = *own;
+                let of_own =
+                    Values { filter, max_anisotropy, minor_texels, edge, weight_map, samples, ..*self };
                 let alone = of_own == *own;
                 (filter, numbers(own)) == (self.filter, numbers(self)) || alone && distinct
             }
@@ -138,7 +143,7 @@ impl Values {
         };
         let taps = if self.filter.is_random() { format!(" {}", self.samples) } else { String::new() };
         let filter = self.filter.name();
-        let [minor, na, border] = [self.minor_texels, self.max_anisotropy, self.border];
+        let (minor, [na, border]) = (self.minor_texels, [self.max_anisotropy, self.border]);
         let [bias, n1] = [self.level_bias, self.gpu_tiles];
         let mut keys =
             Vec::from_iter((self.filter != own.filter).then(|| format!("{surface}.filter.kind={filter}")));
@@ -148,6 +153,8 @@ impl Values {
         differs(!keys.is_empty(), format!("{filter}{taps}"), &keys);
         let of_filter = |key: &str, value: &dyn Display| [format!("{surface}.filter.{key}={value}")];
         differs(minor != own.minor_texels, format!("minor {minor}"), &of_filter("minor_texels", &minor));
+        let edge = self.edge.name();
+        differs(self.edge != own.edge, format!("edge {edge}"), &of_filter("edge", &edge));
         let map = self.weight_map.name();
         let word = if self.weight_map == FilterMap::None { "no" } else { map };
         differs(self.weight_map != own.weight_map, format!("{word} map"), &of_filter("weight_map", &map));
