@@ -12,9 +12,7 @@ fn keys_are_printed_by_prefix_with_their_whole_declaration() {
     };
     let cache = said(&["cache.gpu"]);
     assert!(
-        cache.starts_with(
-            "cache.gpu_tiles\n    integer, default 192, 1 .. 65536 tiles\n    Tiles in video"
-        ),
+        cache.starts_with("cache.gpu_tiles\n    integer, default 192, 1 .. 65536 tiles\n    Tiles in video"),
         "{cache}"
     );
     assert_eq!(cache.lines().count(), 3);

@@ -191,7 +191,8 @@ const SURFACES: [(&str, &[View]); 2] = [
 ];
 /// Orders of the paper's kind, whose splits the device can execute.
 const ORDERS: [&str; 6] = ["classical", "paper", "tail-23", "tail-10", "in-place-23", "in-place-10"];
-const BASELINES: [&str; 5] = ["random", "re-optimised", "re-optimised-fifo", "compacted", "skip-lists"];
+const BASELINES: [&str; 6] =
+    ["random", "re-optimised", "re-optimised-fifo", "re-optimised-rings", "compacted", "skip-lists"];
 
 /// Paper 2. The cases of an order are consecutive, so that the order is made once.
 pub fn progressive_mesh() -> Vec<Case> {

@@ -26,8 +26,11 @@ choices! {
         Random = "random",
         /// A baseline: the live faces, reordered by meshoptimizer at every level.
         ReOptimised = "re-optimised",
-        /// A baseline: as `re-optimised`, but with meshoptimizer's optimizer for a FIFO cache of 16 entries.
+        /// A baseline: as `re-optimised`, but with meshoptimizer's optimizer for a FIFO cache of 16 entries (Tipsify).
         ReOptimisedFifo = "re-optimised-fifo",
+        /// A baseline: as `re-optimised`, but in rings, for a FIFO cache of 16 entries (H. Hoppe, "Optimization of Mesh
+        /// Locality for Transparent Vertex Caching", 1999, and his program MeshReorder).
+        ReOptimisedRings = "re-optimised-rings",
         /// A baseline: a compute pass copies the live faces, in meshoptimizer's order of the full mesh.
         Compacted = "compacted",
         /// A baseline: an index list for each of a series of levels. At the levels between, the finer list is
@@ -44,7 +47,10 @@ impl FaceOrder {
     /// True for a baseline, whose levels are not made by splits in one index buffer.
     pub const fn is_baseline(self) -> bool {
         use FaceOrder::*;
-        matches!(self, Random | ReOptimised | ReOptimisedFifo | Compacted | SkipLists | Discrete)
+        matches!(
+            self,
+            Random | ReOptimised | ReOptimisedFifo | ReOptimisedRings | Compacted | SkipLists | Discrete
+        )
     }
 }
 

@@ -1,6 +1,7 @@
 //! The lists that baselines prepare, and the orders by meshoptimizer.
 
 use super::OrderBaseline;
+use super::rings::ring_order;
 use super::skip::SkipList;
 use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
@@ -38,7 +39,10 @@ impl PreparedBaseline {
         assert_eq!(space.len(), mesh.vertices.positions.len(), "an index for each vertex");
         let (mut chain, mut skip, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
         match baseline {
-            OrderBaseline::Random | OrderBaseline::Reoptimised | OrderBaseline::ReoptimisedFifo => {}
+            OrderBaseline::Random
+            | OrderBaseline::Reoptimised
+            | OrderBaseline::ReoptimisedFifo
+            | OrderBaseline::ReoptimisedRings => {}
             OrderBaseline::Compacted => ranks = full_ranks(mesh, &space),
             OrderBaseline::SkipLists { ratio } => skip = skip_lists(mesh, &space, ratio),
             OrderBaseline::Discrete { ratio } => chain = simplified(mesh, &space, ratio),
@@ -62,6 +66,7 @@ impl PreparedBaseline {
             }
             OrderBaseline::Reoptimised => lru_order(&live(), vertices),
             OrderBaseline::ReoptimisedFifo => fifo_order(&live(), vertices, 16),
+            OrderBaseline::ReoptimisedRings => ring_order(&live(), vertices, 16),
             OrderBaseline::Compacted => self.ranked(&live()),
             OrderBaseline::SkipLists { .. } => self.skip_list_at(level),
             OrderBaseline::Discrete { .. } => self.chain[self.simplified(live().len())].clone(),

@@ -144,6 +144,7 @@ impl OrderOptions {
             | FaceOrder::Random
             | FaceOrder::ReOptimised
             | FaceOrder::ReOptimisedFifo
+            | FaceOrder::ReOptimisedRings
             | FaceOrder::Compacted
             | FaceOrder::SkipLists
             | FaceOrder::Discrete => None,

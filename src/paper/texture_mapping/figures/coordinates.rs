@@ -68,13 +68,14 @@ pub const COORDINATES: Figure = Figure {
         ),
         Claim::ours_timed(
             "not-slower",
-            "The row's constants, which are more accurate, are at most 3 % slower than textbook coordinates, if a \
-             thread reads them once for 64 pixels: compared with textbook coordinates in a fragment shader, and in the \
-             same threads with the part that a row shares computed once.",
-            &[
-                Test::ratio(TEXTBOOK, ROW_CONSTANTS, AtLeast(0.97)),
-                Test::ratio(one(TIME, "textbook, runs of 64"), ROW_CONSTANTS, AtLeast(0.97)),
-            ],
+            "In a thread that computes 64 pixels of a row, the row's constants, which are more accurate, are at most 3 % \
+             slower than textbook coordinates, of which the thread computes the part that the row shares only once.",
+            &[Test::ratio(one(TIME, "textbook, runs of 64"), ROW_CONSTANTS, AtLeast(0.97))],
+        ),
+        Claim::ours_timed(
+            "not-slower-than-fragments",
+            "In such a thread they are also at most 3 % slower than textbook coordinates in a fragment shader.",
+            &[Test::ratio(TEXTBOOK, ROW_CONSTANTS, AtLeast(0.97))],
         ),
         Claim::ours_timed(
             "not-slower-in-fragments",
@@ -178,7 +179,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         let own = CoordinatesPass::new(&gpu, form, Output::Derivatives(method), &plane, band, SIDE)?;
         methods.push(contender(&gpu, derivatives_name(method), own, &source));
     }
-    let timed = bench.interleave(&gpu, passes)?;
+    // The claims compare times that differ by a few per cent, so there are twelve times as many rounds as usual.
+    let timed = bench.interleave_until(&gpu, passes, 12, |_| false)?;
     rows.extend(timed.iter().map(|one| one.row(TIME)));
     rows.push(Row::number(THESIS, GAIN, "", THESIS_GAIN));
     rows.extend(Timed::gains(&timed, "textbook", GAIN));

@@ -327,6 +327,28 @@ pub fn plain(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::paper::texture_mapping::weights::EllipseKernel;
+
+    #[test]
+    fn the_shifts_of_the_camera_have_the_mean_and_the_variance_of_the_kernel() {
+        let shifts: Vec<[f64; 2]> = (0..FRAMES).map(jitter).collect();
+        let square = mean(shifts.iter().map(|[x, y]| x * x + y * y));
+        let kernel = 2.0 * EllipseKernel::EWA.variance();
+        assert!((square / kernel - 1.0).abs() < 0.01, "{square}, {kernel}");
+        let drift = [0, 1].map(|axis| mean(shifts.iter().map(|shift| shift[axis])));
+        assert!(drift.iter().all(|mean| mean.abs() < 0.03), "{drift:?}");
+    }
+
+    #[test]
+    fn a_mean_of_frames_is_not_compared_with_single_frames() {
+        let score =
+            |nmse: f64, fetched: f64| Score { nmse: vec![nmse], fetched: vec![fetched], ..Score::default() };
+        let methods = [JITTERED, "ellipse, nearest texel", "trilinear", ACCUMULATED]
+            .map(|name| (name.to_string(), Method::Ellipse(methods::NEAREST)));
+        let scores = [score(0.1, 1.0), score(0.5, 1.0), score(0.4, 8.0), score(0.2, 1.0)];
+        let found: Vec<f64> = losses(&methods, &scores).iter().filter_map(|row| row.value.number()).collect();
+        assert!((found[0] - 0.8).abs() < 1e-12 && (found[1] - 2.0).abs() < 1e-12, "{found:?}");
+    }
 
     #[test]
     fn a_point_that_costs_more_and_is_not_more_accurate_is_not_on_the_front() {
