@@ -60,7 +60,7 @@ enum Command {
     Bake(bake::BakeArgs),
     /// Check every byte of a tile pyramid
     Verify(verify::TilesVerifyArgs),
-    /// Fetch larger models than the shipped ones, by npm
+    /// Fetch larger models than the shipped ones, with npm
     Fetch(fetch::FetchArgs),
     /// Build, describe, export and check progressive meshes (.pmesh)
     Mesh(mesh::MeshArgs),

@@ -10,7 +10,7 @@ layout(location = 0) flat in uvec2 triangle_origin;
 layout(location = 1) in vec2 from_origin;
 layout(location = 0) out uvec4 requests;
 layout(location = 1) out vec4 coordinates;  // s, t, 0, 0
-layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; after the bound at a limb
+layout(location = 2) out vec4 derivatives;  // ds/dx, dt/dx, ds/dy, dt/dy; bounded at the limb, if the filter is
 
 void main() {
     vec2 dx = dFdxFine(from_origin), dy = dFdyFine(from_origin);

@@ -33,7 +33,7 @@ pub struct CompareArgs {
     /// FLIP
     #[arg(short, long, value_name = "DIFF")]
     output: Option<PathBuf>,
-    /// Count pixels with a larger error in any channel as outliers; default: 5/256
+    /// A pixel is an outlier if the error of any channel exceeds this; default: 5/256
     #[arg(long, value_name = "ERROR", default_value_t = OUTLIER_BOUND, hide_default_value = true, value_parser = bound("a number of linear light, 0 or more, for example 0.02"), allow_negative_numbers = true)]
     outliers_above: f64,
     /// Print JSON. Values that are not finite are null: the PSNR of equal pictures, the error of a pixel that is not

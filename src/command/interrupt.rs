@@ -18,7 +18,7 @@ pub const SIGNALS: [i32; 3] = [SIGINT, SIGTERM, SIGHUP];
 pub fn watch(advice: Option<&'static str>) -> anyhow::Result<()> {
     let ignored = ignored();
     let wanted = SIGNALS.into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
-    let mut signals = Signals::new(wanted).context("no handler for signals")?;
+    let mut signals = Signals::new(wanted).context("cannot install the signal handlers")?;
     std::thread::spawn(move || {
         let Some(signal) = signals.forever().next() else { return };
         stop(signal, advice);

@@ -28,7 +28,8 @@ pub struct ReproduceArgs {
     /// Figures (vt.dedup) or families (vt), as listed by `ortelius list`; default: all
     #[arg(value_name = "FIGURE|FAMILY")]
     figures: Vec<String>,
-    /// The default. Most pictures have at most 720 rows of pixels. Most times are measured in 12 runs, some in 6
+    /// A quick run (the default). Most pictures have at most 720 rows of pixels. Most times are measured in 12 runs,
+    /// some in 6
     #[arg(long, conflicts_with = "full")]
     quick: bool,
     /// Most times are measured in at least 30 runs, some in 6. This takes hours on a software device

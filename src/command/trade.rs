@@ -44,7 +44,7 @@ pub struct TradeArgs {
     /// Test whether an earlier sweep (a report's trade.json) found the same Pareto front within noise
     #[arg(long, value_name = "TRADE.json")]
     against: Option<PathBuf>,
-    /// Write the chosen setting into the scene file, whose comments stay
+    /// Write the chosen setting into the scene file; its comments are kept
     #[arg(long, conflicts_with = "overrides")]
     write: bool,
     /// Time each setting in at least 30 runs instead of 12. In both cases, settings with an uncertain median get more

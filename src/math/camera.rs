@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
-/// A camera in the world: position in metres, three orthonormal unit vectors (`right x up = -forward`), and
+/// A camera in the world: position in metres, three orthonormal vectors (`right x up = -forward`), and
 /// the field of view of a pinhole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {

@@ -14,10 +14,10 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding. Only one
-    /// face of each such pair is kept; `doubled` is true for it. A fold is removed only if the other faces already
-    /// close the surface along most of the fold's rim. In all other cases, such as an isolated sheet, one side of the
-    /// fold stays. Decimated scans have hundreds of folds. Returns the number of removed faces.
+    /// Removes folds. A fold is a patch in which each face coincides with another face of opposite winding. The
+    /// caller has already dropped one face of each such pair; `doubled` is true for the other. A fold is removed only
+    /// if the faces outside it close the surface along most of the fold's rim. In all other cases, such as an isolated
+    /// sheet, one side of the fold stays. Decimated scans have hundreds of folds. Returns the number of removed faces.
     pub(super) fn unfold(&mut self, doubled: &[bool]) -> usize {
         if !doubled.contains(&true) {
             return 0;

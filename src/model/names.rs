@@ -10,7 +10,7 @@ pub const NAMES: [&str; 8] = ["bunny", "sphere", "torus", "knot", "solid", "grid
 /// The Stanford bunny with 3674 faces (scenes/bunny.NOTICE).
 const BUNNY: &[u8] = include_bytes!("../../scenes/bunny.obj");
 
-/// A model by name. `NAME:SIZE` selects the size of a generated model, in the unit of its function in [`generate`].
+/// A model by name. `NAME:SIZE` selects the size of a generated model, in the unit of its generator function.
 /// `None` for a name that is not in [`NAMES`], or an unsupported size.
 pub fn named(name: &str) -> Option<Model> {
     let (name, size) = match name.split_once(':') {

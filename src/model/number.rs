@@ -30,7 +30,7 @@ impl NumberType {
         }
     }
 
-    /// The number at the start of `bytes`; f64 represents all of them exactly.
+    /// The number at the start of `bytes`; f64 holds every value of these types exactly.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Self::size`].

@@ -19,8 +19,8 @@ const GAP: u32 = 8;
 const LEGEND: [u32; 2] = [260, 30];
 
 /// Maps of several comparisons of one size, side by side above one legend. A black pixel has no error. Errors from 1e-5
-/// to 1 have colours from dark to light (magma), and larger errors the colour of 1. Cyan marks values that are not
-/// finite.
+/// to 1 have colours from dark to light (magma); smaller errors have the colour of 1e-5, larger ones that of 1. Cyan
+/// marks values that are not finite.
 pub fn error_maps(size: [u32; 2], differences: &[&Difference]) -> Srgb8Picture {
     let [width, height] = size;
     let count = differences.len() as u32;

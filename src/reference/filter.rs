@@ -35,7 +35,7 @@ impl Parallelogram {
     }
 }
 
-/// The sample count of an anisotropic filter, min(ceil(longest / shortest), most) (EXT_texture_filter_anisotropic). In
+/// The sample count of an anisotropic filter, min(ceil(longest / shortest), max) (EXT_texture_filter_anisotropic). In
 /// paper 1 the count is nA and the limit `max` is NA.
 pub fn sample_count(longest: f64, shortest: f64, max: u32) -> u32 {
     match longest > 0.0 {
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_mixed_by_the_fraction_and_end_at_both_sides() {
+    fn lambda_mixes_two_levels_and_is_clamped() {
         let texture = self_describing(Edges::Planet);
         let level = |lambda| texture.trilinear(lambda, 0.3, 0.7)[2];
         assert_eq!((level(1.25), level(-3.0), level(99.0), level(4.0)), (1.25, 0.0, 4.0, 4.0));

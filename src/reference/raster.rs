@@ -66,7 +66,7 @@ pub(super) struct Setup {
     /// Bound of the rounding error of an edge's value, at positions up to 2 (in normalised device coordinates) from the
     /// picture's middle: 2^-46 times the squared length of the longest of `corners`.
     doubt: f64,
-    /// |determinant| of the corners: twice the area times the three w.
+    /// |determinant| of the corners: twice the projected area times the product of the three w.
     scale: f64,
     coordinates: [DVec2; 3],
 }

@@ -162,7 +162,8 @@ pub fn supersample(
     }
 }
 
-/// Columns and rows of strata. They follow from the extent in the texture of the support's edges and middle lines.
+/// Columns and rows of strata: along each axis, they follow from the longest of the support's two edges and its middle
+/// line, in texels.
 fn strata(
     surface: &impl Fn(f64, f64) -> Option<[f64; 2]>,
     kernel: PixelKernel,
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn more_samples_lower_the_own_error_which_matches_the_true_error() {
+    fn more_samples_lower_the_truths_own_error_which_matches_the_true_error() {
         let texels: Vec<u8> = (0..64 * 64).map(|n| (SplitMix64::nth(9, n) >> 56) as u8).collect();
         let texture = Tiled::new(64, &texels);
         let steep = |x: f64, y: f64| Some([3.0 * x, 11.0 * y]);
@@ -317,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn the_own_error_counts_only_pixels_wholly_on_the_surface() {
+    fn the_truths_own_error_counts_only_pixels_wholly_on_the_surface() {
         let texels: Vec<u8> = (0..64 * 64).map(|n| (SplitMix64::nth(9, n) >> 56) as u8).collect();
         let texture = Tiled::new(64, &texels);
         // The second pixel is half beyond the surface, and its footprint is a hundred times as long.

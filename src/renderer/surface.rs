@@ -86,8 +86,8 @@ pub(super) fn relief(
     let relief = keys.relief(plane.width_m, picture.transpose()?.map(heights));
     let relief = relief.map_err(|what| scene.fault(&at("path"), &what))?;
     if work(&relief, keys.method) > MAX_WORK {
-        let what = "building the method's map of so many texels, or of a relief this deep, takes minutes; use a \
-                    picture of at most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
+        let what = "building the method's map takes minutes for a relief of this size or depth; use a picture of at \
+                    most 512 x 512 texels, reduce the depth, or method = \"projected-width\"";
         return Err(scene.fault(&at("depth_m"), what).into());
     }
     Ok(Some((keys, relief, plane.width_m)))

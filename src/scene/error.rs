@@ -52,7 +52,7 @@ impl SceneError {
             path: path.to_owned(),
             line,
             column,
-            // One line only: parsers add expectations on a second line.
+            // One line only: parsers put what they expected on a second line.
             what: what.trim().replace('\n', "; "),
             snippet: format!("{number} | {source_line}\n{margin} | {before}{}", "^".repeat(carets)),
         }

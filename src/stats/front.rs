@@ -2,7 +2,7 @@
 //! ignored.
 //!
 //! One setting is clearly faster than another if the intervals of their medians are disjoint and the medians
-//! differ by more than [`ALIKE`]; otherwise their times count as equal. Errors count as equal if they agree
+//! differ by more than a factor of [`ALIKE`]; otherwise their times count as equal. Errors count as equal if they agree
 //! in three digits. Intervals of medians narrow with the number of runs; a range of p5 to p95 does not. On a
 //! shared machine the range from p5 to p95 is half as large as the median, and a front based on it changes
 //! from run to run.

@@ -7,7 +7,7 @@ use ortelius::scene::Scene;
 use ortelius::scene::camera::Camera;
 use std::path::{Path, PathBuf};
 
-/// The bookmarks of one scene. Digits without a saved bookmark get the scene's cameras in order.
+/// The bookmarks of one scene. Without a saved bookmark, digit N is the scene's N-th camera.
 pub struct Bookmarks {
     scene: String,
     path: Option<PathBuf>,

@@ -95,7 +95,7 @@ impl Eye {
         let (held, now) = (self.ground_at(from, size), self.ground_at(to, size));
         match (held, now) {
             (Some(held), Some(now)) => self.carry(now, held),
-            // The pointer misses the globe. The pointer's motion is applied at the distance of the globe.
+            // The pointer misses the ground: its motion is applied at a distance of the camera's height.
             _ => {
                 let radians = self.camera.vertical_fov_rad() / f64::from(size[1].max(1));
                 let metres = (from - to) * radians * self.camera.altitude_m;
@@ -192,7 +192,7 @@ impl Eye {
         }
     }
 
-    /// Flies above the ground point under a pixel, to a quarter of the current height.
+    /// Flies to a place above the ground point under a pixel, at a quarter of the current height.
     pub fn fly_to_pixel(&mut self, pixel: DVec2, size: [u32; 2]) {
         let Some(ground) = self.ground_at(pixel, size) else { return };
         let over = Camera::from_pose(&Pose { eye: ground, ..self.camera.pose() }, &self.camera);

@@ -43,7 +43,7 @@ pub(super) struct Objects {
     submitted: u64,
     /// Objects that were dropped while frames that may use them were being recorded.
     held: Vec<Dead>,
-    /// Dropped objects, each with a timeline value. No submission after the one that signals the value uses the object.
+    /// Dropped objects, each with the timeline value of the last submission that may use it.
     waiting: Vec<(u64, Dead)>,
 }
 
@@ -92,7 +92,7 @@ impl Device {
         features.dedup();
         let (queue_family, timestamp_bits) = queue_family(&instance, &physical)?;
         let handle = create(&instance, &physical, (&features, presents), queue_family)?;
-        // SAFETY: the family has one queue, created with the device.
+        // SAFETY: one queue of this family was created with the device.
         let queue = unsafe { handle.get_device_queue(queue_family, 0) };
         let mut kind = vk::SemaphoreTypeCreateInfo::default()
             .semaphore_type(vk::SemaphoreType::TIMELINE)

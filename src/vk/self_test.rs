@@ -96,7 +96,7 @@ fn feedback(gpu: &Gpu) -> Result<()> {
     expect("transform feedback", &host.mapped(), wanted)
 }
 
-/// Draws a triangle and checks its pixels. A lavapipe with vectors of the wrong width crashed only when it rasterised a
+/// Draws a triangle and checks its pixels. With the wrong vector width, lavapipe crashed only when it rasterised a
 /// triangle.
 fn triangle(gpu: &Gpu) -> Result<()> {
     let pipeline = gpu.graphics_pipeline(&GraphicsInfo {

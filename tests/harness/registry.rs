@@ -98,15 +98,18 @@ const COMPARERS: &[Comparer] = &[
         function: ("src/reference/supersample.rs", "own_nmse_where"),
         rejects: &[(
             "src/reference/supersample.rs",
-            "the_own_error_counts_only_pixels_wholly_on_the_surface",
+            "the_truths_own_error_counts_only_pixels_wholly_on_the_surface",
         )],
     },
     Comparer {
         judges: "a supersampled truth's two halves, on whole pixels",
         function: ("src/reference/supersample.rs", "own_nmse"),
         rejects: &[
-            ("src/reference/supersample.rs", "the_own_error_counts_only_pixels_wholly_on_the_surface"),
-            ("src/reference/supersample.rs", "more_samples_lower_the_own_error_which_matches_the_true_error"),
+            ("src/reference/supersample.rs", "the_truths_own_error_counts_only_pixels_wholly_on_the_surface"),
+            (
+                "src/reference/supersample.rs",
+                "more_samples_lower_the_truths_own_error_which_matches_the_true_error",
+            ),
         ],
     },
     Comparer {

@@ -28,7 +28,7 @@ fn mesh(seed: u64, swap_every: usize) -> ProgressiveMesh {
 }
 
 #[test]
-fn every_vertex_has_arrived_at_the_smallest_wanted_error_even_after_errors_of_0() {
+fn every_morph_is_complete_at_the_smallest_wanted_error_even_after_errors_of_0() {
     let mut mesh = mesh(1, 3);
     mesh.levels.iter_mut().for_each(|level| level.error = 0.0);
     let vertices = morph_vertices(&mesh, &vec![[0.0; 3]; mesh.vertices.positions.len()]);
@@ -111,7 +111,7 @@ fn walk_instances(gpu: &Gpu, program: &Program, index: IndexType, seed: u64) -> 
 }
 
 #[test]
-fn a_mesh_whose_buffers_shaders_cannot_address_is_refused_with_advice() {
+fn a_mesh_too_large_for_shaders_to_address_is_refused_with_advice() {
     let gpu = Watched::open(&GpuOptions::default());
     assert!(gpu.require_storage("mesh: splits", 1 << 20, "take a smaller mesh").is_ok());
     let error = gpu.require_storage("mesh: splits", 1 << 33, "take a smaller mesh").unwrap_err().to_string();

@@ -41,7 +41,7 @@ struct MachineView<'a> {
     software: bool,
 }
 
-/// The number of claims with a verdict.
+/// The number of claims with this verdict.
 #[derive(Serialize)]
 struct Count {
     name: &'static str,

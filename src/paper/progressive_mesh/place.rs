@@ -139,7 +139,7 @@ mod tests {
         let near = |a: DVec3, b: DVec3| assert!((a - b).length() < 1e-12, "{a} {b}");
         near(place.to_world(DVec3::new(0.0, -2.0, 0.0)), DVec3::new(5.0, 6.0, 7.0));
         near(place.to_world(DVec3::new(0.0, 2.0, 0.0)), DVec3::new(5.0, 6.0, 15.0));
-        // Without a heading x points east; a quarter turn clockwise makes it south.
+        // Without a heading x points east; a quarter turn clockwise makes it point south.
         near(place.to_world(DVec3::new(1.0, -2.0, 0.0)), DVec3::new(5.0, 4.0, 7.0));
     }
 

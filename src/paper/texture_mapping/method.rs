@@ -19,7 +19,7 @@ pub enum Method {
 
 impl Method {
     /// True if the determinant is a difference, which cancels to noise in f32 for long footprints. No reference applies
-    /// to these.
+    /// to such methods.
     pub fn subtracts(&self) -> bool {
         matches!(self, Method::Ellipse(ellipse) if ellipse.footprint.determinant == Determinant::Subtracting)
     }

@@ -42,9 +42,9 @@ pub const FILTERS: Figure = Figure {
             `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. For each \
             pixel, the samples read one level: the coarsest in which the shorter side of every footprint around the \
             pixel still has 8 texels. Averaging and interpolating this level's texels adds 2 % to the kernel's \
-            variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. Its error \
-            is the one that any single ellipse leaves on a curved surface. NMSE is of luminance, over the pixels whose \
-            kernel lies wholly on one piece of the textured surface. Another NMSE is of the pixels whose kernel is \
+            variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. It shows \
+            the error of using one ellipse per pixel on a curved surface. NMSE is of luminance, over the pixels whose \
+            kernel lies wholly on one piece of the textured surface. A second NMSE is of the pixels whose kernel is \
             partly beyond the limb or the horizon; the truth is the mean of the part on the surface. On `valley`, \
             which is shown unlit, kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes \
             counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, \
@@ -97,7 +97,7 @@ pub const FILTERS: Figure = Figure {
         .at(Places::scenes(&["globe/africa"])),
         Claim::ours(
             "faster-on-the-earth",
-            "Faster filters than that of the scene `earth` have an NMSE of more than 2e-4.",
+            "Filters that are faster than that of the scene `earth` have an NMSE of more than 2e-4.",
             &[
                 Test::value(one(NMSE, SIXTEEN), Above(2e-4)),
                 Test::value(one(NMSE, ONE), Above(2e-4)),
@@ -106,7 +106,7 @@ pub const FILTERS: Figure = Figure {
         .at(Places::scenes(&["earth/oblique"])),
         Claim::ours(
             "faster-on-the-globe",
-            "Faster filters than that of the scene `globe` have an NMSE of more than 1e-3.",
+            "Filters that are faster than that of the scene `globe` have an NMSE of more than 1e-3.",
             &[
                 Test::value(one(NMSE, FOUR), Above(1e-3)),
                 Test::value(one(NMSE, SIXTEEN), Above(1e-3)),
@@ -272,7 +272,8 @@ struct Subject {
 }
 
 impl Subject {
-    /// The sun's light and other surfaces are left out, so that only the texture differs from the truth.
+    /// For a mesh, the sun's light and the herd are left out, so that the picture and the truth differ only in the
+    /// filtering of the texture.
     fn new(scene: Scene, pose: &Pose, size: [u32; 2]) -> anyhow::Result<Subject> {
         let land = scene.surfaces.get("land").context("the figure's scenes have a surface `land`")?;
         if let Some(mesh) = land.grid() {

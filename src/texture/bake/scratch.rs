@@ -16,8 +16,8 @@ pub(super) fn payload_bytes(pyramid: &Pyramid) -> usize {
     4 << (2 * pyramid.tile_log2())
 }
 
-/// Reads back a job's output. Bytes beyond the end of the file were never written; they read as zeros, which
-/// match no hash.
+/// Reads back a job's output. If it ends beyond the file's end, part of it was never written, and all its bytes read as
+/// zeros. Zeros match the job's hash only if the output consists of zeros.
 pub(super) fn read_back(file: &File, path: &Path, bytes: &mut [u8], offset: u64) -> Result<(), BakeError> {
     match file.read_exact_at(bytes, offset) {
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
@@ -33,11 +33,11 @@ pub(super) struct Scratch {
     file: File,
     pyramid: Pyramid,
     total_bytes: u64,
-    /// The finest resident level: the second picture of the coarsest tiles.
+    /// The finest resident level. The coarsest streamed tiles have it as their second mip level.
     pub first_resident: Vec<u8>,
 }
 
-/// A run of rows or columns of a region within one row or column of tiles.
+/// Consecutive rows (or columns) of a region that lie in one row (or column) of tiles.
 struct Run {
     /// Start of the run in the region, and its length.
     at: usize,
@@ -137,8 +137,8 @@ impl Scratch {
         Ok(())
     }
 
-    /// Copies a rectangle of a level, which may extend beyond its edges, into `rgba`, in rows of `size[0]`
-    /// texels. `tile_rows` is scratch memory. An error names its tile and offset.
+    /// Copies a rectangle into `rgba`, in rows of `width` texels. The rectangle may extend beyond the level's edges.
+    /// `tile_rows` is scratch memory. An error names its tile and offset.
     fn region(
         &self,
         level: u32,
@@ -217,7 +217,8 @@ fn true_row(size: [u32; 2], y: i64) -> (u32, i64) {
     (row, i64::from(turn))
 }
 
-/// Averages a square of `side` texels and writes it at `[left, top]` into a picture `wide` texels wide.
+/// Halves a square of `side` x `side` texels, by means of 2 x 2 texels, and writes the result at `[left, top]` of a
+/// picture that is `wide` texels wide.
 pub(super) fn mean_square(finer: &[u8], side: usize, out: &mut [u8], wide: usize, [left, top]: [usize; 2]) {
     let table = srgb::table();
     let finer = finer.as_chunks::<4>().0;

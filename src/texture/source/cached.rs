@@ -21,7 +21,7 @@ impl CachedSource {
         self.tiles().clear();
     }
 
-    /// Locks the map. A poisoned lock is valid, because a panic while a tile is stored leaves the map intact.
+    /// Locks the map. The map is valid even if the lock is poisoned: a panic while a tile is stored leaves it intact.
     fn tiles(&self) -> MutexGuard<'_, HashMap<TileId, Arc<[u8]>>> {
         self.tiles.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -18,7 +18,7 @@ pub fn lesser_components(surface: &WorkingMesh, positions: usize) -> Vec<Compone
         let [a, b, c] = surface.face(face);
         for other in [b, c] {
             let (root, joined) = (root(&mut parents, a), root(&mut parents, other));
-            // The lower index wins, so that the numbers do not depend on the faces' order.
+            // The root is the lowest position of its component.
             parents[root.max(joined) as usize] = root.min(joined);
         }
     }

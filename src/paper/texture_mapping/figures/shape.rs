@@ -17,7 +17,7 @@ use crate::reference::supersample;
 
 pub const SHAPE: Figure = Figure {
     id: "tm.24",
-    title: "Weights: none, blind to the footprint's shape, following its shape, from maps",
+    title: "Weights: none, circular, following the footprint's shape, and from maps",
     about: "Figure 24 of the thesis: Gaussian weights that follow the footprint's shape, formula (4), are more \
             accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
             and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \

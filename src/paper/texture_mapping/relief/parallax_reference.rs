@@ -1,9 +1,10 @@
 //! The methods of [`super::parallax`] in f64: each pixel's colour, and the range in which f32 must find it.
 //!
-//! In f32, the point where a ray enters the top plane has an error. `slack` is the bound of this error. The hit of a
-//! ray that enters at s is the first point whose entry is at least s. So hits grow with s, and the hit in f32 lies
-//! between the exact hits of `s - slack` and `s + slack`. A texel counts if it lies between two hits and nothing hides
-//! it. Where the slack decides whether a texel counts, the range contains all outcomes.
+//! In f32, the point where a ray enters the top plane has an error. `slack` is the bound of this error. The entry of
+//! a point is where the ray through the point enters the top plane. The hit of a ray that enters at s is the first
+//! point whose entry is at least s. So hits grow with s, and the hit in f32 lies between the exact hits of `s - slack`
+//! and `s + slack`. A texel counts if it lies between two hits and nothing hides it. Where the slack decides whether a
+//! texel counts, the range contains all outcomes.
 //!
 //! The reference visits every texel. For descents of more than [`MAX_DESCENT`] texels, the GPU skips hidden texels by
 //! longer strides.
@@ -25,7 +26,7 @@ pub struct RayPixel {
     pub texels: [u32; 2],
 }
 
-/// The picture by a method, row by row, with a colour for each texel of the relief.
+/// The picture that `method` draws, row by row. `colours` has one colour for each texel of the relief.
 pub fn pixels(
     relief: &Relief,
     colours: &[f32],
@@ -34,7 +35,7 @@ pub fn pixels(
 ) -> Vec<RayPixel> {
     let cotangent = view.cotangent();
     let descent = f64::from(relief.depth) * cotangent;
-    assert!(descent <= MAX_DESCENT, "a descent of {descent} texels, of at most {MAX_DESCENT}");
+    assert!(descent <= MAX_DESCENT, "a descent of {descent} texels; at most {MAX_DESCENT} are supported");
     let extent = f64::from(view.columns) * view.pixel + descent + 2.0;
     // A position has an error of half an ulp. Interpolating a height and multiplying it by the cotangent takes at most
     // six roundings.
@@ -110,7 +111,8 @@ impl Lines<'_> {
         [self.hit(s - self.slack, y) - self.slack, self.hit(s + self.slack, y) + self.slack]
     }
 
-    /// Least and greatest x in f32 at which the ray that enters at s would hit a horizontal surface at the height at s.
+    /// Where the ray that enters at s meets a horizontal plane as high as the surface at s: least and greatest x in
+    /// f32.
     fn offset(&self, s: f64, y: f64) -> [f64; 2] {
         let (x, share) = (s.floor() as i64, s - s.floor());
         let height = self.texel(x, y)[0] * (1.0 - share) + self.texel(x + 1, y)[0] * share;
@@ -151,7 +153,7 @@ impl Lines<'_> {
         if let Some(ends) = ends {
             lines.for_each(|y| self.add(&mut sum, ends, y, method == ParallaxFilter::Visible));
         }
-        // Without a texel, a pixel shows the colour at the centre ray's hit.
+        // If no texel counts, the pixel shows the colour at the centre ray's hit.
         let instead = Lines::between(centre, |x| self.texel(x, middle)[1]);
         sum.possible(instead)
     }

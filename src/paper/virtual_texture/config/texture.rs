@@ -20,12 +20,12 @@ pub const KIND: &str = "virtual";
 choices! {
     /// Where the texels come from.
     pub enum TextureSource {
-        /// Real imagery of the Earth. Finer levels are synthetic, labelled so, and generated on the fly.
+        /// Real imagery of the Earth. Finer levels are synthetic (and labelled as synthetic), and generated on the fly.
         Earth = "earth",
         /// Every texel is a hash of its level and position. Generated on the fly.
         Ruler = "ruler",
-        /// A square of ground around Mount Everest: the texture for the model `valley`. It is synthetic, labelled so,
-        /// and generated on the fly.
+        /// A square of ground around Mount Everest: the texture for the model `valley`. It is synthetic (and labelled
+        /// as synthetic), and generated on the fly.
         Terrain = "terrain",
         /// A `.tiles` file (`ortelius bake`).
         File = "file",
@@ -100,7 +100,7 @@ fn check(texture: &VirtualTextureSource, part: &SceneTable<'_>) -> Result<(), Sc
         (_, None) => return fault("height_log2", "is missing"),
     }
     if !texture.tile_size.is_power_of_two() {
-        let what = format!("a tile of {} texels is not a power of two", texture.tile_size);
+        let what = format!("a tile side of {} texels is not a power of two", texture.tile_size);
         return fault("tile_size", &what);
     }
     texture.pyramid().map(drop).map_err(|error| {

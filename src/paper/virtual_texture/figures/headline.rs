@@ -27,7 +27,7 @@ pub const HEADLINE: Figure = Figure {
             tiles; all others are synthesised, loaded and copied within the scene's budgets. Times are wall times from \
             frame to frame and include the host's work. In each of 6 rounds every variant runs standing and moving in \
             turn, in its own sessions. The frame rate is 1 over the median frame time of a round. A tile is \
-            synthesised in 13 ms of one core; a software device shares those cores.",
+            synthesised in 13 ms on one core; a software device runs on the same cores.",
     scenes: &[SCENE],
     variants: || [names(), vec![PLAIN.to_string()]].concat(),
     paper: &["paper"],

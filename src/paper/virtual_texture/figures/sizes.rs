@@ -22,9 +22,10 @@ const SIZES: Figure = Figure {
 pub const RESOLUTION: Figure = Figure {
     id: "vt.resolution",
     title: "Cost by the size of the picture",
-    about: "The figure shows the settled frame and its lists, with the paper's NA = 16, for 16:9 pictures of 360 to \
-            720 (quick) or 2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. Stage \
-            2 reads every pixel once, so the time of a variant should grow at most as fast as the number of pixels.",
+    about: "The cost of the settled frame and of its list of tiles, with the paper's NA = 16, for 16:9 pictures of 360 \
+            to 720 (quick) or 2160 rows. The paper measures 1920 x 1080 only and does not say how its stages scale. \
+            Stage 2 reads every pixel once, so the time of a variant should grow at most as fast as the number of \
+            pixels.",
     scenes: &["earth/oblique", "globe/africa"],
     sweep: Some(Sweep {
         name: "picture height, pixels",
@@ -62,10 +63,10 @@ pub const TILE_SIZE: Figure = Figure {
     id: "vt.tile-size",
     title: "The choice of the tile size",
     about: "The figure shows the same picture with tiles of 64 (quick: 128) to 1024 texels a side. Small tiles make \
-            the list and the tables long and spend a larger share on borders; large tiles load texels that are not \
-            visible. The working set is the memory of the visible tiles, all of which must be uploaded once. The paper \
-            uses 512 and gives no reason. Pictures have 960 x 540 (quick) or 1920 x 1080 pixels; the border is always \
-            16 texels, as the paper's NA = 16 needs.",
+            the list and the tables long and spend a larger share on borders; with large tiles, more invisible texels \
+            are loaded. The working set is the memory of the visible tiles, all of which must be uploaded once. The \
+            paper uses 512 and gives no reason. Pictures have 960 x 540 (quick) or 1920 x 1080 pixels; the border is \
+            always 16 texels, as the paper's NA = 16 needs.",
     scenes: &["earth/oblique"],
     sweep: Some(Sweep {
         name: "tile side, texels",

@@ -39,7 +39,7 @@ pub(super) fn measure(
     picture: &[u8],
 ) -> anyhow::Result<Vec<Budgeted>> {
     let mut rows = Vec::new();
-    // Each session has its own tile pool.
+    // Each session has its own tile pool, so only TOGETHER of them run at once.
     for together in changes().chunks(super::TOGETHER) {
         let settled = together.iter().map(|(change, anew)| settle(stage, change, *anew, picture));
         let mut settled = settled.collect::<anyhow::Result<Vec<_>>>()?;

@@ -108,7 +108,7 @@ fn check_upright(path: &Path, exif: Option<&[u8]>) -> Result<(), SourceError> {
     match exif.and_then(Orientation::from_exif_chunk) {
         None | Some(Orientation::NoTransforms) => Ok(()),
         Some(_) => {
-            let reason = "its EXIF data rotates or mirrors it: magick IN -auto-orient OUT".into();
+            let reason = "its EXIF data rotates or mirrors it; run `magick IN -auto-orient OUT` first".into();
             Err(SourceError::Unsupported { path: path.to_path_buf(), reason })
         }
     }
@@ -134,7 +134,7 @@ mod tests {
     use ::tiff::TiffError;
 
     #[test]
-    fn only_proven_damage_lasts() {
+    fn only_proven_damage_is_permanent() {
         let path = Path::new("a");
         let lasts = |error: &dyn Fn() -> io::Error| {
             let of_png = png::fault(path, DecodingError::IoError(error()));

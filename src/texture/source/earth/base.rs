@@ -156,7 +156,7 @@ fn strength(finest: &[[u8; 3]]) -> Vec<u32> {
         .collect();
     let squared = |&sum: &u64| {
         // The sum has 4 blocks of 3 coefficients, and each of the two smoothings multiplies it by 16. Values are at
-        // most 2^20, so the square has 40 bits.
+        // most 2^20, so the square is at most 2^40.
         let mean = sum / (12 * 256);
         ((mean * mean / STRENGTH_ONE as u64) * ROOT_MEAN_TO_RMS_1024THS / 1024).min(MAX_STRENGTH) as u32
     };

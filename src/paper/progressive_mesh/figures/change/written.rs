@@ -27,7 +27,8 @@ impl Written {
     }
 }
 
-/// Walks `way` in steps of `step` splits. The last step up and the first step down may be smaller.
+/// Walks through all levels and back in steps of `step` splits, and counts what the method `way` writes. The last step
+/// up and the first step down may be smaller.
 pub fn walk(way: &WriteMethod, meshes: &Meshes, step: u32) -> Written {
     let Executable { mesh, program: classical } = &meshes.classical;
     let last = mesh.last_level();
