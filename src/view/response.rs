@@ -178,8 +178,8 @@ mod tests {
 
     #[test]
     fn frames_are_counted_from_the_press_to_the_first_other_picture() {
-        assert!(report(1).ends_with("F1 1, F1 1, F2 1, F2 1, G 1, X 1, X 1, Space 1, W 1; most 1"));
-        assert!(report(3).ends_with("W 3; most 3"), "a slow window is reported");
+        assert!(report(1).ends_with("F1 1, F1 1, F2 1, F2 1, G 1, X 1, X 1, Space 1, W 1; maximum 1"));
+        assert!(report(3).ends_with("W 3; maximum 3"), "a slow window is reported");
         let (mut response, picture) = (Response::default(), [7]);
         while response.report().is_none() {
             response.events();

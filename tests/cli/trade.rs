@@ -155,7 +155,7 @@ fn a_scene_with_plain_textures_has_a_front() {
     let plane = errors(&["plane-tilt"]);
     let of =
         |name: &str| plane.iter().find(|(found, _)| found == name).unwrap_or_else(|| panic!("{plane:?}")).1;
-    assert!(plane.len() == 12 && of("the scene's own") < of("trilinear"), "{plane:?}");
+    assert!(plane.len() == 14 && of("the scene's own") < of("trilinear"), "{plane:?}");
     let knobs = run(&folder, &["trade", "plane-tilt", "--knobs", "filter"]);
     assert_eq!(knobs.status.code(), Some(2));
     holds(&String::from_utf8(knobs.stderr).unwrap(), &["no virtual texture", "omit --knobs"]);

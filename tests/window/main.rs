@@ -292,7 +292,7 @@ fn a_measurement_prints_its_passes_and_ends() {
     window.printed("panels: median ");
     let frames = window.printed("frames from a key press to a changed picture: ");
     // These are counts, not times.
-    let max: u32 = frames.rsplit("; most ").next().unwrap().parse().unwrap();
+    let max: u32 = frames.rsplit("; maximum ").next().unwrap().parse().unwrap();
     let all_counted = !frames.contains("no change") && !frames.contains("not counted");
     assert!(max <= 2 && all_counted, "{frames}");
     let folder = window.closed_in_silence();
