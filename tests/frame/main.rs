@@ -348,7 +348,7 @@ fn settling_gives_up_when_nothing_arrives_for_the_stated_time_and_not_while_some
     assert_eq!(settle(Some(Duration::ZERO), &arriving).unwrap(), 3);
     assert_eq!(settle(None, &[Progress::Arriving, waiting, Progress::Settled]).unwrap(), 3);
     let stated = Stalled { pending: 3, waited: STALL }.to_string();
-    assert!(stated.starts_with("3 visible tiles have not arrived for 60 s; "), "{stated}");
+    assert!(stated.starts_with("3 visible tiles are missing, and none arrived for 60 s; "), "{stated}");
 }
 
 /// A run requests the features of [`virtual_texture::needs`].
