@@ -6,7 +6,7 @@
 use super::attributes::{finite_coordinates, first_alike, usable_normals};
 use super::manifold::Faces;
 use super::outliers::usable;
-use super::raw::{MAX, Raw};
+use super::raw::{MAX_ITEMS, Raw};
 use super::report::MeshReport;
 use super::{Attributes, Model};
 use glam::DVec3;
@@ -24,7 +24,11 @@ const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// (readers refuse such files).
 pub fn clean(raw: &Raw) -> (Model, MeshReport) {
     let vertices = raw.positions.len();
-    assert!(vertices <= MAX && raw.faces.len() <= MAX, "{vertices} vertices, {} faces", raw.faces.len());
+    assert!(
+        vertices <= MAX_ITEMS && raw.faces.len() <= MAX_ITEMS,
+        "{vertices} vertices, {} faces",
+        raw.faces.len()
+    );
     let Attributes { normals, coordinates, colors } = &raw.attributes;
     for length in [normals.len(), coordinates.len(), colors.len()] {
         assert!(length == 0 || length == vertices, "{length} attributes for {vertices} vertices");

@@ -2,7 +2,7 @@
 
 use super::error::{FilePosition, ModelError, ModelFault};
 use super::names::wrong_size;
-use super::raw::{MAX, Raw};
+use super::raw::{MAX_ITEMS, Raw};
 use super::{FETCHED, MeshReport, Model, NAMES, clean, fetched, glb, named, obj, ply};
 use crate::file;
 use flate2::read::MultiGzDecoder;
@@ -86,8 +86,8 @@ impl Model {
         let (read, _) = kind(path)?;
         let content = |ModelFault { place, what }| ModelError::Content { path: path.to_owned(), place, what };
         let raw = read(bytes).map_err(content)?;
-        if raw.positions.len() > MAX {
-            return Err(content(ModelFault::whole(format!("more than {MAX} vertices"))));
+        if raw.positions.len() > MAX_ITEMS {
+            return Err(content(ModelFault::whole(format!("more than {MAX_ITEMS} vertices"))));
         }
         let (model, report) = clean(&raw);
         if model.faces.is_empty() {

@@ -2,7 +2,7 @@
 //! is skipped. Numbers are read as f64: in f32 a scan in map coordinates would lose its shape.
 
 use super::error::ModelFault;
-use super::raw::{MAX, Raw};
+use super::raw::{MAX_ITEMS, Raw};
 use std::collections::HashMap;
 
 /// Reads the text of an OBJ file.
@@ -123,8 +123,8 @@ impl Reader {
             return Ok(place);
         }
         let next = self.further.len() as u32;
-        if next as usize >= MAX {
-            return Err(format!("more than {MAX} vertices"));
+        if next as usize >= MAX_ITEMS {
+            return Err(format!("more than {MAX_ITEMS} vertices"));
         }
         Ok(FURTHER | *self.further.entry((place, extra)).or_insert(next))
     }
@@ -165,12 +165,12 @@ impl Reader {
     }
 }
 
-/// The bit that marks additional vertices: 2^31, which is above [`MAX`].
+/// The bit that marks additional vertices: 2^31, which is above [`MAX_ITEMS`].
 const FURTHER: u32 = 1 << 31;
 
 fn keep<T>(list: &mut Vec<T>, item: T) -> Result<(), String> {
-    if list.len() >= MAX {
-        return Err(format!("more than {MAX} lines of this kind"));
+    if list.len() >= MAX_ITEMS {
+        return Err(format!("more than {MAX_ITEMS} lines of this kind"));
     }
     list.push(item);
     Ok(())

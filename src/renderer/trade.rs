@@ -10,7 +10,7 @@ use crate::paper::texture_mapping::relief::surface::{MAX_WORK, work};
 use crate::paper::virtual_texture::choices::{FilterEdge, FilterMap, Filtering};
 use crate::paper::virtual_texture::config::{Filter, filter};
 use crate::paper::virtual_texture::trade::{
-    Batch, MAX, Mosaic, SweepPoint, TradeResult, TradeSweep, in_milliseconds,
+    Batch, MAX_REPEATS, Mosaic, SweepPoint, TradeResult, TradeSweep, in_milliseconds,
 };
 use crate::picture::measures::{Comparison, OUTLIER_BOUND};
 use crate::picture::write::Srgb8Picture;
@@ -82,7 +82,7 @@ pub fn run(
         truth: truth.describe(),
         machine: Machine::here(gpu.physical()),
         runs: bench.runs(),
-        max_runs: MAX * bench.runs(),
+        max_runs: MAX_REPEATS * bench.runs(),
         drift_ms,
         settings,
         refused: Vec::new(),

@@ -15,7 +15,7 @@ const KEYS: [Key; 9] = [Key::F1, Key::F1, Key::F2, Key::F2, Key::G, Key::X, Key:
 const STILL: u32 = 6;
 
 /// A key that changes nothing within this number of frames counts as having no effect.
-const MAX: u32 = 30;
+const MAX_FRAMES: u32 = 30;
 
 /// If the picture does not come to rest within this number of frames and this time, the key is pressed anyway, and no
 /// frames are counted for it.
@@ -26,7 +26,7 @@ const LONGEST_WAIT: (u32, Duration) = (300, Duration::from_secs(60));
 enum Effect {
     /// Frames from the press to the changed picture.
     Frames(u32),
-    /// The same picture in [`MAX`] frames.
+    /// The same picture in [`MAX_FRAMES`] frames.
     NoChange,
     /// The picture before the press did not rest.
     NeverAtRest,
@@ -123,7 +123,7 @@ impl Response {
                 let frames = *since;
                 match same {
                     false => self.add(Effect::Frames(frames)),
-                    true if frames == MAX => self.add(Effect::NoChange),
+                    true if frames == MAX_FRAMES => self.add(Effect::NoChange),
                     true => {}
                 }
             }
@@ -140,7 +140,7 @@ impl Response {
         }
         let named = KEYS.iter().zip(&self.effects).map(|(key, effect)| match effect {
             Effect::Frames(frames) => format!("{} {frames}", key.name()),
-            Effect::NoChange => format!("{} no change within {MAX} frames", key.name()),
+            Effect::NoChange => format!("{} no change within {MAX_FRAMES} frames", key.name()),
             Effect::NeverAtRest => {
                 format!("{} not counted, because the picture did not come to rest", key.name())
             }

@@ -1,6 +1,6 @@
 //! Faces of a PLY file: polygons, triangle strips, and texture coordinates of face corners.
 
-use super::{Element, MAX, ModelFault, NumberType, Property, Raw, Values, pass};
+use super::{Element, MAX_ITEMS, ModelFault, NumberType, Property, Raw, Values, pass};
 
 /// Texture coordinates of a triangle's corners.
 pub(super) type Corners = [[f32; 2]; 3];
@@ -69,8 +69,8 @@ fn polygon(
     if corners < 3 {
         return Err(values.fault(format!("a face of {corners} corners")));
     }
-    if raw.faces.len() + corners > MAX {
-        return Err(values.fault(format!("more than {MAX} faces")));
+    if raw.faces.len() + corners > MAX_ITEMS {
+        return Err(values.fault(format!("more than {MAX_ITEMS} faces")));
     }
     let (first, mut last) = (corner(values, kind)?, corner(values, kind)?);
     for _ in 2..corners {
@@ -110,8 +110,8 @@ pub(super) fn strips(element: &Element, values: &mut Values, raw: &mut Raw) -> R
 
 fn strip(values: &mut Values, length: NumberType, kind: NumberType, raw: &mut Raw) -> Result<(), ModelFault> {
     let count = values.length(length, kind)?;
-    if raw.faces.len() + count > MAX {
-        return Err(values.fault(format!("more than {MAX} faces")));
+    if raw.faces.len() + count > MAX_ITEMS {
+        return Err(values.fault(format!("more than {MAX_ITEMS} faces")));
     }
     let (mut before, mut place) = ([0; 2], 0);
     for _ in 0..count {
@@ -139,8 +139,8 @@ pub(super) fn of_corners(raw: &Raw, coordinates: &[Corners]) -> Result<Raw, Mode
         ));
     }
     let corners = 3 * raw.faces.len();
-    if corners > MAX {
-        return Err(ModelFault::whole(format!("texcoord for {corners} corners, more than {MAX}")));
+    if corners > MAX_ITEMS {
+        return Err(ModelFault::whole(format!("texcoord for {corners} corners, more than {MAX_ITEMS}")));
     }
     let vertices = raw.faces.as_flattened();
     let mut attributes = raw.attributes.select(vertices);

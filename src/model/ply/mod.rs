@@ -8,7 +8,7 @@ mod faces;
 use super::error::ModelFault;
 use super::number::{Endian, NumberType};
 use super::obj::{number, shown};
-use super::raw::{MAX, Raw};
+use super::raw::{MAX_ITEMS, Raw};
 use glam::DVec3;
 
 /// Reads a PLY file.
@@ -30,8 +30,8 @@ pub(super) fn read(file: &[u8]) -> Result<Raw, ModelFault> {
                 values.fault(format!("{count} of {name} declared, but the file has room for at most {room}"))
             );
         }
-        if element.count > MAX {
-            return Err(values.fault(format!("more than {MAX} of {}", shown(element.name))));
+        if element.count > MAX_ITEMS {
+            return Err(values.fault(format!("more than {MAX_ITEMS} of {}", shown(element.name))));
         }
         match element.name {
             b"vertex" => vertices(element, &mut values, &mut raw)?,

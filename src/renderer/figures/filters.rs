@@ -151,7 +151,6 @@ pub const FILTERS: Figure = Figure {
 };
 
 const ONE: &str = "ellipse, 1 texel";
-const ONE_NO_RAMP: &str = "ellipse, 1 texel, no ramp";
 const TWO: &str = "ellipse, 2 texels";
 const OWN: &str = "the scene's own";
 const TRILINEAR: &str = "trilinear";
@@ -181,7 +180,10 @@ const VARIANTS: [(&str, &[&str]); 14] = [
     (SIXTEEN, &["surface.land.filter={max_anisotropy=16}"]),
     (BOUNDED, &["surface.land.filter={max_anisotropy=16, limb='bounded'}"]),
     (ONE, &[ELLIPSE, "surface.land.filter.minor_texels=1"]),
-    (ONE_NO_RAMP, &[ELLIPSE, "surface.land.filter.minor_texels=1", "surface.land.filter.edge=none"]),
+    (
+        "ellipse, 1 texel, no ramp",
+        &[ELLIPSE, "surface.land.filter.minor_texels=1", "surface.land.filter.edge=none"],
+    ),
     (TWO, &[ELLIPSE]),
     ("ellipse, 2 texels, no ramp", &[ELLIPSE, "surface.land.filter.edge=none"]),
     ("ellipse, 4 texels", &[ELLIPSE, "surface.land.filter.minor_texels=4"]),

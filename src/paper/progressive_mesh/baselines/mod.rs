@@ -30,8 +30,9 @@ pub enum OrderBaseline {
     Random,
     /// The live faces, reordered at every level by meshoptimizer's general optimizer.
     Reoptimised,
-    /// The live faces, reordered at every level by meshoptimizer's optimizer for a FIFO of 16 entries: Tipsify (P. Sander,
-    /// D. Nehab and J. Barczak, "Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH 2007).
+    /// The live faces, reordered at every level by meshoptimizer's optimizer for a FIFO of 16 entries: Tipsify (P.
+    /// Sander, D. Nehab and J. Barczak, "Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH
+    /// 2007).
     ReoptimisedFifo,
     /// The live faces, reordered at every level in rings, for a FIFO of 16 entries (H. Hoppe: see `rings.rs`).
     ReoptimisedRings,

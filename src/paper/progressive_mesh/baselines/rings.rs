@@ -1,20 +1,20 @@
 //! An order of faces in rings: a strip of faces winds around one vertex after the other, and turns back beside its own
 //! start before the vertices there leave the cache. H. Hoppe, "Optimization of Mesh Locality for Transparent Vertex
-//! Caching", SIGGRAPH 1999, decides where to turn back by simulating the cache for each possible length. The last method
-//! of his program MeshReorder (`meshify10` of his Mesh-processing-library) turns back after a fixed number of misses,
-//! and needs fewer transforms; this file follows it, and tries several such numbers.
+//! Caching", SIGGRAPH 1999, decides where to turn back by simulating the cache for each possible length. The last
+//! method of his program MeshReorder (`meshify10` of his Mesh-processing-library) turns back after a fixed number of
+//! misses, and needs fewer transforms; this file follows it, and tries several such numbers.
 
 use std::collections::VecDeque;
 
-/// No corner: the edge is a border, or more than two faces share it.
+/// No corner: the edge is a border, more than two faces share it, or its two faces have opposite windings.
 const NONE: u32 = u32::MAX;
 
-/// Entries that are left for the vertices of the ring on which the strip turns back. MeshReorder has 9. On tubes, 6 or 7
-/// are better: a torus then needs 1.18 transforms per vertex instead of 1.21.
+/// Entries that are left for the vertices of the ring on which the strip turns back. MeshReorder has 9. On regular
+/// meshes, 6 or 7 are better: `torus:24` then needs 1.18 transforms per vertex instead of 1.21.
 const SPARE: std::ops::RangeInclusive<u32> = 6..=10;
 
-/// The faces in rings, for a FIFO of `entries` entries: the best order of all [`SPARE`]. `vertices` is one more than the
-/// largest index.
+/// The faces in rings, for a FIFO of `entries` entries: the best order of all [`SPARE`]. `vertices` is one more than
+/// the largest index.
 pub fn ring_order(faces: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
     let corners_of = corners_of(faces, vertices);
     let twins = twins(faces, &corners_of);
@@ -205,7 +205,7 @@ fn corners_of(faces: &[[u32; 3]], vertices: usize) -> Vec<Vec<u32>> {
     corners
 }
 
-/// For each edge, the same edge in the other direction, unless a third face has it.
+/// For each edge, the same edge in the other direction, or [`NONE`].
 fn twins(faces: &[[u32; 3]], corners_of: &[Vec<u32>]) -> Vec<u32> {
     let vertex = |corner: u32| faces[corner as usize / 3][corner as usize % 3];
     let edges = |from: u32, to: u32| {

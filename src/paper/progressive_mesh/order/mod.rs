@@ -8,12 +8,12 @@
 //! next tswap (`plan.rs`). With births in place (ours, `births.rs`) they are drawn beside their neighbours from the
 //! first level of the group, and are degenerate until they are born. The mesh format is the same in both cases.
 //!
-//! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels of
-//! each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of the
-//! levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches of 32
-//! vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is the
-//! number of faces that change their slot per split. The 513 levels fall on the same few positions within each of the
-//! paper's 64 equal groups. Over all levels the paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
+//! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels
+//! of each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of
+//! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches
+//! of 32 vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is
+//! the number of faces that change their slot per split. The 513 levels fall on the same few positions within each of
+//! the paper's 64 equal groups. Over all levels the paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
@@ -72,8 +72,8 @@ pub use groups::Groups;
 /// How [`order`] arranges faces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderOptions {
-    /// The vertex cache that the order is optimized for; a FIFO has at least 4 entries. Only orders with births in place
-    /// are optimized for batches and meshlets.
+    /// The vertex cache that the order is optimized for; a FIFO has at least 4 entries. Only orders with births in
+    /// place are optimized for batches and meshlets.
     pub cache: Cache,
     /// Entries of a FIFO or a batch that the optimizer leaves unused: an order that fills the cache completely gets
     /// worse with the first split after it. The paper spares no entry (0).
@@ -163,9 +163,10 @@ impl OrderOptions {
     /// The cache that the optimizer simulates.
     fn simulated(&self) -> Simulated {
         let (entries, triangles) = match self.cache {
-            // A meshlet ends at 64 vertices, and each split adds one, so an order that fills the meshlets of one level does
-            // not fill those of other levels. In meshlets (in-place-23; mean of bunny, sphere and torus), orders for a FIFO
-            // of 19 entries need 1.320 transforms per vertex, for 15 entries 1.327, and for simulated meshlets 1.34.
+            // A meshlet ends at 64 vertices, and each split adds one, so an order that fills the meshlets of one level
+            // does not fill those of other levels. In meshlets (in-place-23; mean of bunny, sphere and torus), orders
+            // for a FIFO of 19 entries need 1.320 transforms per vertex, for 15 entries 1.327, and for simulated
+            // meshlets 1.34.
             Cache::Meshlets => (20, None),
             cache => (cache.entries(), cache.triangles()),
         };

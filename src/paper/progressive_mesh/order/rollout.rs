@@ -13,9 +13,9 @@ use super::patch::MAX_FACES;
 /// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
 /// Mean over 128 levels of bunny, sphere and torus in the order `in-place-23` (one pass of the simplifier, FIFO of 16
-/// entries): 1.243 transforms per vertex. With as much work, 8 attempts of 64 faces with four valence weights, 32 of the
-/// faces kept, need 1.267. More work pays slowly: 1.237 with 16 attempts, 40 and 24 (1.7 times the work), 1.232 with 20,
-/// 32 and 20 (2 times).
+/// entries): 1.243 transforms per vertex. With as much work, 8 attempts of 64 faces with four valence weights, 32 of
+/// the faces kept, need 1.267. More work pays slowly: 1.237 with 16 attempts, 40 and 24 (1.7 times the work), 1.232
+/// with 20, 32 and 20 (2 times).
 const ATTEMPTS: u32 = 12;
 const DRAWN: usize = 32;
 const KEPT: usize = 24;
@@ -116,8 +116,8 @@ struct Mark {
     half_finished: i64,
 }
 
-/// The undrawn faces in the order of their indices, as a doubly linked list in a ring. A face that is taken out keeps its
-/// neighbours, so faces are put back in O(1), in the reverse order (D. Knuth, "Dancing links", 2000).
+/// The undrawn faces in the order of their indices, as a doubly linked list in a ring. A face that is taken out keeps
+/// its neighbours, so faces are put back in O(1), in the reverse order (D. Knuth, "Dancing links", 2000).
 struct Undrawn {
     /// The next and the previous undrawn face of each face. The last element is the ring's start.
     links: Vec<[u32; 2]>,

@@ -110,8 +110,8 @@ const MAX_SAMPLES: &str = "samples of the pixel with most";
 
 /// One stochastic sample per pixel, accumulated over [`FRAMES`] frames.
 const ACCUMULATED: &str = "stochastic 1, 16 frames";
-/// The nearest texel, accumulated over [`FRAMES`] frames while the camera moves by less than a pixel ([`jitter`]), as in
-/// temporal anti-aliasing.
+/// The nearest texel, accumulated over [`FRAMES`] frames while the camera moves by less than a pixel ([`jitter`]), as
+/// in temporal anti-aliasing.
 const JITTERED: &str = "ellipse, nearest texel, 16 frames";
 const FRAMES: u32 = 16;
 
@@ -281,8 +281,9 @@ fn front(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points
 }
 
-/// For every method that is not ours and whose texels are counted: its NMSE divided by the smallest NMSE of our settings
-/// with no more texels. 0 if all our settings have more texels. Means of several frames are compared with each other.
+/// For every method that is not ours and whose texels are counted: its NMSE divided by the smallest NMSE of our
+/// settings with no more texels. 0 if all our settings have more texels. Means of several frames are compared with each
+/// other.
 fn losses(methods: &[(String, Method)], scores: &[Score]) -> Vec<Row> {
     let points: Vec<(&str, f64, f64)> = methods
         .iter()

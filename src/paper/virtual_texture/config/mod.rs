@@ -92,8 +92,8 @@ settings! {
         /// For `"ellipse"`: the Gaussian.
         kernel: FilterKernel = FilterKernel::Ewa;
         /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to a third fewer texels are
-        /// read, and the NMSE of minified views is at most 1.3 times as large (scene.filters); but magnified texels have
-        /// visible edges.
+        /// read, and the NMSE of minified views is at most 1.3 times as large (scene.filters); but magnified texels
+        /// have visible edges.
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// For `"ellipse"`: a table in place of the kernel's formula.
         weight_map: FilterMap = FilterMap::None;

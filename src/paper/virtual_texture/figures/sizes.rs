@@ -222,8 +222,8 @@ fn measure_tile_size(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>>
     let mut place = SceneView::find(&cell.scene)?;
     place.scene = place.scene.with(&[tile_size(side)])?;
     let pixel_rows = pixel_rows(bench);
-    // If a tile has a quarter of the area, up to four times as many are visible. Common devices
-    // have at least 2048 array layers (Vulkan guarantees 256); on others, larger pools are reported as unsupported.
+    // If a tile has a quarter of the area, up to four times as many are visible. Common devices have at
+    // least 2048 array layers (Vulkan guarantees 256).
     let max = if pixel_rows > 540.0 { 192 } else { 96 };
     let tiles = max * 512 * 512 / (side * side);
     measure(bench, place, pixel_rows, tiles.clamp(64, 2000))

@@ -17,8 +17,8 @@ choices! {
         Filter = "filter",
         /// The largest number of samples along the footprint.
         Anisotropy = "anisotropy",
-        /// Paper 3's filter: the largest ratio of the ellipse's axes, the texels along its minor semi-axis, and the weights
-        /// of texels at its edge.
+        /// Paper 3's filter: the largest ratio of the ellipse's axes, the texels along its minor semi-axis, and the
+        /// weights of texels at its edge.
         Ellipse = "ellipse",
         /// Paper 3's filter: a weight map in place of the Gaussian.
         WeightMap = "weight-map",

@@ -10,7 +10,7 @@ mod values;
 
 pub use knobs::Knob;
 pub use settings::{not_turned, settings};
-pub use times::{Batch, MAX, in_milliseconds};
+pub use times::{Batch, MAX_REPEATS, in_milliseconds};
 pub use truth::{Mosaic, TradeKernel};
 pub use values::SweepPoint;
 
@@ -126,7 +126,7 @@ impl TradeSweep<'_> {
             truth: stage.truth.describe(),
             machine: Machine::here(stage.gpu.physical()),
             runs: bench.runs(),
-            max_runs: MAX * bench.runs(),
+            max_runs: MAX_REPEATS * bench.runs(),
             drift_ms,
             settings,
             refused,

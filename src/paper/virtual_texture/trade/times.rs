@@ -12,7 +12,7 @@ use anyhow::Context;
 
 /// A batch is timed until the medians of its settings are known (`KNOWN`), for at most this multiple of the usual
 /// number of rounds.
-pub const MAX: usize = 6;
+pub const MAX_REPEATS: usize = 6;
 
 /// A median is known if its confidence interval is at most this wide, relative to its middle. The Pareto front treats
 /// times as equal up to the same difference.
@@ -40,7 +40,7 @@ impl Batch {
     ) -> anyhow::Result<Batch> {
         let count = found.len();
         let enough = |timed: &[Timed]| timed[1..=count].iter().all(|setting| known(setting, &timed[0]));
-        let timed = bench.interleave_until(gpu, contenders, MAX, enough)?;
+        let timed = bench.interleave_until(gpu, contenders, MAX_REPEATS, enough)?;
         let device = &gpu.physical().name;
         let own_ms = timed[0].total_of_rounds();
         let own_ms =

@@ -75,12 +75,12 @@ fn mix(from: Color, to: Color, share: f32) -> Color {
     std::array::from_fn(|n| from[n] + (to[n] - from[n]) * share)
 }
 
-/// Shares above this count as 1, and shares below 1 - MAX as 0, so that invisible parts are not computed.
-const MAX: f32 = 0.996;
+/// Shares above this count as 1, and shares below 1 - OPAQUE as 0, so that invisible parts are not computed.
+const OPAQUE: f32 = 0.996;
 
 /// Like [`mix`]; computes `to` only if its share is visible.
 fn mix_with(from: Color, share: f32, to: impl FnOnce() -> Color) -> Color {
-    if share > 1.0 - MAX { mix(from, to(), share) } else { from }
+    if share > 1.0 - OPAQUE { mix(from, to(), share) } else { from }
 }
 
 /// 0 below -1, 1 above 1, smooth between.
@@ -111,7 +111,7 @@ impl Palette {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
         let snow = step((ground[COLD] + 1.1 * a - 0.8 * ground[CREST].min(0.0)) * 2.6);
         let ice = step((ground[ICE] + 0.5 * b) * 2.5);
-        let under = match (snow > MAX, ice > MAX) {
+        let under = match (snow > OPAQUE, ice > OPAQUE) {
             (true, _) => self.snow,
             (false, true) => self.glacier(ground),
             (false, false) => mix_with(self.bare(ground, texel_m), ice, || self.glacier(ground)),
@@ -126,7 +126,7 @@ impl Palette {
     fn bare(&self, ground: &Fields, texel_m: f32) -> Color {
         let [a, b] = [ground[NOISE], ground[NOISE + 1]];
         let rocky = step((ground[STEEP] - 0.78 + 0.30 * b + 0.10 * a) * 4.0);
-        let soil = if rocky < MAX { self.soil(ground) } else { self.scree };
+        let soil = if rocky < OPAQUE { self.soil(ground) } else { self.scree };
         mix_with(soil, rocky, || self.rock(ground, texel_m))
     }
 
@@ -162,7 +162,7 @@ impl Palette {
         let high = (ground[HEIGHT] - 5080.0 + 420.0 * a + 900.0 * (ground[STEEP] - 0.3)) * (1.0 / 330.0);
         let green = step((ground[WET] - 0.5 + 0.22 * a) * 4.0);
         let dry = || mix(self.dry, self.pale_dry, step(1.3 * b - 2.4 * (ground[STEEP] - 0.28)));
-        let low = if green > MAX { self.dry } else { dry() };
+        let low = if green > OPAQUE { self.dry } else { dry() };
         let low = mix_with(low, green, || self.green(ground));
         mix_with(low, step(high), || mix(self.scree, self.debris, step(1.5 * a)))
     }
