@@ -148,6 +148,12 @@ impl Bench {
         }
     }
 
+    /// A size for measuring times: `software` on a software device. A GPU needs a larger size, `on_gpu`: small work
+    /// takes it no longer than an empty pass.
+    pub fn timed_size<T>(&self, gpu: &Gpu, software: T, on_gpu: T) -> T {
+        if gpu.physical().is_software() { software } else { on_gpu }
+    }
+
     /// Calls `of` for each of `count` items in every round, in another order each time, and returns the results
     /// of each item.
     ///

@@ -26,6 +26,11 @@ pub struct PhysicalDevice {
 }
 
 impl PhysicalDevice {
+    /// True if the device runs shaders on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.kind == "cpu"
+    }
+
     /// True if the device has Vulkan 1.3 and scalar block layout. Every pass needs both.
     pub fn usable(&self) -> bool {
         self.api >= (1, 3, 0) && self.offered.scalar_block_layout

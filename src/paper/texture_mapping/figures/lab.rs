@@ -236,6 +236,14 @@ impl Lab {
         }
     }
 
+    /// A laboratory for times, with larger pictures if the device is a GPU ([`Bench::timed_size`]).
+    ///
+    /// # Errors
+    /// Out of memory, device lost.
+    pub fn timed(bench: &Bench, gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
+        Lab::new(gpu, pattern, bench.timed_size(gpu, size, size.map(|side| 8 * side)))
+    }
+
     /// Interleaved times of all methods. A run of a method draws every plane once.
     ///
     /// # Errors
@@ -298,7 +306,7 @@ impl Lab {
 
 /// Why the device cannot run a method under this name; `None` if it can.
 pub fn excused(gpu: &Gpu, name: &str, method: &Method) -> Option<&'static str> {
-    let software = gpu.physical().kind == "cpu";
+    let software = gpu.physical().is_software();
     match method {
         Method::Baseline(FilterBaseline::Hardware(_)) if name.starts_with(SOFTWARE_SAMPLER) != software => {
             Some(if software { NO_GPU_SAMPLER } else { "not a software device" })

@@ -33,7 +33,8 @@ pub const PATTERNS: Figure = Figure {
             average out along a pixel, for instance on a checker at a yaw of 45 degrees. FLIP, the visible difference, \
             is the mean over the poses. Times do not depend on the texels' values, so only `pink-noise` has them: the \
             time of all poses per pixel, and the trilinear filter's time divided by each filter's, round by round. \
-            The methods are those of tm.pareto. Pictures have 48 x 36 (quick) or 64 x 48 pixels.",
+            The methods are those of tm.pareto. Pictures have 48 x 36 (quick) or 64 x 48 pixels. On a GPU, \
+            times are of pictures with 8 times as many rows and columns.",
     scenes: &[
         "checker-1",
         "checker-2",
@@ -196,8 +197,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let size = bench.effort_of([48, 36], [64, 48]);
     let tilt = cell.x.context("a sweep")?;
     let lab = Lab::of_texels(&bench.gpu(&[])?, (&cell.scene, texels_of(&cell.scene)?), size)?;
-    let planes = planes(tilt, bench.effort, size[1]);
-    let truths: Vec<Truth> = planes.iter().map(|plane| lab.supersampled(plane, GAUSSIAN, DENSITY)).collect();
+    let small = planes(tilt, bench.effort, size[1]);
+    let truths: Vec<Truth> = small.iter().map(|plane| lab.supersampled(plane, GAUSSIAN, DENSITY)).collect();
     let file = |name: &str| format!("tm.patterns-{}-{tilt}-{}", cell.scene, plain(name));
     bench.picture(&file("truth"), &Srgb8Picture::from(&grey(size, &truths[1].values)))?;
     let own = truths.iter().map(own_errors).collect::<anyhow::Result<Vec<_>>>()?;
@@ -206,10 +207,10 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let passes = contenders().into_iter().map(pass).collect::<anyhow::Result<Vec<_>>>()?;
     for (name, pass) in &passes {
         let (mut found, mut fetched) = (Vec::new(), 0.0);
-        for (n, (plane, truth)) in planes.iter().zip(&truths).enumerate() {
+        for (n, (plane, truth)) in small.iter().zip(&truths).enumerate() {
             let shown = lab.show(pass, plane, 0)?;
             found.push(errors(&shown.picture, truth)?);
-            fetched += shown.fetched / planes.len() as f64;
+            fetched += shown.fetched / small.len() as f64;
             if n == 1 && [OURS, "trilinear"].contains(&&**name) {
                 bench.picture(&file(name), &Srgb8Picture::from(&shown.picture))?;
             }
@@ -218,7 +219,8 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::number(&**name, TEXELS, "texels", fetched));
     }
     if cell.scene == TIMED {
-        rows.extend(time_rows(bench, &lab, &passes, &planes)?);
+        let timed = Lab::timed(bench, &lab.gpu, Pattern::PinkNoise, size)?;
+        rows.extend(time_rows(bench, &timed, &passes, &planes(tilt, bench.effort, timed.size[1]))?);
     }
     Ok(rows)
 }

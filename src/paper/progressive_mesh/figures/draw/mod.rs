@@ -10,6 +10,7 @@ use crate::paper::progressive_mesh::cache::{Cache, drawn_faces, live_faces, tran
 use crate::paper::progressive_mesh::choices::FaceOrder;
 use crate::paper::progressive_mesh::config;
 use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
+use crate::paper::progressive_mesh::order::{OrderOptions, order_or_classical};
 use crate::paper::progressive_mesh::ordered;
 use crate::paper::progressive_mesh::place::{Bounds, Placement};
 use crate::paper::progressive_mesh::stand::Stand;
@@ -33,11 +34,20 @@ const SHADED: &str = "vertex invocations for each vertex";
 const DRAWN: &str = "faces drawn per live face";
 /// The index buffer, and one vertex for each invocation.
 const FETCHED: &str = "index and vertex bytes fetched per live face";
-const SIMULATED: &str = "FIFO-16 transforms for each vertex";
+/// Quantities: the transforms for each vertex that a cache model predicts.
+const SIMULATED: [(Cache, &str); 3] = [
+    (Cache::Fifo(16), "FIFO-16 transforms for each vertex"),
+    (Cache::Batches, "transforms for each vertex in batches of 32 vertices and 32 triangles"),
+    (Cache::Meshlets, "transforms for each vertex in meshlets of 64 vertices and 126 triangles"),
+];
 const TIME: &str = "draw";
 const PER_VERTEX: &str = "draw, per million vertex invocations";
 
 const HEAVY: &str = "heavy vertices";
+
+/// `in-place-23`, optimised for devices that reuse vertices within batches.
+const FOR_BATCHES: [(&str, Cache); 2] =
+    [("in-place-23, for batches", Cache::Batches), ("in-place-23, for meshlets", Cache::Meshlets)];
 
 /// Precondition: in the heavy draw, artificial vertex work takes at least three quarters of the time with
 /// tail-23.
@@ -55,7 +65,8 @@ pub const DRAW: Figure = Figure {
     id: "pm.draw",
     title: "Shaded vertices and draw time, by the order of faces",
     about: "The figure draws one level of the knot (half of its splits), 16 times for each order of faces that a scene \
-            can name (docs/scenes.md). Some orders are those that splits and tswaps leave; the others are the \
+            can name (docs/scenes.md), and for `in-place-23` optimised for batches and meshlets (`mesh build --cache`). \
+            Some orders are those that splits and tswaps leave; the others are the \
             baselines' orders for that level. The baselines are random order, reordering by meshoptimizer, the \
             compacted order, a skip list with its degenerate faces, and the coarsest discrete mesh that has at least \
             as many faces as the level (with its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy \
@@ -131,7 +142,8 @@ pub const DRAW: Figure = Figure {
 };
 
 fn variants() -> Vec<String> {
-    FaceOrder::ALL.iter().map(|order| order.name().to_string()).collect()
+    let orders = FaceOrder::ALL.iter().map(|order| order.name());
+    orders.chain(FOR_BATCHES.map(|(name, _)| name)).map(str::to_owned).collect()
 }
 
 /// The orders that draw the same faces as tail-23.
@@ -228,12 +240,14 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for ordered in &orders {
         let shaded = counted(&gpu, &still, ordered)? as f64;
         invocations.push(shaded);
-        let simulated = transforms(Cache::Fifo(16), &ordered.faces);
+        let simulated = SIMULATED.map(|(cache, _)| transforms(cache, &ordered.faces));
         let mut row =
             |quantity, unit, number| rows.push(Row::number(ordered.variant, quantity, unit, number));
         let live_faces = f64::from(ordered.live_faces);
-        row(SHADED, "", shaded / (simulated.vertices * DRAWS as u64) as f64);
-        row(SIMULATED, "", simulated.per_vertex());
+        row(SHADED, "", shaded / (simulated[0].vertices * DRAWS as u64) as f64);
+        for ((_, quantity), simulated) in SIMULATED.iter().zip(&simulated) {
+            row(quantity, "", simulated.per_vertex());
+        }
         row(DRAWN, "", ordered.faces.len() as f64 / live_faces);
         row(FETCHED, "bytes", ordered.fetched_bytes(shaded / DRAWS as f64) / live_faces);
     }
@@ -267,8 +281,14 @@ fn orders(gpu: &Gpu) -> anyhow::Result<(Vec<Ordered>, Bounds)> {
             Ordered::new(gpu, order.name(), &mesh, faces, level)
         }
     };
-    let orders = FaceOrder::ALL.iter().copied().map(of_order).collect::<anyhow::Result<_>>()?;
-    Ok((orders, Bounds::of(&plain.vertices.positions)))
+    let for_batches = FOR_BATCHES.iter().map(|&(name, cache)| {
+        let options = OrderOptions { cache, ..OrderOptions::IN_PLACE_23 };
+        let mesh = order_or_classical(&model, &collapses, Some(&options), &mut |_, _| {});
+        let faces = drawn_faces(&mesh, level);
+        Ordered::new(gpu, name, &mesh, faces, level)
+    });
+    let orders = FaceOrder::ALL.iter().copied().map(of_order).chain(for_batches);
+    Ok((orders.collect::<anyhow::Result<_>>()?, Bounds::of(&plain.vertices.positions)))
 }
 
 /// The placement of a model of one metre on the ground, and the direction towards the sun.
