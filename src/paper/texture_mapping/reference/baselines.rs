@@ -49,12 +49,13 @@ pub fn filtered(
             probes(pixel, texture, &[Probe { part: 0.0, weight: 1.0 }], [0.0; 2], length(longer).log2())
         }
         FilterBaseline::Anisotropic(max) => {
-            let ratio = length(longer) / length(shorter);
-            let count = ratio.ceil().clamp(1.0, f64::from(max));
-            let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
-            let all: Vec<Probe> = (0..count as u32).map(probe).collect();
             let half = longer.map(|d| d / 2.0);
-            undecided(probes(pixel, texture, &all, half, (length(longer) / count).log2()), ratio)
+            around(length(longer) / length(shorter), |ratio| {
+                let count = ratio.ceil().clamp(1.0, f64::from(max));
+                let probe = |n: u32| Probe { part: 2.0 * (f64::from(n) + 0.5) / count - 1.0, weight: 1.0 };
+                let all: Vec<Probe> = (0..count as u32).map(probe).collect();
+                probes(pixel, texture, &all, half, (length(longer) / count).log2())
+            })
         }
         FilterBaseline::Feline(max) => feline(pixel, texture, max),
         FilterBaseline::Mavridis(taps) => mavridis(pixel, texture, taps),
@@ -119,41 +120,52 @@ fn axes(pixel: &PixelCentre) -> (f64, f64, [f64; 2]) {
 
 fn feline(pixel: &PixelCentre, texture: &Texture<'_>, max: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
-    let wanted = 2.0 * major / minor - 1.0 + 0.5;
-    let count = wanted.floor().clamp(1.0, f64::from(max));
-    // If there are too few probes, each probe is widened to fill the gaps.
-    let minor = minor.max(2.0 * major / (count + 1.0));
-    let reach = (major - minor).max(0.0);
-    let probe = |n: u32| {
-        let part = if count > 1.0 { 2.0 * f64::from(n) / (count - 1.0) - 1.0 } else { 0.0 };
-        Probe { part, weight: (-2.0 * (part * reach / major).powi(2)).exp() }
-    };
-    let all: Vec<Probe> = (0..count as u32).map(probe).collect();
-    undecided(probes(pixel, texture, &all, direction.map(|d| d * reach), minor.log2()), wanted)
+    around(2.0 * major / minor - 1.0 + 0.5, |wanted| {
+        let count = wanted.floor().clamp(1.0, f64::from(max));
+        // If there are too few probes, each probe is widened to fill the gaps.
+        let minor = minor.max(2.0 * major / (count + 1.0));
+        let reach = (major - minor).max(0.0);
+        let probe = |n: u32| {
+            let part = if count > 1.0 { 2.0 * f64::from(n) / (count - 1.0) - 1.0 } else { 0.0 };
+            Probe { part, weight: (-2.0 * (part * reach / major).powi(2)).exp() }
+        };
+        let all: Vec<Probe> = (0..count as u32).map(probe).collect();
+        probes(pixel, texture, &all, direction.map(|d| d * reach), minor.log2())
+    })
 }
 
 fn mavridis(pixel: &PixelCentre, texture: &Texture<'_>, taps: u32) -> FilteredTexel {
     let (major, minor, direction) = axes(pixel);
     let tap_length = 2.0 * major / f64::from(taps);
-    let wanted = tap_length / minor;
-    let samples = wanted.ceil().clamp(1.0, 16.0);
     let middle = |n: f64, count: f64| 2.0 * (n + 0.5) / count - 1.0;
-    let all: Vec<Probe> = (0..taps)
-        .flat_map(|tap| (0..samples as u32).map(move |sample| (tap, sample)))
-        .map(|(tap, sample)| Probe {
-            part: middle(f64::from(tap) * samples + f64::from(sample), f64::from(taps) * samples),
-            weight: (-2.0 * middle(f64::from(tap), f64::from(taps)).powi(2)).exp(),
-        })
-        .collect();
-    let level = minor.max(tap_length / samples).log2();
-    let found = probes(pixel, texture, &all, direction.map(|d| d * major), level);
-    FilteredTexel { undecided: found.undecided.max(undecided(found, wanted).undecided * taps), ..found }
+    around(tap_length / minor, |wanted| {
+        let samples = wanted.ceil().clamp(1.0, 16.0);
+        let all: Vec<Probe> = (0..taps)
+            .flat_map(|tap| (0..samples as u32).map(move |sample| (tap, sample)))
+            .map(|(tap, sample)| Probe {
+                part: middle(f64::from(tap) * samples + f64::from(sample), f64::from(taps) * samples),
+                weight: (-2.0 * middle(f64::from(tap), f64::from(taps)).powi(2)).exp(),
+            })
+            .collect();
+        let level = minor.max(tap_length / samples).log2();
+        probes(pixel, texture, &all, direction.map(|d| d * major), level)
+    })
 }
 
-/// Marks texels as undecided where rounding decides between two probe counts.
-fn undecided(found: FilteredTexel, wanted: f64) -> FilteredTexel {
-    let near = (wanted - wanted.round()).abs() < 2f64.powi(-16) * wanted;
-    FilteredTexel { undecided: if near { found.undecided.max(8) } else { found.undecided }, ..found }
+/// The result of `of` at a ratio that the device knows only up to its rounding. Where this rounding decides between two
+/// numbers of samples, both results are within the bounds.
+fn around(ratio: f64, of: impl Fn(f64) -> FilteredTexel) -> FilteredTexel {
+    let found = of(ratio);
+    let near = (ratio - ratio.round()).abs() < 2f64.powi(-16) * ratio;
+    if !near {
+        return found;
+    }
+    let [less, more] = [-1.0, 1.0].map(|side| of(ratio * (1.0 + side * 2f64.powi(-16))));
+    FilteredTexel {
+        slack: found.slack + (more.value - less.value).abs(),
+        undecided: found.undecided + more.fetched.abs_diff(less.fetched),
+        ..found
+    }
 }
 
 fn pbrt(pixel: &PixelCentre, texture: &Texture<'_>, longer: [f64; 2], shorter: [f64; 2]) -> FilteredTexel {
