@@ -2,6 +2,10 @@
 //! centres of a level, linear between two levels (L. Williams, "Pyramidal Parametrics",
 //! SIGGRAPH 1983).
 
+/// The largest error of a device's trilinear sample, relative to the contrast of the texels. Weights may have steps of
+/// 1/256, the coarsest that Vulkan allows. A sample has one weight along each axis, and one between two levels.
+pub const SAMPLER_ERROR: f64 = 3.0 / 256.0;
+
 /// Addressing beyond the texture's edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Edges {

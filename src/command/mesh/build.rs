@@ -172,8 +172,8 @@ fn options_of(args: &BuildArgs) -> Option<OrderOptions> {
         (None, Some(moves)) => options = options.with_moves(moves),
         (None, None) => {}
     }
-    options.cache = args.cache.unwrap_or(options.cache);
-    Some(options)
+    let cache = args.cache.unwrap_or(options.cache);
+    Some(options.with_cache(cache))
 }
 
 /// Limit of face moves over all levels. This number of moves takes 2 GB of memory.

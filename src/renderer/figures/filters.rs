@@ -49,9 +49,9 @@ pub const FILTERS: Figure = Figure {
             which is shown unlit, kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes \
             counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, \
             where passes of fixed cost outweigh the filter. Therefore the texturing pass is also timed at 320 x 180 \
-            (quick runs on a software device) or 1280 x 720 pixels, and its time is divided by the number of pixels. Pictures of `valley` have \
-            640 x 360 pixels, because in a smaller picture a pixel would be larger than a slope. An instrumented \
-            shader counts the texels that the filter fetches per covered pixel.",
+            (quick runs on a software device) or 1280 x 720 pixels, and its time is divided by the number of pixels. \
+            Pictures of `valley` have 640 x 360 pixels, because in a smaller picture a pixel would be larger than a \
+            slope. An instrumented shader counts the texels that the filter fetches per covered pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());

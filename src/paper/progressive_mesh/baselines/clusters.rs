@@ -10,7 +10,7 @@ use rayon::prelude::*;
 const CONE_WEIGHTS: [f32; 4] = [0.0, 0.25, 0.5, 0.75];
 
 /// The transforms per vertex if the live faces of each of `levels` are clustered for `cache`: a vertex is transformed
-/// once for each cluster that uses it. All wedges of a position count as one vertex.
+/// once for each cluster that uses it. Wedges are vertices.
 ///
 /// # Panics
 /// If `cache` is a FIFO, or a level is beyond the mesh's last level.
@@ -24,8 +24,7 @@ pub fn clustered_costs(mesh: &ProgressiveMesh, cache: Cache, levels: &[u32]) -> 
 
 fn clustered(mesh: &ProgressiveMesh, cache: Cache, level: u32, cone_weight: f32) -> f64 {
     let triangles = cache.triangles().expect("batches or meshlets") as usize;
-    let welded = |vertex: u32| mesh.vertices.welded[vertex as usize];
-    let indices: Vec<u32> = live_faces(mesh, level).into_iter().flatten().map(welded).collect();
+    let indices: Vec<u32> = live_faces(mesh, level).into_iter().flatten().collect();
     let positions: &[u8] = bytemuck::cast_slice(&mesh.vertices.positions);
     let positions =
         VertexDataAdapter::new(positions, size_of::<[f32; 3]>(), 0).expect("three floats per vertex");

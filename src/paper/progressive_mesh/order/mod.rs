@@ -11,7 +11,7 @@
 //! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels
 //! of each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of
 //! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches
-//! of 32 vertices and 32 triangles. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is
+//! of 32 vertices and 32 triangles; for orders that are optimized for batches, wedges are vertices. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is
 //! the number of faces that change their slot per split. The 513 levels fall on the same few positions within each of
 //! the paper's 64 equal groups. Over all levels the paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
 //!
@@ -25,8 +25,8 @@
 //! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.5 |
 //! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.24 | 1.26 | 1.25 | 1.66 | 0.05 | 22.7 |
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.27 | 1.30 | 1.26 | 1.69 | 0.12 | 10.0 |
-//! | births in place, optimized for batches ([`OrderOptions::cache`]) | | | | 1.58 | 0.05 | 22.7 |
-//! | the same with fewer groups | | | | 1.62 | 0.12 | 10.0 |
+//! | births in place, optimized for batches ([`OrderOptions::cache`]) | | | | 1.52 | 0.05 | 22.7 |
+//! | the same with fewer groups | | | | 1.55 | 0.12 | 10.0 |
 //!
 //! Why the tail orders are made this way (FIFO of 16 entries; collapses from one pass of the simplifier):
 //! - There are as many groups as the budget allows, and each multiplies the number of faces by the same ratio, because
@@ -90,7 +90,7 @@ pub struct OrderOptions {
     pub ahead: bool,
     pub weights: Weights,
     /// Count wedges at the same position as one vertex, as the paper does. A device shares no vertex across a
-    /// seam.
+    /// seam: see [`OrderOptions::with_cache`].
     pub weld: bool,
 }
 
@@ -131,6 +131,12 @@ impl OrderOptions {
     /// a FIFO of 16. The whole budget is used, because the degenerate faces follow the groups' ratio.
     pub const IN_PLACE_10: OrderOptions =
         OrderOptions { groups: Groups::WholeBudget(10.0), spare_entries: 2, ..OrderOptions::IN_PLACE_23 };
+
+    /// These options with another cache. Batches and meshlets are those of devices, which share no vertex across a seam:
+    /// with shared vertices, a batch that is full for the optimizer overflows on the device.
+    pub const fn with_cache(self, cache: Cache) -> OrderOptions {
+        OrderOptions { cache, weld: matches!(cache, Cache::Fifo(_)), ..self }
+    }
 
     /// The options of a named order. `None` if it moves no faces: the classical order and the baselines.
     pub const fn of(order: FaceOrder) -> Option<OrderOptions> {

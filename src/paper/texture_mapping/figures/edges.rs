@@ -20,9 +20,9 @@ pub const EDGES: Figure = Figure {
             Each picture is compared with the f64 truth of its own kernel. One kernel is formula (4)'s exp(-3.125 r^2) \
             without a reconstruction term, as in the thesis. The other is our default, the EWA filter's exp(-2 r^2) \
             with a reconstruction term of 0.8. The times and the counts of fetched texels belong to this kernel. In \
-            the plots of errors, a line shows the error of the truth itself. The pictures show planes of \
-            `pink-noise` and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels. On a \
-            GPU, times are of pictures with 8 times as many rows and columns.",
+            the plots of errors, a line shows the error of the truth itself. The pictures show planes of `pink-noise` \
+            and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels. On a GPU, times are of pictures with 8 times \
+            as many rows and columns.",
     scenes: &["pink-noise", "checker-2"],
     variants: || Edge::ALL.map(Edge::name).into_iter().chain([FLOOR]).map(String::from).collect(),
     paper: &["exact", "quadratic", "cubic", "piecewise linear"],

@@ -21,13 +21,12 @@ pub const OBJECT_SPACE_TEXTURING: Figure = Figure {
             in the screen plane. Its time depends on neither the screen area nor the tilt, and grows with the \
             polygons' area. The object is a square of 1/f noise. At a tilt of 0 each of its texels covers one pixel. \
             It tilts back about its lower edge, which lies on the projection plane; the field of view is 6 degrees. \
-            The sides are 128 (`area 1`) and 256 pixels (`area 4`) in quick runs on a software device, \
-            otherwise 512 and 1024. `paper's \
-            EWA` is the thesis's filter: formula (4) with the axes from the rows of the Jacobian, at the level that \
-            the minor axis selects. It runs only for the screen pixels that the square covers. A fragment in object \
-            space fetches 4 texels and issues at most 4 atomics for depth and 16 for sums. Atomics are counted in a \
-            separate run. The time includes all stages. A plot shows the time of `paper's EWA` divided by each \
-            method's time; a line marks the thesis's 1.3.",
+            The sides are 128 (`area 1`) and 256 pixels (`area 4`) in quick runs on a software device, otherwise 512 \
+            and 1024. `paper's EWA` is the thesis's filter: formula (4) with the axes from the rows of the Jacobian, \
+            at the level that the minor axis selects. It runs only for the screen pixels that the square covers. A \
+            fragment in object space fetches 4 texels and issues at most 4 atomics for depth and 16 for sums. Atomics \
+            are counted in a separate run. The time includes all stages. A plot shows the time of `paper's EWA` \
+            divided by each method's time; a line marks the thesis's 1.3.",
     scenes: &[SMALL, LARGE],
     variants: || variants().into_iter().chain([THESIS.into()]).collect(),
     paper: &[SPACING_1],

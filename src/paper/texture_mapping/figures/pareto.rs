@@ -34,8 +34,8 @@ pub const PARETO: Figure = Figure {
             frames` draws new random numbers in each frame, and `ellipse, nearest texel, 16 frames` moves the camera \
             by less than a pixel, as temporal anti-aliasing does. The front is that of single frames. Pictures have 96 \
             x 72 (quick) or 256 x 192 pixels. On a GPU, times are of pictures with 8 times as many rows and columns. A \
-            software device's anisotropic sampler is an EWA filter; it is listed \
-            as `software driver's EWA`, not as a GPU's sampler.",
+            software device's anisotropic sampler is an EWA filter; it is listed as `software driver's EWA`, not as a \
+            GPU's sampler.",
     scenes: &["planes"],
     variants: || names().into_iter().chain([FLOOR.into(), FRONT.into()]).collect(),
     paper: &["paper's rows", "paper's columns", "object space, spacing 1"],

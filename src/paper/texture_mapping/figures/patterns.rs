@@ -20,21 +20,21 @@ pub const PATTERNS: Figure = Figure {
             `checker-1`, `checker-2`, `checker-8` with squares of that many texels; `zone-plate`; `siemens-star`; \
             `sinusoid-64-40` with 64 cycles along a row and 40 along a column; `white-noise`; `pink-noise` (1/f); \
             `impulses-16`, one white texel in each 16 x 16; `text` with strokes of 2 texels; `photograph`, a cliff. \
-            The planes are tilted by up to 89.9 degrees (full runs: 89.999). Each tilt has three poses: a roll of \
-            the camera and a yaw of the texture of 0 and 0, 20 and 15, and 45 and 45 degrees. Full runs have all \
-            nine pairs of these angles. The centre of a picture has one texel per pixel across the tilt. The field \
-            of view is 16 degrees, or 90 degrees less the tilt if that is smaller, so the horizon is never in the \
-            picture. The truth is the f64 mean of 2,048 to 32,768 stratified samples per pixel under a Gaussian of \
-            sigma 0.5 pixels, cut at one pixel; a line shows its own error. NMSE is the geometric mean over the \
-            poses, and a second plot has the worst pose. An impulse shows the filter's kernel itself, so its NMSE is \
-            the relative error of the kernel's shape. Above 85 degrees, some filters' errors are hardly larger than \
-            the truth's own. From 89.9 degrees on, a pixel is hundreds of texels long, and most filters read a \
-            level that shows little more than the pattern's mean. Large errors remain where a pattern does not \
-            average out along a pixel, for instance on a checker at a yaw of 45 degrees. FLIP, the visible difference, \
-            is the mean over the poses. Times do not depend on the texels' values, so only `pink-noise` has them: the \
-            time of all poses per pixel, and the trilinear filter's time divided by each filter's, round by round. \
-            The methods are those of tm.pareto. Pictures have 48 x 36 (quick) or 64 x 48 pixels. On a GPU, \
-            times are of pictures with 8 times as many rows and columns.",
+            The planes are tilted by up to 89.9 degrees (full runs: 89.999). Each tilt has three poses: a roll of the \
+            camera and a yaw of the texture of 0 and 0, 20 and 15, and 45 and 45 degrees. Full runs have all nine \
+            pairs of these angles. The centre of a picture has one texel per pixel across the tilt. The field of view \
+            is 16 degrees, or 90 degrees less the tilt if that is smaller, so the horizon is never in the picture. The \
+            truth is the f64 mean of 2,048 to 32,768 stratified samples per pixel under a Gaussian of sigma 0.5 \
+            pixels, cut at one pixel; a line shows its own error. NMSE is the geometric mean over the poses, and a \
+            second plot has the worst pose. An impulse shows the filter's kernel itself, so its NMSE is the relative \
+            error of the kernel's shape. Above 85 degrees, some filters' errors are hardly larger than the truth's \
+            own. From 89.9 degrees on, a pixel is hundreds of texels long, and most filters read a level that shows \
+            little more than the pattern's mean. Large errors remain where a pattern does not average out along a \
+            pixel, for instance on a checker at a yaw of 45 degrees. FLIP, the visible difference, is the mean over \
+            the poses. Times do not depend on the texels' values, so only `pink-noise` has them: the time of all poses \
+            per pixel, and the trilinear filter's time divided by each filter's, round by round. The methods are those \
+            of tm.pareto. Pictures have 48 x 36 (quick) or 64 x 48 pixels. On a GPU, times are of pictures with 8 \
+            times as many rows and columns.",
     scenes: &[
         "checker-1",
         "checker-2",

@@ -20,15 +20,15 @@ pub const RELIEF: Figure = Figure {
             faster. Parallel rays descend at elevations of 15 to 80 degrees into a relief whose depth is a quarter of \
             its width: `bricks` with deep joints, `pillars`, a stair with `spikes`, and noise (`rock`). Quick runs \
             have 64 texels a side and 16 layers of cells, full ones 128 and 32. There is one ray per pixel: 256 to a \
-            row in quick runs on a software device, otherwise 2048. `at centres`: as in Donnelly's method \
-            and the paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the \
-            surface. `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the \
-            surface. With exact distances, a ray would take no more steps through the refined map than through Donnelly's. \
-            With one distance for each cell, single rays may take more: the distance drops at a cell's border, and a \
-            ray that a longer step has just brought into the next cell gets the shorter distance. The figure counts \
-            these rays. A step is one lookup of the map. The baseline takes 64 \
-            linear steps. A search ends with 6 bisections (relaxed cones: 12). A ray is missed if its hit is more than \
-            half a texel (the least step) away from the exact hit.",
+            row in quick runs on a software device, otherwise 2048. `at centres`: as in Donnelly's method and the \
+            paper, a distance holds at the cell's centre, so a step from elsewhere in the cell may pass the surface. \
+            `guaranteed`: a distance holds for every point of the cell and every ray, so no step passes the surface. \
+            With exact distances, a ray would take no more steps through the refined map than through Donnelly's. With \
+            one distance for each cell, single rays may take more: the distance drops at a cell's border, and a ray \
+            that a longer step has just brought into the next cell gets the shorter distance. The figure counts these \
+            rays. A step is one lookup of the map. The baseline takes 64 linear steps. A search ends with 6 bisections \
+            (relaxed cones: 12). A ray is missed if its hit is more than half a texel (the least step) away from the \
+            exact hit.",
     scenes: RELIEFS,
     variants: || Traversal::ALL.map(|method| method.name()).to_vec(),
     paper: &["refined, at centres"],

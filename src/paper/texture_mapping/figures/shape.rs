@@ -19,17 +19,17 @@ pub const SHAPE: Figure = Figure {
     id: "tm.24",
     title: "Weights: none, circular, following the footprint's shape, and from maps",
     about: "Figure 24 of the thesis: Gaussian weights that follow the footprint's shape, formula (4), are more \
-            accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, \
-            and their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, \
-            those of the exact ellipse with a reconstruction term of 0.8. \"As printed\" takes the lengths of the \
-            Jacobian's rows (columns) as the axes. \"Diameter 1\" is the other reading of formula (4)'s base: its \
-            diameter, not its radius, is one pixel. \"Blind to shape\" uses the weights of a circle. The truths are \
-            formula (4)'s kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also \
-            compared with its own kernel, a disc. A line shows each truth's own error. The shader counts the texels \
-            that it fetches; each takes one weight, by the formula or from one or two entries of a map. Maps of every \
-            shape with 4 to 256 entries a side, in 8 and 16 bits, are compared with the formula in f64, by pictures \
-            of 48 x 36 pixels. The pictures show planes of `pink-noise` and `checker-2` and have 96 x 72 (quick) or \
-            256 x 192 pixels. On a GPU, times are of pictures with 8 times as many rows and columns.",
+            accurate (by expert ratings) and cost at most 5 %. Weight maps are up to 25 % faster than the formula, and \
+            their picture has an NMSE of 0.000708 against the formula's. Here all variants sum the same texels, those \
+            of the exact ellipse with a reconstruction term of 0.8. \"As printed\" takes the lengths of the Jacobian's \
+            rows (columns) as the axes. \"Diameter 1\" is the other reading of formula (4)'s base: its diameter, not \
+            its radius, is one pixel. \"Blind to shape\" uses the weights of a circle. The truths are formula (4)'s \
+            kernel, exp(-3.125 r^2), and a box of one pixel. The ellipse without weights is also compared with its own \
+            kernel, a disc. A line shows each truth's own error. The shader counts the texels that it fetches; each \
+            takes one weight, by the formula or from one or two entries of a map. Maps of every shape with 4 to 256 \
+            entries a side, in 8 and 16 bits, are compared with the formula in f64, by pictures of 48 x 36 pixels. The \
+            pictures show planes of `pink-noise` and `checker-2` and have 96 x 72 (quick) or 256 x 192 pixels. On a \
+            GPU, times are of pictures with 8 times as many rows and columns.",
     scenes: &["pink-noise", "checker-2"],
     variants: || {
         let own = variants().into_iter().map(|(name, _)| name);

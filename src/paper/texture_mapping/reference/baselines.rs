@@ -5,10 +5,6 @@ use crate::paper::texture_mapping::baselines::FilterBaseline;
 use crate::paper::texture_mapping::method::PixelCentre;
 use std::f64::consts::TAU;
 
-/// Error bound of a sampler's trilinear sample. Samplers may quantise weights in steps of 1/256, the coarsest that
-/// Vulkan allows. A sample has five weights: two for each of two bilinear samples, and one for their mix.
-pub const SAMPLER: f64 = 5.0 / 256.0;
-
 /// A texture, and how a surface reads it.
 pub struct Texture<'a> {
     /// The number of the level that has one texel.

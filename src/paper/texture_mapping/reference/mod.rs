@@ -7,6 +7,7 @@ pub mod ellipse;
 use super::baselines::FilterBaseline;
 use super::method::{Method, PixelCentre};
 use super::texels::GreyMipmap;
+use crate::reference::filter::SAMPLER_ERROR;
 use baselines::Texture;
 
 /// A pixel's filtered value with an error bound for the GPU.
@@ -65,6 +66,6 @@ fn with_sampler<T>(texels: &GreyMipmap, with: impl FnOnce(&Texture<'_>) -> T) ->
         texel: &texel,
         max_reach: f64::INFINITY,
         place_error: 0.0,
-        sample_error: baselines::SAMPLER,
+        sample_error: SAMPLER_ERROR,
     })
 }
