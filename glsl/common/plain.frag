@@ -47,6 +47,8 @@ Spot spot_at(uint level) {
 
 vec4 filtered() {
     vec2 size = vec2(textureSize(plain, 0)), dx = size * dFdxFine(from_origin), dy = size * dFdyFine(from_origin);
+    // A helper invocation, beside an edge of the mesh, only gives derivatives. Its own footprint can be unbounded.
+    if (gl_HelperInvocation) return vec4(0.0);
     uint coarsest = uint(textureQueryLevels(plain)) - 1;
     vec4 jacobian = vec4(dx.x, dy.x, dx.y, dy.y);
     if (BOUNDS_LIMB == 1) {

@@ -140,6 +140,8 @@ void main() {
     float side = float(relief.side);
     vec2 place = vec2(triangle_origin) * exp2(-32.0) + from_origin;
     vec2 dx = side * dFdxFine(from_origin), dy = side * dFdyFine(from_origin);
+    // A helper invocation, beside an edge of the mesh, only gives derivatives. Its own footprint can be unbounded.
+    if (gl_HelperInvocation) return;
     vec2 at = place * side - 0.5;
     // x points east, rows run south.
     vec3 middle = vec3(vec2(0.5 * side - 0.5), 0.0);

@@ -49,6 +49,8 @@ void mark(uvec3 qij) {
 void main() {
     Coordinate at = coordinate(triangle_origin, from_origin);
     Parallelogram f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
+    // A helper invocation, beside an edge of the mesh, only gives derivatives. Its own footprint can be unbounded.
+    if (gl_HelperInvocation) return;
     uvec3 qij = uvec3(level(f), tile_row_column(at));
     if (LISTS != 0 && qij.x < FIRST_RESIDENT_LEVEL) {
         mark(qij);

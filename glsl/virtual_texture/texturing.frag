@@ -24,6 +24,8 @@ void main() {
     uvec3 qij = load_covered(texelFetch(requests, ivec2(gl_FragCoord.xy), 0));
     Coordinate at = coordinate(triangle_origin, from_origin);
     Parallelogram f = footprint(dFdxFine(from_origin), dFdyFine(from_origin), at, view.limb / gl_FragCoord.w);
+    // A helper invocation, beside an edge of the mesh, only gives derivatives. Its own footprint can be unbounded.
+    if (gl_HelperInvocation) return;
     colour = filtered(lookup(qij, at, f, view.level_bias), uvec3(gl_FragCoord.xy, view.noise));
 #if LIT
     colour.rgb *= light(normal, view.sun);

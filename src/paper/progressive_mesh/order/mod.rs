@@ -11,9 +11,10 @@
 //! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels
 //! of each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of
 //! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches
-//! of 32 vertices and 32 triangles; for orders that are optimized for batches, wedges are vertices. "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is
-//! the number of faces that change their slot per split. The 513 levels fall on the same few positions within each of
-//! the paper's 64 equal groups. Over all levels the paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
+//! of 32 vertices and 32 triangles; for orders that are optimized for batches, wedges are vertices. "Degenerate" is the
+//! number of degenerate faces drawn per live face, and "moved" is the number of faces that change their slot per split.
+//! The 513 levels fall on the same few positions within each of the paper's 64 equal groups. Over all levels the
+//! paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
