@@ -56,9 +56,6 @@ pub enum Cache {
     Meshlets,
 }
 
-/// Indices over which an H100 looks back for a vertex.
-const LOOK_BACK: u64 = 42;
-
 /// The caches in figures: FIFOs of 12 to 32 entries (the paper assumes 16 to 32), batches, and meshlets.
 pub const CACHES: [Cache; 7] = [
     Cache::Fifo(12),
@@ -98,6 +95,14 @@ impl Cache {
             Cache::Meshlets => Some(126),
         }
     }
+
+    /// Indices that may follow the last use of a vertex if it is to be found again; `None` without this limit.
+    pub const fn look_back(self) -> Option<usize> {
+        match self {
+            Cache::H100 => Some(42),
+            _ => None,
+        }
+    }
 }
 
 /// Counts the transforms of many lists, and reuses its memory without clearing it.
@@ -124,10 +129,12 @@ impl Counter {
     /// If a face names a vertex beyond the counter's range.
     pub fn count(&mut self, faces: impl IntoIterator<Item = [u32; 3]>) -> Transforms {
         let entries = u64::from(self.cache.entries());
-        match (self.cache, self.cache.triangles()) {
-            (_, None) => self.fifo(entries, faces),
-            (Cache::H100, Some(triangles)) => self.h100(entries, u64::from(triangles), faces),
-            (_, Some(triangles)) => self.batches(entries, u64::from(triangles), faces),
+        match (self.cache.triangles(), self.cache.look_back()) {
+            (None, _) => self.fifo(entries, faces),
+            (Some(triangles), None) => self.batches(entries, u64::from(triangles), faces),
+            (Some(triangles), Some(reach)) => {
+                self.batches_that_look_back(entries, u64::from(triangles), reach as u64, faces)
+            }
         }
     }
 
@@ -179,10 +186,11 @@ impl Counter {
     }
 
     /// As [`Counter::batches`], with a limited look-back. The clock counts indices.
-    fn h100(
+    fn batches_that_look_back(
         &mut self,
         max_vertices: u64,
         max_triangles: u64,
+        reach: u64,
         faces: impl IntoIterator<Item = [u32; 3]>,
     ) -> Transforms {
         let start = self.clock;
@@ -194,7 +202,7 @@ impl Counter {
                 let is_found = |corner: usize| {
                     let used = self.entered[face[corner] as usize];
                     let at = self.clock + 1 + corner as u64;
-                    used > batch && at - used <= LOOK_BACK || face[..corner].contains(&face[corner])
+                    used > batch && at - used <= reach || face[..corner].contains(&face[corner])
                 };
                 (0..3).filter(|&corner| !is_found(corner)).count() as u64
             };

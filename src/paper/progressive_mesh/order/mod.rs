@@ -180,7 +180,11 @@ impl OrderOptions {
         assert!(entries >= 4, "{:?} has fewer than 4 entries", self.cache);
         // A face needs 3 entries.
         let entries = entries.saturating_sub(self.spare_entries).max(3);
-        Simulated { entries: entries as usize, triangles: triangles.map(|max| max as usize) }
+        Simulated {
+            entries: entries as usize,
+            triangles: triangles.map(|max| max as usize),
+            look_back: self.cache.look_back(),
+        }
     }
 }
 

@@ -42,6 +42,8 @@ pub(super) struct Simulated {
     pub entries: usize,
     /// Triangles that a batch holds; `None` for a FIFO.
     pub triangles: Option<usize>,
+    /// A vertex of a batch is found again only if at most this many indices follow its last use; `None`: always.
+    pub look_back: Option<usize>,
 }
 
 /// The order in which to draw `faces` for a cache, as indices into `faces`. All vertices are below `vertices`. Equal
@@ -95,6 +97,11 @@ struct Search {
     previous: usize,
     /// Triangles in the current batch.
     triangles: usize,
+    /// With a look-back: the corners of the drawn faces in order, each with the place of the vertex's use before it.
+    /// The dummy vertex stands for repeated corners.
+    uses: Vec<[u32; 2]>,
+    /// With a look-back: for each vertex, the place of its last use in `uses`.
+    last_use: Vec<u32>,
     transforms: i64,
     /// Uncached vertices with some faces drawn and some not.
     half_finished: i64,
@@ -193,6 +200,8 @@ impl Search {
             oldest: 0,
             previous: 0,
             triangles: 0,
+            uses: Vec::new(),
+            last_use: vec![0; vertices + 1],
             transforms: 0,
             half_finished: 0,
             looks: 0,
@@ -272,21 +281,27 @@ impl Search {
     /// True if the current batch has room for the face; a FIFO always has.
     fn fits(&self, face: u32) -> bool {
         self.cache.triangles.is_none_or(|max| {
-            let new = self.corners(face).filter(|&vertex| !self.cached[vertex]).count();
+            let new = self.corners(face).filter(|&(at, vertex)| !self.is_found(at, vertex)).count();
             self.triangles < max && self.entered.len() - self.oldest + new <= self.cache.entries
         })
     }
 
-    /// The corners of a face, without the dummy vertex.
-    fn corners(&self, face: u32) -> impl Iterator<Item = usize> + use<> {
+    /// The corners of a face, numbered, without the dummy vertex.
+    fn corners(&self, face: u32) -> impl Iterator<Item = (usize, usize)> + use<> {
         let none = self.none;
-        let corners = self.faces[face as usize].corners.into_iter();
-        corners.filter(move |&vertex| vertex != none).map(|vertex| vertex as usize)
+        let corners = self.faces[face as usize].corners.into_iter().enumerate();
+        corners.filter(move |&(_, vertex)| vertex != none).map(|(at, vertex)| (at, vertex as usize))
+    }
+
+    /// True if the next face finds a vertex in the cache, as its corner `at`.
+    fn is_found(&self, at: usize, vertex: usize) -> bool {
+        let is_near = |reach: usize| self.uses.len() + at - self.last_use[vertex] as usize <= reach;
+        self.cached[vertex] && self.cache.look_back.is_none_or(is_near)
     }
 
     /// Skips the drawn faces at the starts of the rows of the face's vertices.
     fn pass(&mut self, face: u32) {
-        for vertex in self.corners(face) {
+        for (_, vertex) in self.corners(face) {
             let Vertex { begin, end, .. } = &mut self.vertices[vertex];
             while *begin < *end && self.faces[self.around[*begin as usize] as usize].seen == IS_DRAWN {
                 *begin += 1;
@@ -316,7 +331,10 @@ impl Search {
         self.faces[face as usize].seen = IS_DRAWN;
         self.undrawn.take(face);
         self.drawn.push(face);
-        for vertex in self.corners(face) {
+        for (at, vertex) in self.corners(face) {
+            if self.cached[vertex] && !self.is_found(at, vertex) {
+                self.forget(vertex);
+            }
             self.vertices[vertex].left -= 1;
             if !self.cached[vertex] {
                 let Vertex { left, valence, .. } = self.vertices[vertex];
@@ -330,15 +348,41 @@ impl Search {
             }
             self.score(vertex);
         }
+        if let Some(reach) = self.cache.look_back {
+            self.note_uses(face, reach);
+        }
+    }
+
+    /// Notes the uses of the face's vertices, and forgets the vertices that even the next corner would not find.
+    fn note_uses(&mut self, face: u32, reach: usize) {
+        for vertex in self.faces[face as usize].corners {
+            let place = self.uses.len() as u32;
+            self.uses.push([vertex, std::mem::replace(&mut self.last_use[vertex as usize], place)]);
+        }
+        let beyond = self.uses.len().saturating_sub(reach);
+        for place in beyond.saturating_sub(3)..beyond {
+            let vertex = self.uses[place][0] as usize;
+            if self.last_use[vertex] as usize == place && vertex != self.none as usize && self.cached[vertex]
+            {
+                self.forget(vertex);
+            }
+        }
     }
 
     /// Takes the oldest vertex out of the cache.
     fn evict(&mut self) {
         let leaves = self.entered[self.oldest] as usize;
         self.oldest += 1;
-        self.cached[leaves] = false;
-        self.half_finished += i64::from(self.vertices[leaves].left > 0);
-        self.score(leaves);
+        // A forgotten vertex keeps its place in the batch.
+        if self.cached[leaves] {
+            self.forget(leaves);
+        }
+    }
+
+    fn forget(&mut self, vertex: usize) {
+        self.cached[vertex] = false;
+        self.half_finished += i64::from(self.vertices[vertex].left > 0);
+        self.score(vertex);
     }
 
     fn end_batch(&mut self) {
@@ -366,19 +410,25 @@ impl Search {
         for &face in drawn.iter().rev() {
             self.undrawn.put_back(face);
             self.faces[face as usize].seen = 0;
-            self.corners(face).for_each(|vertex| self.vertices[vertex].left += 1);
+            self.corners(face).for_each(|(_, vertex)| self.vertices[vertex].left += 1);
+        }
+        if self.cache.look_back.is_some() {
+            for [vertex, before] in self.uses.split_off(3 * mark.drawn).into_iter().rev() {
+                self.last_use[vertex as usize] = before;
+            }
         }
         let entered = self.entered.split_off(mark.entered);
         entered.iter().for_each(|&vertex| self.cached[vertex as usize] = false);
         for at in mark.oldest..mark.entered {
             let vertex = self.entered[at] as usize;
             self.cached[vertex] = true;
+            self.cached[vertex] = self.is_found(0, vertex);
             self.score(vertex);
         }
         (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
         for face in drawn {
-            self.corners(face).for_each(|vertex| self.score(vertex));
+            self.corners(face).for_each(|(_, vertex)| self.score(vertex));
         }
     }
 }
@@ -396,7 +446,7 @@ mod tests {
     use crate::paper::progressive_mesh::cache::{Cache, transforms};
     use crate::paper::progressive_mesh::order::scratch::{fan, torus};
 
-    const FIFO_15: Simulated = Simulated { entries: 15, triangles: None };
+    const FIFO_15: Simulated = Simulated { entries: 15, triangles: None, look_back: None };
 
     fn drawn(faces: &[[u32; 3]], vertices: usize) -> Vec<[u32; 3]> {
         let order = rollouts(faces, vertices, FIFO_15);
@@ -418,12 +468,13 @@ mod tests {
         let faces = torus(40).faces;
         let order_for = |cache: Cache| {
             let triangles = cache.triangles().map(|max| max as usize);
-            let simulated = Simulated { entries: cache.entries() as usize, triangles };
+            let simulated =
+                Simulated { entries: cache.entries() as usize, triangles, look_back: cache.look_back() };
             let order = rollouts(&faces, 1600, simulated);
             order.into_iter().map(|face| faces[face as usize]).collect::<Vec<_>>()
         };
         let fifo = order_for(Cache::Fifo(16));
-        for (cache, max) in [(Cache::Batches, 1.65), (Cache::Meshlets, 1.37)] {
+        for (cache, max) in [(Cache::Batches, 1.65), (Cache::H100, 1.65), (Cache::Meshlets, 1.37)] {
             let order = order_for(cache);
             let [batches, before] = [&order, &fifo].map(|order| transforms(cache, order).per_vertex());
             assert!(batches < max && batches < before, "{cache:?}: {batches} instead of {before}");
@@ -455,7 +506,8 @@ mod tests {
 
     #[test]
     fn an_attempt_leaves_no_trace() {
-        for cache in [FIFO_15, Simulated { entries: 24, triangles: Some(32) }] {
+        let batches = Simulated { entries: 24, triangles: Some(32), look_back: None };
+        for cache in [FIFO_15, batches, Simulated { look_back: Some(42), ..batches }] {
             leaves_no_trace(Search::new(&torus(12).faces, 144, cache));
         }
     }

@@ -47,8 +47,11 @@ const PER_VERTEX: &str = "draw, per million vertex invocations";
 const HEAVY: &str = "heavy vertices";
 
 /// `in-place-23`, optimised for devices that reuse vertices within batches.
-const FOR_BATCHES: [(&str, Cache); 2] =
-    [("in-place-23, for batches", Cache::Batches), ("in-place-23, for meshlets", Cache::Meshlets)];
+const FOR_BATCHES: [(&str, Cache); 3] = [
+    ("in-place-23, for batches", Cache::Batches),
+    ("in-place-23, for an H100", Cache::H100),
+    ("in-place-23, for meshlets", Cache::Meshlets),
+];
 
 /// Precondition: in the heavy draw, artificial vertex work takes at least three quarters of the time with
 /// tail-23.
@@ -66,18 +69,18 @@ pub const DRAW: Figure = Figure {
     id: "pm.draw",
     title: "Shaded vertices and draw time, by the order of faces",
     about: "The figure draws one level of the knot (half of its splits), 16 times for each order of faces that a scene \
-            can name (docs/scenes.md), and for `in-place-23` optimised for batches and meshlets (`mesh build \
-            --cache`). Some orders are those that splits and tswaps leave; the others are the baselines' orders for \
-            that level. The baselines are random order, reordering by meshoptimizer, the compacted order, a skip list \
-            with its degenerate faces, and the coarsest discrete mesh that has at least as many faces as the level \
-            (with its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy vertices` is the same with \
-            2000 rounds of two multiplications and a subtraction per vertex: vertices are then the bottleneck of any \
-            device, including software devices, and the time follows the shaded vertices. `pixels` is a large, filled \
-            picture. The figure counts how often the device runs the vertex shader per vertex of the drawn faces \
-            (pipeline statistics), and measures the time of the pass. The paper (headline): the cache alone gains a \
-            factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. An NVIDIA H100 shades \
-            exactly as many as its model predicts. Unlike GPUs, llvmpipe (a software device) has no post-transform \
-            cache: it takes 1024 indices at a time and finds repeated ones with a table of 256.",
+            can name (docs/scenes.md), and for `in-place-23` optimised for batches, for an H100 and for meshlets \
+            (`mesh build --cache`). Some orders are those that splits and tswaps leave; the others are the baselines' \
+            orders for that level. The baselines are random order, reordering by meshoptimizer, the compacted order, a \
+            skip list with its degenerate faces, and the coarsest discrete mesh that has at least as many faces as the \
+            level (with its own faces and vertices). `vertices` is a picture of 64 x 36. `heavy vertices` is the same \
+            with 2000 rounds of two multiplications and a subtraction per vertex: vertices are then the bottleneck of \
+            any device, including software devices, and the time follows the shaded vertices. `pixels` is a large, \
+            filled picture. The figure counts how often the device runs the vertex shader per vertex of the drawn \
+            faces (pipeline statistics), and measures the time of the pass. The paper (headline): the cache alone \
+            gains a factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. An NVIDIA H100 \
+            shades exactly as many as its model predicts. Unlike GPUs, llvmpipe (a software device) has no \
+            post-transform cache: it takes 1024 indices at a time and finds repeated ones with a table of 256.",
     scenes: &["vertices", "heavy vertices", "pixels"],
     variants,
     paper: &["paper"],
@@ -346,7 +349,7 @@ fn counted(gpu: &Gpu, still: &Still, ordered: &Ordered) -> anyhow::Result<u64> {
 mod tests {
     use super::*;
 
-    /// The vertex shader invocations of one draw of each variant on an NVIDIA H100: results/h100.json.
+    /// The vertex shader invocations of one draw on an NVIDIA H100: results/h100.json.
     const MEASURED: [(&str, u64); 15] = [
         ("classical", 16_400),
         ("paper", 8_137),
@@ -368,6 +371,9 @@ mod tests {
     #[test]
     fn the_model_of_an_h100_gives_the_invocations_that_the_device_counted() {
         let count = |drawn: Drawn<'_>| Ok((drawn.variant, transforms(Cache::H100, &drawn.faces).transforms));
-        assert_eq!(orders(count).unwrap().0, MEASURED);
+        let found = orders(count).unwrap().0;
+        let measured: Vec<_> =
+            found.into_iter().filter(|(name, _)| *name != "in-place-23, for an H100").collect();
+        assert_eq!(measured, MEASURED);
     }
 }
