@@ -246,9 +246,9 @@ fn invalid_commands_are_reported_in_one_line() {
             &["--cache has no effect with --order classical"],
         ),
         (
-            &["build", "bunny", "-o", "x.pmesh", "--order", "tail-23", "--cache", "batches"],
+            &["build", "bunny", "-o", "x.pmesh", "--order", "tail-23", "--cache", "h100"],
             2,
-            &["--cache batches: --order tail-23 is optimised for a FIFO only", "in-place-23"],
+            &["--cache h100: --order tail-23 is optimised for a FIFO only", "in-place-23"],
         ),
         (
             &["build", "bunny", "-o", "x.pmesh", "--order", "classical", "--groups", "9"],

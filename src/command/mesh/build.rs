@@ -59,7 +59,7 @@ pub struct BuildArgs {
 
     /// The vertex cache for which the order is optimised. N: a FIFO with N entries (default: 16). `batches`: batches of
     /// at most 32 vertices and 32 triangles, with no reuse between batches. `h100`: the batches of an NVIDIA H100, which
-    /// find a vertex again only if at most 42 indices follow its last use. `meshlets`: as `batches`, with 64 vertices
+    /// find a vertex again only if its last use is at most 42 indices back. `meshlets`: as `batches`, with 64 vertices
     /// and 126 triangles
     #[arg(long, value_name = "N|batches|h100|meshlets", value_parser = cache, allow_negative_numbers = true)]
     cache: Option<Cache>,
@@ -133,7 +133,7 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
     if let Some(cache) = args.cache.filter(|cache| cache.triangles().is_some() && !in_place) {
         bail!(Usage(format!(
             "--cache {}: --order {} is optimised for a FIFO only; name its entries, or use in-place-23 or in-place-10",
-            cache.name(),
+            BATCHES.iter().find(|(_, known)| *known == cache).map_or("", |(name, _)| *name),
             args.order.name()
         )));
     }
@@ -205,13 +205,17 @@ fn groups(text: &str) -> Result<Groups, String> {
     }
 }
 
-/// Parses a number of FIFO entries, `batches`, `h100` or `meshlets`.
+/// The caches that are no FIFO, as the command line names them.
+const BATCHES: [(&str, Cache); 3] =
+    [("batches", Cache::Batches), ("h100", Cache::H100), ("meshlets", Cache::Meshlets)];
+
+/// Parses a number of FIFO entries or a name of [`BATCHES`].
 fn cache(text: &str) -> Result<Cache, String> {
-    match (text, text.parse()) {
-        ("batches", _) => Ok(Cache::Batches),
-        ("h100", _) => Ok(Cache::H100),
-        ("meshlets", _) => Ok(Cache::Meshlets),
-        (_, Ok(entries @ 4..=1024)) => Ok(Cache::Fifo(entries)),
+    if let Some((_, known)) = BATCHES.iter().find(|(name, _)| *name == text) {
+        return Ok(*known);
+    }
+    match text.parse() {
+        Ok(entries @ 4..=1024) => Ok(Cache::Fifo(entries)),
         _ => Err("expected 4 to 1024 entries of a FIFO, `batches`, `h100` or `meshlets`".into()),
     }
 }

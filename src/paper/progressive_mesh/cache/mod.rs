@@ -44,8 +44,8 @@ pub enum Cache {
     /// Batches of at most 32 vertices and 32 triangles, with no reuse between batches. meshoptimizer assumes this for
     /// NVIDIA's devices.
     Batches,
-    /// The batches of an NVIDIA H100: as [`Cache::Batches`], but a vertex is found again only if at most 42 indices
-    /// follow its last use. If more follow, it is transformed again and takes another place of the batch. The model was
+    /// The batches of an NVIDIA H100: as [`Cache::Batches`], but a vertex is found again only if its last use is at
+    /// most 42 indices back. Otherwise it is transformed again and takes another place of the batch. The model was
     /// fitted to the vertex shader invocations of one draw in 15 orders of faces (pm.draw; triangle list, indices of 16
     /// bits, driver 580.159.04) and gives all 15 exactly. B. Kerbl et al. ("Revisiting the Vertex Cache: Understanding
     /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found such batches on other devices.
@@ -56,7 +56,8 @@ pub enum Cache {
     Meshlets,
 }
 
-/// The caches in figures: FIFOs of 12 to 32 entries (the paper assumes 16 to 32), batches, and meshlets.
+/// The caches in figures: FIFOs of 12 to 32 entries (the paper assumes 16 to 32), batches, those of an H100,
+/// and meshlets.
 pub const CACHES: [Cache; 7] = [
     Cache::Fifo(12),
     Cache::Fifo(16),
@@ -96,7 +97,7 @@ impl Cache {
         }
     }
 
-    /// Indices that may follow the last use of a vertex if it is to be found again; `None` without this limit.
+    /// The largest distance in indices between two uses of a vertex of which the second finds it; `None`: unlimited.
     pub const fn look_back(self) -> Option<usize> {
         match self {
             Cache::H100 => Some(42),
@@ -284,14 +285,13 @@ mod tests {
 
     #[test]
     fn an_h100_looks_back_over_42_indices() {
-        // Between the two uses of vertex 0 lie 39 or 42 indices of degenerate faces.
-        let of = |between: usize| {
-            let faces: Vec<[u32; 3]> =
-                [[0, 1, 2]].into_iter().chain(vec![[1, 2, 2]; between]).chain([[0, 1, 2]]).collect();
+        let of = |last: [u32; 3]| {
+            let faces: Vec<[u32; 3]> = [[0, 1, 2]].into_iter().chain([[1, 2, 2]; 13]).chain([last]).collect();
             transforms(Cache::H100, &faces)
         };
-        assert_eq!(of(13), Transforms { transforms: 3, vertices: 3 });
-        assert_eq!(of(14), Transforms { transforms: 4, vertices: 3 });
+        // The two uses of vertex 0 are 42 and 43 indices apart.
+        assert_eq!(of([0, 1, 2]), Transforms { transforms: 3, vertices: 3 });
+        assert_eq!(of([1, 0, 2]), Transforms { transforms: 4, vertices: 3 });
     }
 
     #[test]

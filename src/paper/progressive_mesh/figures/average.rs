@@ -29,19 +29,20 @@ pub const AVERAGE: Figure = Figure {
             scans (`dragon_res4`, with --full `dragon`) are measured if they have been fetched. They are not included \
             in the means over models. FIFO-16 is counted at every level (above 100 000 faces at 256 levels), the other \
             caches in quick runs at 128 levels, and the baselines at 64. `batches` have at most 32 vertices and 32 \
-            triangles, `meshlets` 64 and 126, filled in the order of the faces. Births in place are also measured with \
-            orders that are optimised for batches or meshlets instead of a FIFO. `clusters` are meshoptimizer's \
-            clusters of the same sizes, built anew at every level with the best of four cone weights. Where the order \
-            is optimised for batches or meshlets, and for clusters, wedges are vertices, as on a device. The figure \
-            also shows the faces that change their slots per split on the way through all levels (for baselines, the \
-            faces that are copied), the memory of the lists, and the drawn faces per live face. All instances share \
-            some memory: commands, tables for jumps over many levels and the index buffer of level 0, or lists and the \
-            corners that level changes write. On models with seams, the cost with wedges as vertices is shown too. An \
-            index takes 16 bits on meshes of fewer than 65,536 vertices, and a word of a command 32 bits. Skip lists \
-            are also measured with at most the memory of `in-place-23`, `in-place-10` and `tail-23`. Degenerate faces \
-            are drawn and counted. `re-optimised-rings` is an order in rings around vertices, the best of five (H. \
-            Hoppe's program MeshReorder). The lower bound holds for every order of a mesh's faces: if more than 34 r + \
-            1 vertices lie within r edges of a vertex, one of them is transformed twice. The bound is weak.",
+            triangles, `meshlets` 64 and 126, filled in the order of the faces. `batches of an H100` are batches that \
+            find a vertex again only if its last use is at most 42 indices back. Births in place are also measured \
+            with orders that are optimised for one of these instead of a FIFO. `clusters` are meshoptimizer's clusters \
+            of the same sizes, built anew at every level with the best of four cone weights. Where the order is \
+            optimised for one of these, and for clusters, wedges are vertices, as on a device. The figure also shows \
+            the faces that change their slots per split on the way through all levels (for baselines, the faces that \
+            are copied), the memory of the lists, and the drawn faces per live face. All instances share some memory: \
+            commands, tables for jumps over many levels and the index buffer of level 0, or lists and the corners that \
+            level changes write. On models with seams, the cost with wedges as vertices is shown too. An index takes \
+            16 bits on meshes of fewer than 65,536 vertices, and a word of a command 32 bits. Skip lists are also \
+            measured with at most the memory of `in-place-23`, `in-place-10` and `tail-23`. Degenerate faces are drawn \
+            and counted. `re-optimised-rings` is an order in rings around vertices, the best of five (H. Hoppe's \
+            program MeshReorder). The lower bound holds for every order of a mesh's faces: if more than 34 r + 1 \
+            vertices lie within r edges of a vertex, one of them is transformed twice. The bound is weak.",
     scenes: &WITH_SCANS,
     variants,
     paper: &[CLASSICAL, PAPER],

@@ -6,7 +6,7 @@
 //! Rollouts take 16 greedy steps per face and save 0.08 transforms per vertex.
 //!
 //! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits, and
-//! the next batch begins beside it.
+//! the next batch begins beside it. Within a batch, the look-back for a vertex can be limited.
 
 use super::patch::MAX_FACES;
 
@@ -42,7 +42,7 @@ pub(super) struct Simulated {
     pub entries: usize,
     /// Triangles that a batch holds; `None` for a FIFO.
     pub triangles: Option<usize>,
-    /// A vertex of a batch is found again only if at most this many indices follow its last use; `None`: always.
+    /// A vertex of a batch is found again only if its last use is at most this many indices back; `None`: always.
     pub look_back: Option<usize>,
 }
 
@@ -90,7 +90,8 @@ struct Search {
     /// The faces drawn so far, in order.
     drawn: Vec<u32>,
     undrawn: Undrawn,
-    /// All vertices that entered the cache, oldest first. The vertices from index `oldest` on are cached. With
+    /// All vertices that entered the cache, oldest first. Those from index `oldest` on are in the FIFO or the current
+    /// batch. With a look-back, some of these are forgotten, and a vertex that was transformed again is listed twice. With
     /// batches, those from `previous` to `oldest` are the batch before the current one. A FIFO does not use `previous`.
     entered: Vec<u32>,
     oldest: usize,
@@ -98,7 +99,7 @@ struct Search {
     /// Triangles in the current batch.
     triangles: usize,
     /// With a look-back: the corners of the drawn faces in order, each with the place of the vertex's use before it.
-    /// The dummy vertex stands for repeated corners.
+    /// Repeated corners are the dummy vertex, so the last use of a vertex can count up to 2 indices too early.
     uses: Vec<[u32; 2]>,
     /// With a look-back: for each vertex, the place of its last use in `uses`.
     last_use: Vec<u32>,
@@ -245,7 +246,7 @@ impl Search {
         self.draw(face.expect("a face fits into an empty batch"));
     }
 
-    /// The best of the first undrawn face and all undrawn faces around cached vertices; on a tie, the face found first.
+    /// The best of the first undrawn face and all undrawn faces around vertices of the FIFO or the batch; on a tie, the face found first.
     /// An empty batch takes the faces around the batch before it. `None` if the current batch has room for none.
     fn best(&mut self, noise: Option<u32>) -> Option<u32> {
         self.searches += 1;
@@ -295,8 +296,13 @@ impl Search {
 
     /// True if the next face finds a vertex in the cache, as its corner `at`.
     fn is_found(&self, at: usize, vertex: usize) -> bool {
-        let is_near = |reach: usize| self.uses.len() + at - self.last_use[vertex] as usize <= reach;
-        self.cached[vertex] && self.cache.look_back.is_none_or(is_near)
+        self.cached[vertex] && self.is_near(at, vertex)
+    }
+
+    /// True if the look-back from corner `at` of the next face reaches the last use of a vertex.
+    fn is_near(&self, at: usize, vertex: usize) -> bool {
+        let distance = || self.uses.len() + at - self.last_use[vertex] as usize;
+        self.cache.look_back.is_none_or(|reach| distance() <= reach)
     }
 
     /// Skips the drawn faces at the starts of the rows of the face's vertices.
@@ -353,7 +359,7 @@ impl Search {
         }
     }
 
-    /// Notes the uses of the face's vertices, and forgets the vertices that even the next corner would not find.
+    /// Notes the uses of the face's vertices, and forgets those that the first corner of the next face would not find.
     fn note_uses(&mut self, face: u32, reach: usize) {
         for vertex in self.faces[face as usize].corners {
             let place = self.uses.len() as u32;
@@ -373,12 +379,12 @@ impl Search {
     fn evict(&mut self) {
         let leaves = self.entered[self.oldest] as usize;
         self.oldest += 1;
-        // A forgotten vertex keeps its place in the batch.
         if self.cached[leaves] {
             self.forget(leaves);
         }
     }
 
+    /// Marks a vertex as not cached. In a batch it keeps its place.
     fn forget(&mut self, vertex: usize) {
         self.cached[vertex] = false;
         self.half_finished += i64::from(self.vertices[vertex].left > 0);
@@ -421,8 +427,8 @@ impl Search {
         entered.iter().for_each(|&vertex| self.cached[vertex as usize] = false);
         for at in mark.oldest..mark.entered {
             let vertex = self.entered[at] as usize;
-            self.cached[vertex] = true;
-            self.cached[vertex] = self.is_found(0, vertex);
+            // At a mark, exactly the vertices beyond the look-back are forgotten.
+            self.cached[vertex] = self.is_near(0, vertex);
             self.score(vertex);
         }
         (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);

@@ -156,10 +156,11 @@ fn around(ratio: f64, of: impl Fn(f64) -> FilteredTexel) -> FilteredTexel {
     if !near {
         return found;
     }
+    // The two ratios lie on both sides of the integer, and `of` depends on the ratio only by the number of samples.
     let [less, more] = [-1.0, 1.0].map(|side| of(ratio * (1.0 + side * 2f64.powi(-16))));
     FilteredTexel {
         slack: found.slack + (more.value - less.value).abs(),
-        undecided: found.undecided + more.fetched.abs_diff(less.fetched),
+        undecided: less.undecided.max(more.undecided) + more.fetched.abs_diff(less.fetched),
         ..found
     }
 }
