@@ -148,10 +148,10 @@ impl Bench {
         }
     }
 
-    /// A size for measuring times: `software` on a software device. A GPU needs a larger size, `on_gpu`: small work
-    /// takes it no longer than an empty pass.
-    pub fn timed_size<T>(&self, gpu: &Gpu, software: T, on_gpu: T) -> T {
-        if gpu.physical().is_software() { software } else { on_gpu }
+    /// A size for measuring times: by the effort on a software device, always `full` on a GPU, which takes no longer for
+    /// a small picture than for an empty pass.
+    pub fn timed_size<T>(&self, gpu: &Gpu, quick: T, full: T) -> T {
+        if gpu.physical().is_software() { self.effort_of(quick, full) } else { full }
     }
 
     /// Calls `of` for each of `count` items in every round, in another order each time, and returns the results

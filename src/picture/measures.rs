@@ -5,8 +5,8 @@ use super::error::{Difference, DifferentSizes, PixelError, compare_colours};
 use super::flip::{FlipMap, flip};
 use serde::Serialize;
 
-/// Default bound for outliers: 5/256 of linear light. A trilinear sample with 8-bit weights may be off by this much:
-/// the errors of two bilinear samples and of the interpolation between them add up.
+/// Default bound for outliers: 5/256 of linear light. A trilinear sample with 8-bit weights is off by at most 3/256
+/// ([`SAMPLER_ERROR`](crate::reference::filter::SAMPLER_ERROR)); the rest allows for the position of the sample.
 pub const OUTLIER_BOUND: f64 = 5.0 / 256.0;
 
 /// Numbers of one comparison. In JSON, infinity is null.

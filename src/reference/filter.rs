@@ -3,8 +3,8 @@
 //! SIGGRAPH 1983).
 
 /// The largest error of a device's trilinear sample, relative to the contrast of the texels. Weights may have steps of
-/// 1/256, the coarsest that Vulkan allows. A sample has one weight along each axis, and one between two levels. Each errs by
-/// less than one step, whether it is rounded or truncated; two samples at the same place differ by no more.
+/// 1/256, the coarsest that Vulkan allows. A sample has one weight along each axis, and one between two levels. Each
+/// errs by less than one step, whether it is rounded or truncated; two samples at the same place differ by no more.
 pub const SAMPLER_ERROR: f64 = 3.0 / 256.0;
 
 /// Addressing beyond the texture's edges.

@@ -130,10 +130,10 @@ fn check(args: &BuildArgs) -> Result<PathBuf> {
         )));
     }
     let in_place = OrderOptions::of(args.order).is_some_and(|options| options.births == Births::InPlace);
-    if let Some(cache) = args.cache.filter(|cache| cache.triangles().is_some() && !in_place) {
+    let batches = BATCHES.iter().find(|(_, cache)| args.cache == Some(*cache));
+    if let (false, Some((name, _))) = (in_place, batches) {
         bail!(Usage(format!(
-            "--cache {}: --order {} is optimised for a FIFO only; name its entries, or use in-place-23 or in-place-10",
-            BATCHES.iter().find(|(_, known)| *known == cache).map_or("", |(name, _)| *name),
+            "--cache {name}: --order {} is optimised for a FIFO only; name its entries, or use in-place-23 or in-place-10",
             args.order.name()
         )));
     }

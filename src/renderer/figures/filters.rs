@@ -303,8 +303,7 @@ impl Subject {
 
 /// The time of the texturing pass, in pictures large enough that it outweighs the passes of fixed cost.
 fn texturing(bench: &mut Bench, gpu: &Gpu, scene: &Scene, pose: &Pose) -> anyhow::Result<Vec<Row>> {
-    let large = [1280, 720];
-    let size = bench.timed_size(gpu, bench.effort_of([320, 180], large), large);
+    let size = bench.timed_size(gpu, [320, 180], [1280, 720]);
     let compared = |(name, _): &(&str, &[&str])| [TRILINEAR, SIXTEEN, OWN].contains(name);
     let variants = VARIANTS.into_iter().filter(compared);
     let mut shown = settled(gpu, scene, pose, size, variants)?;

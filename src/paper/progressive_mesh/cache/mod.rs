@@ -3,11 +3,12 @@
 //! The lower bound is 1: each vertex is transformed once. Without reuse the cost is 3 x faces / vertices,
 //! about 6 on closed meshes. The paper assumes a post-transform cache of about 16 to 32 vertices and gives no
 //! replacement rule; the usual model is FIFO ([`Cache::Fifo`]). Today's devices have no such cache: they
-//! reuse vertices within a batch, which [`Cache::Batches`] counts.
+//! reuse vertices within a batch, which [`Cache::Batches`] counts, and [`Cache::H100`] as one device does.
 //!
 //! All models count vertices by the indices of their input. The figures count positions
 //! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
-//! separately, but counting these transforms would hide the effect of the order at seams.
+//! separately, but counting these transforms would hide the effect of the order at seams. Only orders that are optimised
+//! for batches are counted by wedges: see [`OrderOptions::with_cache`](super::order::OrderOptions::with_cache).
 
 mod bound;
 mod levels;
@@ -48,7 +49,8 @@ pub enum Cache {
     /// most 42 indices back. Otherwise it is transformed again and takes another place of the batch. The model was
     /// fitted to the vertex shader invocations of one draw in 15 orders of faces (pm.draw; triangle list, indices of 16
     /// bits, driver 580.159.04) and gives all 15 exactly. B. Kerbl et al. ("Revisiting the Vertex Cache: Understanding
-    /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found such batches on other devices.
+    /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found batches of 96 indices on a GeForce GTX
+    /// 1080 Ti, which are 32 triangles, too.
     H100,
     /// Meshlets of at most 64 vertices and 126 triangles, filled in the order of the faces, with no reuse between
     /// meshlets. NVIDIA recommends this size for mesh shaders (C. Kubisch, "Introduction to Turing Mesh Shaders",

@@ -171,9 +171,9 @@ impl OrderOptions {
     fn simulated(&self) -> Simulated {
         let (entries, triangles) = match self.cache {
             // A meshlet ends at 64 vertices, and each split adds one, so an order that fills the meshlets of one level
-            // does not fill those of other levels. In meshlets (in-place-23; mean of bunny, sphere and torus, which have
-            // no seams), orders for a FIFO of 19 entries need 1.320 transforms per vertex, for 15 entries 1.327, and for simulated
-            // meshlets 1.34.
+            // does not fill those of other levels. In meshlets (in-place-23; mean of bunny, sphere and torus, which
+            // have no seams), orders for a FIFO of 19 entries need 1.320 transforms per vertex, for 15 entries 1.327,
+            // and for simulated meshlets 1.34.
             Cache::Meshlets => (20, None),
             cache => (cache.entries(), cache.triangles()),
         };

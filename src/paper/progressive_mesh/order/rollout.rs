@@ -246,7 +246,8 @@ impl Search {
         self.draw(face.expect("a face fits into an empty batch"));
     }
 
-    /// The best of the first undrawn face and all undrawn faces around vertices of the FIFO or the batch; on a tie, the face found first.
+    /// The best of the first undrawn face and all undrawn faces around vertices of the FIFO or the batch; on a tie, the
+    /// face found first.
     /// An empty batch takes the faces around the batch before it. `None` if the current batch has room for none.
     fn best(&mut self, noise: Option<u32>) -> Option<u32> {
         self.searches += 1;
@@ -282,32 +283,34 @@ impl Search {
     /// True if the current batch has room for the face; a FIFO always has.
     fn fits(&self, face: u32) -> bool {
         self.cache.triangles.is_none_or(|max| {
-            let new = self.corners(face).filter(|&(at, vertex)| !self.is_found(at, vertex)).count();
+            let corners = self.faces[face as usize].corners.into_iter().enumerate();
+            let new =
+                corners.filter(|&(at, vertex)| vertex != self.none && !self.is_found(at, vertex)).count();
             self.triangles < max && self.entered.len() - self.oldest + new <= self.cache.entries
         })
     }
 
-    /// The corners of a face, numbered, without the dummy vertex.
-    fn corners(&self, face: u32) -> impl Iterator<Item = (usize, usize)> + use<> {
+    /// The corners of a face, without the dummy vertex.
+    fn corners(&self, face: u32) -> impl Iterator<Item = usize> + use<> {
         let none = self.none;
-        let corners = self.faces[face as usize].corners.into_iter().enumerate();
-        corners.filter(move |&(_, vertex)| vertex != none).map(|(at, vertex)| (at, vertex as usize))
+        let corners = self.faces[face as usize].corners.into_iter();
+        corners.filter(move |&vertex| vertex != none).map(|vertex| vertex as usize)
     }
 
     /// True if the next face finds a vertex in the cache, as its corner `at`.
-    fn is_found(&self, at: usize, vertex: usize) -> bool {
-        self.cached[vertex] && self.is_near(at, vertex)
+    fn is_found(&self, at: usize, vertex: u32) -> bool {
+        self.cached[vertex as usize] && self.is_near(at, vertex)
     }
 
     /// True if the look-back from corner `at` of the next face reaches the last use of a vertex.
-    fn is_near(&self, at: usize, vertex: usize) -> bool {
-        let distance = || self.uses.len() + at - self.last_use[vertex] as usize;
+    fn is_near(&self, at: usize, vertex: u32) -> bool {
+        let distance = || self.uses.len() + at - self.last_use[vertex as usize] as usize;
         self.cache.look_back.is_none_or(|reach| distance() <= reach)
     }
 
     /// Skips the drawn faces at the starts of the rows of the face's vertices.
     fn pass(&mut self, face: u32) {
-        for (_, vertex) in self.corners(face) {
+        for vertex in self.corners(face) {
             let Vertex { begin, end, .. } = &mut self.vertices[vertex];
             while *begin < *end && self.faces[self.around[*begin as usize] as usize].seen == IS_DRAWN {
                 *begin += 1;
@@ -337,10 +340,10 @@ impl Search {
         self.faces[face as usize].seen = IS_DRAWN;
         self.undrawn.take(face);
         self.drawn.push(face);
-        for (at, vertex) in self.corners(face) {
-            if self.cached[vertex] && !self.is_found(at, vertex) {
-                self.forget(vertex);
-            }
+        if self.cache.look_back.is_some() {
+            self.forget_before(face);
+        }
+        for vertex in self.corners(face) {
             self.vertices[vertex].left -= 1;
             if !self.cached[vertex] {
                 let Vertex { left, valence, .. } = self.vertices[vertex];
@@ -356,6 +359,15 @@ impl Search {
         }
         if let Some(reach) = self.cache.look_back {
             self.note_uses(face, reach);
+        }
+    }
+
+    /// Forgets the vertices of the next face that their corners do not find.
+    fn forget_before(&mut self, face: u32) {
+        for (at, vertex) in self.faces[face as usize].corners.into_iter().enumerate() {
+            if vertex != self.none && self.cached[vertex as usize] && !self.is_near(at, vertex) {
+                self.forget(vertex as usize);
+            }
         }
     }
 
@@ -416,7 +428,7 @@ impl Search {
         for &face in drawn.iter().rev() {
             self.undrawn.put_back(face);
             self.faces[face as usize].seen = 0;
-            self.corners(face).for_each(|(_, vertex)| self.vertices[vertex].left += 1);
+            self.corners(face).for_each(|vertex| self.vertices[vertex].left += 1);
         }
         if self.cache.look_back.is_some() {
             for [vertex, before] in self.uses.split_off(3 * mark.drawn).into_iter().rev() {
@@ -426,15 +438,15 @@ impl Search {
         let entered = self.entered.split_off(mark.entered);
         entered.iter().for_each(|&vertex| self.cached[vertex as usize] = false);
         for at in mark.oldest..mark.entered {
-            let vertex = self.entered[at] as usize;
+            let vertex = self.entered[at];
             // At a mark, exactly the vertices beyond the look-back are forgotten.
-            self.cached[vertex] = self.is_near(0, vertex);
-            self.score(vertex);
+            self.cached[vertex as usize] = self.is_near(0, vertex);
+            self.score(vertex as usize);
         }
         (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
         for face in drawn {
-            self.corners(face).for_each(|(_, vertex)| self.score(vertex));
+            self.corners(face).for_each(|vertex| self.score(vertex));
         }
     }
 }

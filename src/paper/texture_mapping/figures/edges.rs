@@ -101,7 +101,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(row(VOLUME, Value::Series((-25..=25).map(|n| [at(n), kept(edge, at(n))]).collect())));
         methods.push((edge.name().to_string(), method));
     }
-    let timed = Lab::timed(bench, &lab.gpu, pattern_of(&cell.scene), size)?;
+    let timed = Lab::timed(&lab.gpu, pattern_of(&cell.scene), size)?;
     rows.extend(timed.time_rows(bench, &methods, &[tilt.plane(timed.size[1])])?);
     Ok(rows)
 }

@@ -236,12 +236,14 @@ impl Lab {
         }
     }
 
-    /// A laboratory for times, with larger pictures if the device is a GPU ([`Bench::timed_size`]).
+    /// A laboratory for times. On a GPU its pictures are larger than `size`, because a pass over a small picture takes a
+    /// GPU no longer than an empty pass.
     ///
     /// # Errors
     /// Out of memory, device lost.
-    pub fn timed(bench: &Bench, gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
-        Lab::new(gpu, pattern, bench.timed_size(gpu, size, size.map(|side| 8 * side)))
+    pub fn timed(gpu: &Gpu, pattern: Pattern, size: [u32; 2]) -> anyhow::Result<Lab> {
+        let scale = if gpu.physical().is_software() { 1 } else { 8 };
+        Lab::new(gpu, pattern, size.map(|side| scale * side))
     }
 
     /// Interleaved times of all methods. A run of a method draws every plane once.

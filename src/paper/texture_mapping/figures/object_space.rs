@@ -180,8 +180,7 @@ impl Square {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let gpu = bench.gpu(&[])?;
-    let side =
-        bench.timed_size(&gpu, bench.effort_of(128, 512), 512) * if cell.scene == LARGE { 2 } else { 1 };
+    let side = bench.timed_size(&gpu, 128, 512) * if cell.scene == LARGE { 2 } else { 1 };
     let square = Square::new(f64::from(side), cell.x.context("a sweep")?);
     let size = [side + 8; 2];
     let texels = GreyMipmap::new(SIDE, Pattern::PinkNoise.texels(SIDE));

@@ -107,7 +107,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (relief, colours) = coloured(&cell.scene)?;
     let gpu = bench.gpu(&[])?;
     let elevation_degrees = cell.x.context("a sweep")?;
-    let columns = bench.timed_size(&gpu, bench.effort_of(256, 1024), 1024);
+    let columns = bench.timed_size(&gpu, 256, 1024);
     let view = ParallaxView { elevation_degrees, columns, pixel: f64::from(PIXEL) };
     let period = ParallaxView { columns: relief.side as u32 / PIXEL, ..view };
     let truth = truth(&relief, &colours, &period, STRATA);

@@ -190,7 +190,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let by_texels = single.map(|(_, score)| [score.mean_fetched(), score.mean_error()]);
     let counted = by_texels.filter(|[fetched, _]| *fetched > 0.0).collect();
     rows.push(Row::new(FRONT, BY_TEXELS, "", Value::Series(front(counted))));
-    let timed = Lab::timed(bench, &gpu, Pattern::PinkNoise, size)?;
+    let timed = Lab::timed(&gpu, Pattern::PinkNoise, size)?;
     let planes = TILTS.map(|tilt| Tilt::of(tilt).plane(timed.size[1]));
     rows.extend(time_rows(bench, &timed, &present, &planes, &scores)?);
     Ok(rows)

@@ -219,7 +219,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         rows.push(Row::number(&**name, TEXELS, "texels", fetched));
     }
     if cell.scene == TIMED {
-        let timed = Lab::timed(bench, &lab.gpu, Pattern::PinkNoise, size)?;
+        let timed = Lab::timed(&lab.gpu, Pattern::PinkNoise, size)?;
         rows.extend(time_rows(bench, &timed, &passes, &planes(tilt, bench.effort, timed.size[1]))?);
     }
     Ok(rows)

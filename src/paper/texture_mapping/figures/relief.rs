@@ -250,10 +250,10 @@ fn built(gpu: &Gpu, relief: &Relief, layers: usize) -> anyhow::Result<Maps> {
 
 fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let elevation = cell.x.context("a sweep")?;
-    let (side, layers, columns) = bench.effort_of((64, 16, 256), (128, 32, 2048));
+    let (side, layers) = bench.effort_of((64, 16), (128, 32));
     let relief = relief_of(&cell.scene, side)?;
     let gpu = bench.gpu(&[])?;
-    let columns = bench.timed_size(&gpu, columns, 2048);
+    let columns = bench.timed_size(&gpu, 256, 2048);
     let maps = maps(&gpu, &cell.scene, &relief, layers)?;
     let Maps { distances, cones } = &*maps;
     let direction = Ray::towards([0.0; 2], elevation, 33.0).direction;

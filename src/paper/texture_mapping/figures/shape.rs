@@ -192,7 +192,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     rows.extend(map_error::rows(&lab, &formula(), tilt_degrees));
     rows.push(Row::number(THESIS, OF_MAP, "", THESIS_NMSE));
     let methods: Vec<_> = variants().into_iter().map(|(name, e)| (name, Method::Ellipse(e))).collect();
-    let timed = Lab::timed(bench, &lab.gpu, pattern_of(&cell.scene), size)?;
+    let timed = Lab::timed(&lab.gpu, pattern_of(&cell.scene), size)?;
     rows.extend(timed.time_rows(bench, &methods, &[Tilt::of(tilt_degrees).plane(timed.size[1])])?);
     Ok(rows)
 }
