@@ -1,5 +1,5 @@
-//! Marking in the fragment shader that textures: the list is compared with stage 1's triples, and the picture with that
-//! of the paper's variant.
+//! Draws that texture and also find the tiles, by marks in the tile mask or by triples in the request image: the list is
+//! compared with stage 1's triples, and the picture with that of the paper's variant.
 
 use crate::TextureSession;
 use crate::lists::assert_lists;
@@ -9,9 +9,10 @@ use ortelius::math::camera::Pose;
 use ortelius::math::pyramid::TileId;
 use ortelius::model::mesh::{SourceMesh, gpu_mesh};
 use ortelius::paper::virtual_texture::config::{open_texture, source_mesh};
-use ortelius::paper::virtual_texture::fused::Fused;
-use ortelius::paper::virtual_texture::list_passes::Stage3;
-use ortelius::paper::virtual_texture::{Compaction, Config, Dedup, TileAddress, reference};
+use ortelius::paper::virtual_texture::method::ListAndDraw;
+use ortelius::paper::virtual_texture::{
+    Compaction, Config, Dedup, Listing, RequestDraw, TileAddress, reference,
+};
 use ortelius::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings};
 use ortelius::scene::Scene;
 use ortelius::vk::Gpu;
@@ -22,6 +23,12 @@ fn fuse(settings: &mut VirtualTextureSettings, dedup: Dedup) {
     settings.config.dedup = dedup;
     settings.config.address = TileAddress::OwnLevel;
     settings.config.compact = Compaction::Append;
+}
+
+/// The texturing draw stores the triples.
+fn store_triples(settings: &mut VirtualTextureSettings) {
+    fuse(settings, Dedup::Runs);
+    settings.config.request_draw = RequestDraw::Texturing;
 }
 
 /// The last frame's listed tiles, and the tiles that its pixels request.
@@ -39,43 +46,28 @@ fn shape(gpu: &Gpu, scene: &Scene) -> Rc<Shape> {
     Rc::new(Shape::with_depth_alone(gpu, &mesh).unwrap())
 }
 
-/// A fused variant that draws with a renderer's resident tiles.
+/// A variant that finds the tiles while it draws with a renderer's resident tiles.
 struct Beside {
     config: Config,
     shape: Rc<Shape>,
-    fused: Fused,
-    stage3: Stage3,
+    method: ListAndDraw,
 }
 
 impl Beside {
     fn new(gpu: &Gpu, renderer: &TextureSession, shape: &Rc<Shape>, config: Config) -> Beside {
-        let pyramid = renderer.technique.source.pyramid();
-        let resident = &renderer.technique.resident;
-        Beside {
-            fused: Fused::new(
-                gpu,
-                &pyramid,
-                &config,
-                resident,
-                (renderer.target().color.info().format, None),
-            )
-            .unwrap(),
-            stage3: Stage3::new(gpu, &pyramid, &config).unwrap(),
-            shape: shape.clone(),
-            config,
-        }
+        let (pyramid, resident) = (renderer.technique.source.pyramid(), &renderer.technique.resident);
+        let method = ListAndDraw::new(gpu, &pyramid, &config, resident, renderer.target(), None).unwrap();
+        Beside { config, shape: shape.clone(), method }
     }
 
     /// Draws `pose` and returns the visible-tile list.
     fn list(&mut self, gpu: &Gpu, renderer: &TextureSession, pose: &Pose) -> Vec<[u32; 3]> {
         let (resident, target) = (&renderer.technique.resident, renderer.target());
         let seen = DrawList::new([&*self.shape], View::new(pose, target.size()), 0);
-        let (list, images) = (self.stage3.list(FrameSlot::FIRST), (&*target.color, &*target.depth));
         let mut frame = gpu.frame().unwrap();
-        frame.pass("fused", |cmd| self.fused.draw(cmd, resident, &seen, list, images)).unwrap();
-        self.stage3.record(&mut frame, FrameSlot::FIRST, self.fused.mask(FrameSlot::FIRST)).unwrap();
+        self.method.record(&mut frame, resident, &seen, target).unwrap();
         frame.submit().unwrap().wait().unwrap();
-        self.stage3.collect(gpu, FrameSlot::FIRST, self.fused.mask(FrameSlot::FIRST)).unwrap().0
+        self.method.collect(gpu, FrameSlot::FIRST).unwrap().0
     }
 
     /// Lists `pose`, which the renderer drew last, and compares the list with the renderer's request image. Returns the
@@ -85,7 +77,7 @@ impl Beside {
         let (requests, pyramid, address) =
             (renderer.requests().unwrap(), renderer.technique.source.pyramid(), self.config.address);
         let what = format!("{what}: {:?}", self.config);
-        if self.config.dedup == Dedup::FusedExact {
+        if self.config.dedup != Dedup::Fused {
             assert_lists(&requests, &pyramid, &triples, address, &what);
             return 0;
         }
@@ -114,7 +106,9 @@ fn after_a_depth_pass_the_list_is_the_reference_set_and_without_it_a_superset() 
         let mut renderer = open(&gpu, &scene, [250, 141], |_| ());
         let config = renderer.technique.settings.config;
         let of = |dedup, address| Config { dedup, address, compact: Compaction::FusedAppend, ..config };
-        let configs = FUSED.into_iter().flat_map(|dedup| ADDRESSES.map(|address| of(dedup, address)));
+        let fused = FUSED.into_iter().flat_map(|dedup| ADDRESSES.map(|address| of(dedup, address)));
+        let stores = |address| Config { request_draw: RequestDraw::Texturing, address, ..config };
+        let configs = fused.chain(ADDRESSES.map(stores));
         let surface = shape(&gpu, &scene);
         let mut variants: Vec<Beside> =
             configs.map(|config| Beside::new(&gpu, &renderer, &surface, config)).collect();
@@ -171,18 +165,21 @@ fn hidden_plane(scene: &Scene) -> SourceMesh {
 }
 
 #[test]
-fn hidden_tiles_are_marked_only_without_a_depth_pass() {
+fn hidden_tiles_are_listed_only_by_a_fused_draw_without_a_depth_pass() {
     let gpu = device();
     let scene = scene("plane");
     let mesh = gpu_mesh(&hidden_plane(&scene));
     let pose = pose(&scene, "nadir");
     let mut extra = Vec::new();
-    for dedup in [Dedup::FusedExact, Dedup::Fused] {
+    let exact = |settings: &mut _| fuse(settings, Dedup::FusedExact);
+    let superset = |settings: &mut _| fuse(settings, Dedup::Fused);
+    let variants: [&dyn Fn(&mut VirtualTextureSettings); 3] = [&exact, &store_triples, &superset];
+    for change in variants {
         let mut settings =
             VirtualTextureSettings::of_scene(&scene, ortelius::picture::PixelFormat::Srgb8).unwrap();
         settings.size = [320, 180];
         settings.streaming.gpu_tiles = 64;
-        fuse(&mut settings, dedup);
+        change(&mut settings);
         let source = open_texture(&scene).unwrap();
         let mut renderer = VirtualTexture::run(gpu.clone(), source, &mesh, settings).unwrap();
         renderer.frame(&pose).unwrap();
@@ -191,8 +188,8 @@ fn hidden_tiles_are_marked_only_without_a_depth_pass() {
         extra.push(listed.len() - seen.len());
     }
     println!("{extra:?} surplus tiles");
-    assert_eq!(extra[0], 0);
-    assert!(extra[1] > 0, "the scene hides nothing, so the test proves nothing");
+    assert_eq!(extra[..2], [0, 0]);
+    assert!(extra[2] > 0, "the scene hides nothing, so the test proves nothing");
 }
 
 #[test]
@@ -211,11 +208,31 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
             renderer.picture_bytes().unwrap()
         };
         let paper = picture(&|_| ());
-        for dedup in [Dedup::FusedExact, Dedup::Fused] {
-            let fused = picture(&|settings| fuse(settings, dedup));
-            let differing = paper.iter().zip(&fused).filter(|(a, b)| a != b).count();
-            assert_eq!(differing, 0, "{name}, {camera}, {}: bytes of {}", dedup.name(), paper.len());
+        let [exact, superset] = FUSED.map(|dedup| picture(&move |settings| fuse(settings, dedup)));
+        let stores = picture(&store_triples);
+        for (what, other) in [("fused-exact", exact), ("fused", superset), ("triples stored", stores)] {
+            let differing = paper.iter().zip(&other).filter(|(a, b)| a != b).count();
+            assert_eq!(differing, 0, "{name}, {camera}, {what}: bytes of {}", paper.len());
         }
+    }
+}
+
+#[test]
+fn every_list_can_be_made_from_the_triples_of_the_texturing_draw() {
+    let gpu = device();
+    let scene = scene("earth");
+    for list in Listing::ALL.iter().copied().filter(|list| *list != Listing::Feedback) {
+        let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
+            store_triples(settings);
+            settings.config.list = list;
+        });
+        renderer.frame(&pose(&scene, "oblique")).unwrap();
+        let (listed, seen) = listed_and_seen(&mut renderer);
+        assert!(seen.len() > 4);
+        assert_eq!(listed, seen, "{list:?}");
+        let passes = renderer.technique.passes();
+        assert_eq!(passes[..2], ["upload", "fused"], "{list:?}: one draw");
+        assert!(!passes.contains(&"footprint") && !passes.contains(&"texturing"), "{passes:?}");
     }
 }
 

@@ -16,6 +16,17 @@ choices! {
 }
 
 choices! {
+    /// Stage 1: the draw that writes the request image.
+    pub enum RequestDraw {
+        /// The paper's: a draw that only stores triples. The texturing draw follows and reads each pixel's triple.
+        Separate = "separate",
+        /// The texturing draw stores the triples in a second colour attachment, so the mesh is drawn once. The depth
+        /// test keeps the triples of visible fragments, so the list is exact. Hidden fragments are textured, too.
+        Texturing = "texturing",
+    }
+}
+
+choices! {
     /// The grid of a tile's address (i, j): stage 2 sets bit q of texel (i, j) of the tile mask (section 2.2).
     pub enum TileAddress {
         /// The grid of level 0, texel `(i, j)`, as printed: one tile of level q can be listed up to `4^q` times.

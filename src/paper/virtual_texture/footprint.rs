@@ -106,14 +106,18 @@ impl FootprintPass {
         })
     }
 
+    /// The request image as a colour attachment whose pixels start as the background.
+    pub(super) fn target(&self) -> ColorTarget<'_> {
+        ColorTarget { image: &self.requests, clear: Clear::Uint([BACKGROUND; 4]) }
+    }
+
     /// Draws the shapes into the request image, with the depth test.
     ///
     /// # Errors
     /// Out of memory.
     pub fn draw(&self, cmd: &mut Cmd<'_>, seen: &DrawList<'_>) -> Result<()> {
-        let requests = ColorTarget { image: &self.requests, clear: Clear::Uint([BACKGROUND; 4]) };
         let depth = DepthTarget { image: &self.depth, clear: seen.onto != Onto::Drawn };
-        cmd.render(self.requests.info().size, &[requests], Some(depth), |render| {
+        cmd.render(self.requests.info().size, &[self.target()], Some(depth), |render| {
             seen.draw(render, &[], |_| &self.pipeline)
         })
     }
@@ -161,7 +165,7 @@ impl FootprintDump {
     pub fn draw(&self, cmd: &mut Cmd<'_>, stage: &FootprintPass, seen: &DrawList<'_>) -> Result<()> {
         let nothing = Clear::Float([f32::NAN; 4]);
         let targets = [
-            ColorTarget { image: &stage.requests, clear: Clear::Uint([BACKGROUND; 4]) },
+            stage.target(),
             ColorTarget { image: &self.coordinates, clear: nothing },
             ColorTarget { image: &self.derivatives, clear: nothing },
         ];

@@ -1,16 +1,18 @@
 //! The passes that find and show the tiles: stages 1, 2, 3, read-back and texturing. In a fused variant, one draw does
-//! the work of stages 1, 2 and texturing.
+//! the work of stages 1, 2 and texturing. With [`super::choices::RequestDraw::Texturing`] it does the work of stage 1
+//! and texturing. Either draw is the pass "fused".
 
 use super::list_passes::{Collected, ListPasses, Stage3};
 use super::{Config, footprint::FootprintPass, fused::Fused, texturing::Texturing, tile_pool::TilePool};
 use crate::frame::{DrawList, FrameSlot, Target};
 use crate::math::light::LightColours;
 use crate::math::pyramid::Pyramid;
-use crate::vk::{Depth, Frame, Gpu, Result};
+use crate::vk::{Cmd, Depth, Frame, Gpu, Result};
 
 /// A variant's passes and their buffers for each frame in flight.
 pub enum ListAndDraw {
-    /// Stage 1, the list passes, and texturing from the request image.
+    /// Stage 1, the list passes, and texturing from the request image; or texturing that writes the request image, and
+    /// the list passes.
     Staged {
         stage1: Box<FootprintPass>,
         list_passes: ListPasses,
@@ -70,9 +72,14 @@ impl ListAndDraw {
         let slot = seen.view.slot();
         match self {
             ListAndDraw::Staged { stage1, list_passes, texturing } => {
+                let picture = |cmd: &mut Cmd<'_>| texturing.draw(cmd, stage1, resident, seen, &target.color);
+                if texturing.writes_requests {
+                    frame.pass("fused", picture)?;
+                    return list_passes.record(frame, &stage1.requests, slot);
+                }
                 frame.pass("footprint", |cmd| stage1.draw(cmd, seen))?;
                 list_passes.record(frame, &stage1.requests, slot)?;
-                frame.pass("texturing", |cmd| texturing.draw(cmd, stage1, resident, seen, &target.color))
+                frame.pass("texturing", picture)
             }
             ListAndDraw::Fused { draw, stage3 } => {
                 let images = (&*target.color, &*target.depth);
@@ -85,6 +92,9 @@ impl ListAndDraw {
     /// Labels of the passes, in order.
     pub fn passes(&self) -> Vec<&'static str> {
         match self {
+            ListAndDraw::Staged { list_passes, texturing, .. } if texturing.writes_requests => {
+                [vec!["fused"], list_passes.passes()].concat()
+            }
             ListAndDraw::Staged { list_passes, .. } => {
                 [vec!["footprint"], list_passes.passes(), vec!["texturing"]].concat()
             }

@@ -80,7 +80,9 @@ pub mod trade;
 pub mod variants;
 pub mod visible_list;
 
-pub use choices::{Compaction, Dedup, Filtering, Interpolation, Listing, RequestFormat, TileAddress};
+pub use choices::{
+    Compaction, Dedup, Filtering, Interpolation, Listing, RequestDraw, RequestFormat, TileAddress,
+};
 pub use compare::{Again, PlainComparison};
 pub use config::{Config, ONE_SAMPLE, PAPER, VirtualTextureSettings, lacks, needs};
 pub use dump::{FootprintPicture, read_requests, read_words, texels_per_pixel};

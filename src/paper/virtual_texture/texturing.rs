@@ -2,16 +2,20 @@
 //!
 //! A pixel's tile is exactly the one that stage 1 wrote into the request image. A pass over the same mesh, with the
 //! same depth, computes only the position within the tile and the weights of the two levels.
+//!
+//! With [`RequestDraw::Texturing`], which is not in the paper, the pass itself writes the request image, as its second
+//! colour attachment. Stages 2 and 3 then follow the texturing pass.
 
+use super::choices::RequestDraw;
 use super::config::Filter;
 use super::{Config, Interpolation, footprint::FootprintPass, pyramid_constants, tile_pool::TilePool, with};
-use crate::frame::{DrawList, Shape};
+use crate::frame::{DrawList, Onto, Shape};
 use crate::math::light::LightColours;
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::texture::source::{TileError, TileFormat, TileSource};
 use crate::vk::shader::Shader;
 use crate::vk::shader::common::{lit_mesh_vert, mesh_vert, plain_frag};
-use crate::vk::shader::virtual_texture::texturing_frag;
+use crate::vk::shader::virtual_texture::{texturing_frag, texturing_requests_frag};
 use crate::vk::{
     Buffer, BufferUse, Cmd, ColorTarget, Depth, DepthTarget, Format, Gpu, GraphicsInfo, GraphicsPipeline,
     Image, ImageInfo, ReadAs, Resource, Result, Sampler, SamplerFilter, SamplerInfo,
@@ -91,6 +95,8 @@ impl ShadingPipelines {
 
 pub struct Texturing {
     pub(super) shading: ShadingPipelines,
+    /// True if the pass writes the request image; false if it reads it.
+    pub(super) writes_requests: bool,
 }
 
 impl Texturing {
@@ -125,7 +131,8 @@ impl Texturing {
     ) -> Result<Texturing> {
         let mut constants = constants(config, resident);
         constants.push(("COUNTS_TEXELS", 1));
-        Texturing::built(gpu, pyramid, config, stage1, &constants, (target, None))
+        let config = Config { request_draw: RequestDraw::Separate, ..*config };
+        Texturing::built(gpu, pyramid, &config, stage1, &constants, (target, None))
     }
 
     fn built(
@@ -136,17 +143,25 @@ impl Texturing {
         constants: &[(&'static str, u32)],
         (target, lit): (Format, Option<LightColours>),
     ) -> Result<Texturing> {
+        let writes_requests = config.request_draw == RequestDraw::Texturing;
+        let colors = [target, stage1.format.image_format()];
+        let (shaders, depth, colors) = match writes_requests {
+            true => (&texturing_requests_frag::SHADERS, Depth::Write, &colors[..]),
+            false => (&texturing_frag::SHADERS, Depth::Equal, &colors[..1]),
+        };
         let info = GraphicsInfo {
             specialization: &with(pyramid_constants(pyramid, stage1.format, &config.filter), constants),
-            depth: Some(Depth::Equal),
-            colors: &[target],
-            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &texturing_frag::SHADERS[0])
+            depth: Some(depth),
+            colors,
+            ..GraphicsInfo::triangles(&mesh_vert::SHADER, &shaders[0])
         };
-        let fragment = (&texturing_frag::SHADERS, &config.filter);
-        Ok(Texturing { shading: ShadingPipelines::new(gpu, &info, fragment, lit)? })
+        Ok(Texturing {
+            shading: ShadingPipelines::new(gpu, &info, (shaders, &config.filter), lit)?,
+            writes_requests,
+        })
     }
 
-    /// Draws the picture; `stage1` must have drawn the same view.
+    /// Draws the picture. The pass reads the request image that `stage1` has drawn for the same view, or writes it.
     ///
     /// # Errors
     /// Out of memory.
@@ -159,14 +174,21 @@ impl Texturing {
         target: &Image,
     ) -> Result<()> {
         let color = ColorTarget { image: target, clear: seen.onto.clear() };
-        let depth = DepthTarget { image: &stage1.depth, clear: false };
-        let resources = [
-            (texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)),
+        let depth =
+            DepthTarget { image: &stage1.depth, clear: self.writes_requests && seen.onto != Onto::Drawn };
+        let mut colors = vec![color];
+        let mut resources = vec![
             (texturing_frag::PAGE_TABLE, Resource::Buffer(&resident.page_table_words)),
             (texturing_frag::TILE_POOL, Resource::Sampled(&resident.tiles, &resident.sampler)),
         ];
-        let resources: Vec<_> = resources.into_iter().chain(self.shading.weight_table.resource()).collect();
-        cmd.render(target.info().size, &[color], Some(depth), |render| {
+        resources.extend(self.shading.weight_table.resource());
+        match self.writes_requests {
+            true => colors.push(stage1.target()),
+            false => {
+                resources.push((texturing_frag::REQUESTS, Resource::Texture(&stage1.requests, ReadAs::Whole)))
+            }
+        }
+        cmd.render(target.info().size, &colors, Some(depth), |render| {
             seen.draw(render, &resources, |shape| self.shading.of(shape))
         })
     }

@@ -1,6 +1,6 @@
 //! Which variants of stages 2 and 3 fit together, and the device features that each needs.
 
-use super::choices::{Compaction, Dedup};
+use super::choices::{Compaction, Dedup, RequestDraw};
 use super::{Config, Listing, TileAddress};
 use crate::math::pyramid::Pyramid;
 use crate::vk::{Feature, Need};
@@ -90,6 +90,12 @@ impl Config {
     /// that the host makes need the request image.
     pub fn fused(&self) -> bool {
         self.list == Listing::Device && self.dedup.fused()
+    }
+
+    /// True if one draw both finds the tiles of the pixels and textures them: fused, or with the request image as its
+    /// second colour attachment.
+    pub fn finds_while_texturing(&self) -> bool {
+        self.fused() || self.request_draw == RequestDraw::Texturing
     }
 
     /// True if a depth-only draw precedes the shading draw.

@@ -3,7 +3,7 @@
 
 use super::choices::{
     Compaction, Dedup, FilterAxes, FilterDeterminant, FilterEdge, FilterKernel, FilterLimb, FilterMap,
-    FilterScan, Filtering, Interpolation, Listing, RequestFormat, TileAddress,
+    FilterScan, Filtering, Interpolation, Listing, RequestDraw, RequestFormat, TileAddress,
 };
 use super::disk::Disk;
 use super::streaming::StreamingConfig;
@@ -146,6 +146,8 @@ settings! {
     pub struct Config derive(Copy) with DEFAULT {
         /// Format of the request image. If omitted: the first format of this list that the device can render to.
         request_format: Option<RequestFormat> = None;
+        /// Stage 1: the draw that writes the request image. A fused variant has no request image.
+        request_draw: RequestDraw = RequestDraw::Separate;
         /// Which method makes the list. The keys of stages 2 and 3 apply only to `"device"`.
         list: Listing = Listing::Device;
         /// n of the list `"feedback"`: each frame samples one pixel in 2^n.
@@ -180,6 +182,11 @@ fn check_config(config: &Config, part: &SceneTable<'_>) -> std::result::Result<(
     let appends = config.list == Listing::Device && config.compact == Compaction::FusedAppend;
     if appends && !config.dedup.fused() {
         return Err(part.fault("compact", Compaction::FUSED_APPEND_ALONE));
+    }
+    if config.fused() && config.request_draw == RequestDraw::Texturing {
+        let what = "the fused draw of this variant.dedup stores no triples; remove the key, or choose variant.dedup = \
+                    \"runs\"";
+        return Err(part.fault("request_draw", what));
     }
     Ok(())
 }

@@ -1,14 +1,14 @@
 //! The variants of vt.extremes. With NA = 1 each dedup and each compaction runs at least once with each tile address
 //! that fits it, and the geometry shaders run with several block sizes. The host's lists, feedback with every pixel,
-//! and the fused draws complete the list. With NA = 16 samples reach into neighbouring tiles. The methods that list
-//! such tiles in code of their own run: one for each layout of the tile mask, the host's lists and the exact fused
-//! draw.
+//! the fused draws and the texturing draw that stores triples complete the list. With NA = 16 samples reach into
+//! neighbouring tiles. The methods that list such tiles in code of their own run: one for each layout of the tile mask,
+//! the host's lists, the exact fused draw and the texturing draw that stores triples.
 
 use crate::math::pyramid::Pyramid;
 use crate::paper::virtual_texture::config::Filter;
 use crate::paper::virtual_texture::footprint::FootprintPass;
 use crate::paper::virtual_texture::list_passes::ListPasses;
-use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, TileAddress};
+use crate::paper::virtual_texture::{Compaction, Config, Dedup, Listing, PAPER, RequestDraw, TileAddress};
 use crate::vk::{self, Gpu};
 
 /// A variant that is ready, or the reason why it is refused.
@@ -22,8 +22,8 @@ pub struct ExtremeVariant {
 pub enum Way {
     /// Passes over the common request image.
     OverRequests(ListPasses),
-    /// A fused draw, which also textures.
-    Fused,
+    /// A draw that also textures.
+    WhileTexturing,
 }
 
 /// The reason why a device refuses a variant.
@@ -85,18 +85,27 @@ fn every_pass(base: &Config) -> Vec<Config> {
         for (dedup, compact) in FUSED {
             add(Config { dedup, compact, address, ..*base });
         }
+        add(Config { address, ..stores_triples(base) });
     }
     configs
 }
 
-/// The paper's variant; a dedup pass for each layout of the tile mask; the host's lists; the exact fused draw.
+/// The paper's variant; a dedup pass for each layout of the tile mask; the host's lists; the exact fused draw; the
+/// texturing draw that stores triples.
 fn every_layout(base: &Config) -> Vec<Config> {
     let own_level = Config { address: TileAddress::OwnLevel, compact: Compaction::Append, ..*base };
     let dedups = [Dedup::Runs, Dedup::Bitset, Dedup::MarkBytes, Dedup::FusedExact];
     let lists = [Listing::HostHash, Listing::HostBitmap];
     let of_dedups = dedups.map(|dedup| Config { dedup, ..own_level });
     let of_lists = lists.map(|list| Config { list, ..*base });
-    [*base].into_iter().chain(of_dedups).chain(of_lists).collect()
+    let stores = Config { address: TileAddress::OwnLevel, ..stores_triples(base) };
+    [*base].into_iter().chain(of_dedups).chain(of_lists).chain([stores]).collect()
+}
+
+/// The texturing draw that stores the triples.
+fn stores_triples(base: &Config) -> Config {
+    let (dedup, compact) = (Dedup::Runs, Compaction::Append);
+    Config { request_draw: RequestDraw::Texturing, dedup, compact, ..*base }
 }
 
 /// The combinations of fused draws.
@@ -112,6 +121,9 @@ fn papers_pyramid() -> Pyramid {
 
 fn name(config: &Config) -> String {
     let dedup = match config.dedup {
+        other if config.request_draw == RequestDraw::Texturing => {
+            format!("triples of the texturing draw, {}", other.name())
+        }
         Dedup::Geometry => {
             format!("geometry p={}{}", config.block_log2, if config.memo { " memo" } else { "" })
         }
@@ -138,7 +150,7 @@ pub fn contenders(
     let ready = |(name, config): (String, Config)| {
         let way = match config.check(pyramid) {
             Err(unfit) => Err(unfit.to_string()),
-            Ok(()) if config.fused() => Ok(Way::Fused),
+            Ok(()) if config.finds_while_texturing() => Ok(Way::WhileTexturing),
             Ok(()) => match ListPasses::new(gpu, pyramid, &config, stage1) {
                 Ok(list_passes) => Ok(Way::OverRequests(list_passes)),
                 Err(error) => Err(refused(error)?),
@@ -167,6 +179,9 @@ mod tests {
             }
             for &compact in Compaction::ALL {
                 assert!(is_there(&|config| config.compact == compact), "{compact:?}");
+            }
+            for &draw in RequestDraw::ALL {
+                assert!(is_there(&|config| config.request_draw == draw), "{draw:?}");
             }
             for &list in Listing::ALL {
                 assert!(is_there(&|config| config.list == list), "{list:?}");

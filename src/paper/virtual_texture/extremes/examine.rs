@@ -3,12 +3,12 @@
 
 use super::contenders::{ExtremeVariant, Way, base, contenders, is_superset, refused};
 use super::scenes::{Expected, Extreme, Landscape, Sight};
-use crate::frame::{DrawList, FrameSlot, Shape, View};
+use crate::frame::{DrawList, FrameSlot, Shape, Target, View};
 use crate::math::pyramid::{Pyramid, TileId};
 use crate::paper::virtual_texture::dump::read_reaches;
 use crate::paper::virtual_texture::footprint::FootprintPass;
-use crate::paper::virtual_texture::fused::Fused;
-use crate::paper::virtual_texture::list_passes::{ListPasses, Stage3};
+use crate::paper::virtual_texture::list_passes::ListPasses;
+use crate::paper::virtual_texture::method::ListAndDraw;
 use crate::paper::virtual_texture::reach::neighbours;
 use crate::paper::virtual_texture::reference::stage1::{Stage1Check, compare_triples};
 use crate::paper::virtual_texture::ruler::Verdicts;
@@ -21,7 +21,7 @@ use crate::picture::write::Srgb8Picture;
 use crate::reference::ReferenceView;
 use crate::scene::Scene;
 use crate::texture::source::ruler::Ruler;
-use crate::vk::{self, Format, Gpu, Image, ImageInfo};
+use crate::vk::{self, Gpu};
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -112,8 +112,8 @@ impl Examiner {
             _ => contenders(&gpu, &sight.pyramid, &drawn.stage1, na)?,
         };
         let (_, contenders) = self.contenders.entry(na).or_insert((sight.pyramid, ready));
-        let fused = contenders.iter().any(|contender| matches!(contender.way, Ok(Way::Fused)));
-        let textured = fused.then(|| Textured::new(&gpu, &sight)).transpose()?;
+        let textures = contenders.iter().any(|contender| matches!(contender.way, Ok(Way::WhileTexturing)));
+        let textured = textures.then(|| Textured::new(&gpu, &sight)).transpose()?;
         let variants = contenders
             .iter_mut()
             .map(|contender| {
@@ -169,16 +169,16 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn, na: u32) -> Stage1Che
     compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, na)
 }
 
-/// Resources for fused draws. Only the resident tail is present, because the list does not depend on other tiles.
+/// Resources for draws that texture. Only the resident tail is present, because the list does not depend on other tiles.
 struct Textured {
     resident: TilePool,
-    target: Image,
+    target: Target,
 }
 
 impl Textured {
     fn new(gpu: &Gpu, sight: &Sight) -> Result<Textured, TilePoolError> {
         let resident = TilePool::new(gpu, &Ruler::new(sight.pyramid), 1)?;
-        let target = gpu.image("picture", ImageInfo::target(sight.size, Format::Rgba8Srgb))?;
+        let target = Target::new(gpu, sight.size, PixelFormat::Srgb8)?;
         Ok(Textured { resident, target })
     }
 }
@@ -192,9 +192,9 @@ fn outcome(
 ) -> vk::Result<ListOutcome> {
     let list = match &mut contender.way {
         Ok(Way::OverRequests(list_passes)) => list(gpu, drawn, list_passes),
-        Ok(Way::Fused) => {
-            let textured = textured.expect("created if a variant is fused");
-            fused_list(gpu, drawn, textured, &contender.config)
+        Ok(Way::WhileTexturing) => {
+            let textured = textured.expect("created if a variant textures");
+            list_while_texturing(gpu, drawn, textured, &contender.config)
         }
         Err(line) => return Ok(ListOutcome::Refused(line.clone())),
     };
@@ -230,18 +230,19 @@ fn list(gpu: &Gpu, drawn: &Drawn, list_passes: &mut ListPasses) -> vk::Result<Ve
     Ok(list_passes.collect(gpu, FrameSlot::FIRST)?.0)
 }
 
-/// The list of a fused variant.
-fn fused_list(gpu: &Gpu, drawn: &Drawn, textured: &Textured, config: &Config) -> vk::Result<Vec<[u32; 3]>> {
-    let Textured { resident, target } = textured;
-    let fused = Fused::new(gpu, &drawn.pyramid, config, resident, (target.info().format, None))?;
-    let mut stage3 = Stage3::new(gpu, &drawn.pyramid, config)?;
+/// The list of a variant that makes it in, or after, the draw that textures.
+fn list_while_texturing(
+    gpu: &Gpu,
+    drawn: &Drawn,
+    Textured { resident, target }: &Textured,
+    config: &Config,
+) -> vk::Result<Vec<[u32; 3]>> {
+    let mut method = ListAndDraw::new(gpu, &drawn.pyramid, config, resident, target, None)?;
     let seen = DrawList::new([&drawn.shape], drawn.view, 0);
-    let (list, images) = (stage3.list(FrameSlot::FIRST), (target, &*drawn.stage1.depth));
     let mut frame = gpu.frame()?;
-    frame.pass("fused", |cmd| fused.draw(cmd, resident, &seen, list, images))?;
-    stage3.record(&mut frame, FrameSlot::FIRST, fused.mask(FrameSlot::FIRST))?;
+    method.record(&mut frame, resident, &seen, target)?;
     frame.submit()?.wait()?;
-    Ok(stage3.collect(gpu, FrameSlot::FIRST, fused.mask(FrameSlot::FIRST))?.0)
+    Ok(method.collect(gpu, FrameSlot::FIRST)?.0)
 }
 
 /// Draws the whole frame on a ruler texture until no tile is missing.

@@ -36,6 +36,7 @@ pub fn samples(na: u32) -> Vec<String> {
 pub fn setting(name: impl Into<String>, config: &Config) -> Setting {
     let keys = |of: &Config| {
         [
+            format!("request_draw={}", of.request_draw.name()),
             format!("dedup={}", of.dedup.name()),
             format!("block_log2={}", of.block_log2),
             format!("memo={}", of.memo),

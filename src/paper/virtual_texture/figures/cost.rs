@@ -22,8 +22,8 @@ pub const ON_THE_HOST: &str = "list on the host";
 /// Quantity: the time of a whole frame.
 pub const FRAME: &str = "frame";
 
-/// Quantity: the time of stages 2 and 3 together. For a fused variant it includes the difference between its draw and
-/// [`UNLISTED`].
+/// Quantity: the time of stages 2 and 3 together. For a variant that finds the tiles while it textures, it includes
+/// the difference between its draw and [`UNLISTED`].
 pub const LIST: &str = "stages 2 and 3";
 
 /// [`LIST`] of `timed` in each round. `others` are the contenders of the same rounds. `None` if the list is not made

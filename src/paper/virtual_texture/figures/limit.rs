@@ -3,7 +3,7 @@
 use super::super::counts::{Requests, of_list};
 use super::common::{PAPERS, SceneView, own_level_tiles, pixels_of, setting};
 use super::cost::{LIST, ON_THE_HOST, list_of_rounds, list_row};
-use super::side_by_side::{COMPUTE, Combination, SideBySide, THE_PAPER, UNLISTED};
+use super::side_by_side::{COMPUTE, Combination, ONE_DRAW, SideBySide, THE_PAPER, UNLISTED};
 use super::stages::{Pair, Stage1};
 use crate::figure::prelude::*;
 use crate::math::pyramid::TileId;
@@ -24,8 +24,9 @@ pub const LIMIT: Figure = Figure {
             and by the time of an empty pass. The levels are those of the paper's NA = 16. Each variant of stage 2 \
             runs with the variant of stage 3 that is fastest with it on this device. The paper's pair (section 2: \
             geometry shader over blocks of 8 x 8 pixels with memo, logic OR, transform feedback) uses level-0 tile \
-            addresses, all others own-level ones. The fused variants have no request image: their time is the \
-            difference between their texturing draw and the same draw without marking. \"host-hash\" and \
+            addresses, all others own-level ones. The fused variants have no request image, and the \
+            variants of one draw store it while they texture: their time includes the difference between their \
+            texturing draw and the same draw without triples and marks. \"host-hash\" and \
             \"host-bitmap\" are read-back: the copy and the host's pass over it. No time includes reading the list \
             back. All variants take turns; ratios and differences are taken in each round. The figure also counts, \
             from the request image, the texels and words that are read, the tests, the atomics, and the bytes of the \
@@ -69,30 +70,38 @@ fn on_the_device() -> Vec<String> {
     Dedup::staged().map(|dedup| dedup.name().to_string()).collect()
 }
 
-/// The exact fused variants, by name, with and without stage 3 as a pass.
-fn fused() -> Vec<Combination> {
-    let of =
+/// The exact variants that find the tiles while they texture: fused, with and without stage 3 as a pass, and one draw
+/// that stores the triples.
+fn texturing() -> Vec<Combination> {
+    let fused =
         |name, compact| Combination::exact(name, Config { dedup: Dedup::FusedExact, compact, ..COMPUTE });
-    vec![of("fused-exact", Compaction::Append), of("fused-exact, fused-append", Compaction::FusedAppend)]
+    let one_draw = |name, dedup| Combination::exact(name, Config { dedup, ..ONE_DRAW });
+    vec![
+        fused("fused-exact", Compaction::Append),
+        fused("fused-exact, fused-append", Compaction::FusedAppend),
+        one_draw("one draw, runs", Dedup::Runs),
+        one_draw("one draw, mark-bytes", Dedup::MarkBytes),
+    ]
 }
 
-fn fused_names() -> impl Iterator<Item = String> {
-    fused().into_iter().map(|combination| combination.name.to_string())
+fn names_of_texturing() -> impl Iterator<Item = String> {
+    texturing().into_iter().map(|combination| combination.name.to_string())
 }
 
 fn variants() -> Vec<String> {
     let host = [Listing::HostHash, Listing::HostBitmap].map(|list| list.name().to_string());
     let staged = [THE_PAPER.to_string()].into_iter().chain(on_the_device());
-    staged.chain(fused_names()).chain(host).chain([COPY.to_string()]).collect()
+    staged.chain(names_of_texturing()).chain(host).chain([COPY.to_string()]).collect()
 }
 
 /// The variants as settings of a scene.
 fn settings() -> Vec<Setting> {
     let staged = Dedup::staged().map(|dedup| setting(dedup.name(), &Config { dedup, ..COMPUTE }));
-    let fused = fused().into_iter().map(|combination| setting(combination.name, &combination.config));
+    let texturing = texturing();
+    let texturing = texturing.iter().map(|combination| setting(combination.name, &combination.config));
     let host = [Listing::HostHash, Listing::HostBitmap];
     let host = host.map(|list| setting(list.name(), &Config { list, ..COMPUTE }));
-    [setting(THE_PAPER, &PAPER)].into_iter().chain(staged).chain(fused).chain(host).collect()
+    [setting(THE_PAPER, &PAPER)].into_iter().chain(staged).chain(texturing).chain(host).collect()
 }
 
 /// The tiles that a pair lists, sorted. With own-level tile addresses, repeats are kept.
@@ -157,11 +166,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         });
     }
     let pairs: Vec<Pair> = pairs.into_iter().flatten().collect();
-    let fused = (&*fused(), FLOORS);
-    let mut fused = SideBySide::settled(bench, SceneView::find(&cell.scene)?, size, fused, |_| ())?;
-    rows.extend(fused.missing_rows(LIST));
-    rows.extend(times(bench, &stage1, &pairs, &mut fused)?);
-    rows.extend(fused.counts()?);
+    let frames = (&*texturing(), FLOORS);
+    let mut frames = SideBySide::settled(bench, SceneView::find(&cell.scene)?, size, frames, |_| ())?;
+    rows.extend(frames.missing_rows(LIST));
+    rows.extend(times(bench, &stage1, &pairs, &mut frames)?);
+    rows.extend(frames.counts()?);
     let Stage1 { gpu, pyramid, footprint, .. } = &stage1;
     let requests = Requests { triples: &read_requests(gpu, footprint, pyramid)?, size, pyramid };
     for pair in &pairs {
@@ -170,11 +179,16 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Frames without a list that are timed together with the fused variants.
+/// Frames without a list that are timed together with the variants that texture.
 const FLOORS: &[&str] = &[UNLISTED];
 
 /// Times all contenders in turn and compares their lists.
-fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide) -> anyhow::Result<Vec<Row>> {
+fn times(
+    bench: &Bench,
+    stage1: &Stage1,
+    pairs: &[Pair],
+    frames: &mut SideBySide,
+) -> anyhow::Result<Vec<Row>> {
     let (gpu, requests) = (&stage1.gpu, &stage1.footprint.requests);
     let copy = HostCopy::new(gpu, stage1.size, RequestFormat::Packed)?;
     let host = |pass| {
@@ -194,7 +208,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
     contenders.push(Contender::frame(gpu, COPY, move |frame| {
         frame.pass(COPY, |cmd| cmd.copy_from_image(requests, &place, &[whole]))
     }));
-    contenders.extend(fused.contenders()?);
+    contenders.extend(frames.contenders()?);
     let timed = bench.interleave(gpu, contenders)?;
     let mut rows: Vec<Row> = timed.iter().flat_map(|of| time_rows(of, &timed)).collect();
     let exact = own_level_tiles(&lists[1].1.borrow_mut().list(&copy.words()));
@@ -203,7 +217,7 @@ fn times(bench: &Bench, stage1: &Stage1, pairs: &[Pair], fused: &mut SideBySide)
         let wrong = differing(&tiles(pair, stage1)?, &exact);
         rows.push(Row::number(&*pair.name, WRONG, "tiles", wrong as f64));
     }
-    for (name, session) in &fused.sessions {
+    for (name, session) in &frames.sessions {
         let record = session.records.last().context("a settled session has drawn")?;
         // With own-level tile addresses, a list longer than its distinct tiles has a repeat.
         let twice = record.triples - record.visible.len();
@@ -252,7 +266,7 @@ fn time_rows(timed: &Timed, others: &[Timed]) -> Vec<Row> {
 /// All variants on the device except the paper's.
 fn ours() -> Vec<String> {
     let staged = on_the_device().into_iter().filter(|name| name != Dedup::Geometry.name());
-    staged.chain(fused_names()).collect()
+    staged.chain(names_of_texturing()).collect()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::paper::virtual_texture::fused::Fused;
 use crate::paper::virtual_texture::list_passes::Stage3;
 use crate::paper::virtual_texture::texturing::PlainBaseline;
 use crate::paper::virtual_texture::{
-    Again, Compaction, Config, Dedup, Listing, PAPER, RequestFormat, TileAddress, all_needs,
+    Again, Compaction, Config, Dedup, Listing, PAPER, RequestDraw, RequestFormat, TileAddress, all_needs,
 };
 use crate::paper::virtual_texture::{VirtualTexture, VirtualTextureSettings, lacks, texels_per_pixel};
 use crate::picture::PixelFormat;
@@ -63,6 +63,9 @@ pub const COMPUTE: Config = Config {
     ..PAPER
 };
 
+/// As [`COMPUTE`], but the texturing draw stores the triples.
+pub const ONE_DRAW: Config = Config { request_draw: RequestDraw::Texturing, ..COMPUTE };
+
 /// The frames that figures compare, the paper's first.
 pub fn combinations() -> Vec<Combination> {
     let exact = Combination::exact;
@@ -84,9 +87,13 @@ pub fn combinations() -> Vec<Combination> {
             "fused, appending",
             Config { dedup: Dedup::Fused, compact: Compaction::FusedAppend, ..COMPUTE },
         ),
+        // One draw shows the tiles and stores the triples. Stages 2 and 3 follow.
+        exact("one draw, runs", Config { dedup: Dedup::Runs, ..ONE_DRAW }),
+        exact("one draw, mark-bytes", Config { dedup: Dedup::MarkBytes, ..ONE_DRAW }),
         // Read-back, the paper's baseline.
         exact("read-back, hash set", Config { list: Listing::HostHash, ..COMPUTE }),
         exact("read-back, bitmap", Config { list: Listing::HostBitmap, ..COMPUTE }),
+        exact("one draw, read-back, bitmap", Config { list: Listing::HostBitmap, ..ONE_DRAW }),
     ]
 }
 
