@@ -42,7 +42,9 @@ fn weight_map(scene: &Scene) -> Option<[String; 2]> {
 fn compared(scene: &Scene) -> Vec<[String; 2]> {
     let is_virtual = |surface: &scene::Surface| scene.texture_kind(surface) == Some("virtual");
     if scene.surfaces.values().any(is_virtual) {
-        return ["dedup", "compact", "list"].map(|key| [(); 2].map(|()| format!("variant.{key}"))).into();
+        return ["dedup", "compact", "list", "request_draw"]
+            .map(|key| [(); 2].map(|()| format!("variant.{key}")))
+            .into();
     }
     let is_mesh =
         |name: &&String| scene.word(&["surface", name, "geometry", "kind"]) == Some("progressive-mesh");
@@ -108,7 +110,7 @@ fn companions(scene: &Scene, key: &str, value: &str) -> Option<Vec<&'static str>
 mod tests {
     use super::*;
     use ortelius::paper::texture_mapping::config::ReliefMethod;
-    use ortelius::paper::virtual_texture::choices::Listing;
+    use ortelius::paper::virtual_texture::choices::{Listing, RequestDraw};
 
     #[test]
     fn shipped_scenes_have_the_variants_of_their_paper() {
@@ -117,8 +119,9 @@ mod tests {
             variants.into_iter().map(|variant| variant.name).collect()
         };
         let globe = names("globe");
-        // Besides the scene's own variant: five filters, four weight maps, and the other values of three settings.
-        let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
+        // Besides the scene's own variant: five filters, four weight maps, and the other values of four settings.
+        let stages = Dedup::ALL.len() + Compaction::ALL.len();
+        let methods = stages + Listing::ALL.len() + RequestDraw::ALL.len() - 4;
         assert_eq!(globe.len(), 1 + 5 + 4 + methods, "{globe:?}");
         assert_eq!(globe[6], "weight_map: square", "maps come after the filters: {globe:?}");
         assert!(names("pole").iter().all(|name| !name.starts_with("weight_map")), "another filter");

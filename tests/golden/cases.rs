@@ -100,7 +100,7 @@ fn staged() -> Vec<String> {
 }
 
 /// The variants other than those of stages 2 and 3.
-const OTHERS: [&str; 15] = [
+const OTHERS: [&str; 16] = [
     "",
     "list=host-hash",
     "list=host-bitmap",
@@ -114,6 +114,7 @@ const OTHERS: [&str; 15] = [
     "interpolation=literal",
     "request_format=rgba32",
     "request_format=packed",
+    "request_draw=texturing,dedup=runs,compact=append,address=own-level",
     "block_log2=0,memo=false",
     "level_bias=1",
 ];

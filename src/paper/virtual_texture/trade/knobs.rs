@@ -1,8 +1,8 @@
 //! The knobs of a sweep, and the values of each.
 
-use super::values::Values;
+use super::values::{Stages, Values};
 use crate::paper::virtual_texture::choices::{
-    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, TileAddress,
+    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, RequestDraw, TileAddress,
 };
 use crate::paper::virtual_texture::config::MAX_SAMPLES;
 use crate::scene::choices;
@@ -26,7 +26,8 @@ choices! {
         Border = "border",
         /// Feedback from some of the pixels instead of the exact list.
         List = "list",
-        /// The exact fused draw instead of the scene's dedup and compaction.
+        /// Finding the exact list while texturing, instead of in the scene's stages 1 to 3: the exact fused draw, and the
+        /// texturing draw that stores the triples.
         Stages = "stages",
         /// Tiles of half a byte per texel.
         Format = "format",
@@ -70,7 +71,7 @@ impl Knob {
             Knob::List => {
                 all.extend(FEEDBACKS.map(|n| Values { list: Listing::Feedback, feedback_log2: n, ..at }));
             }
-            Knob::Stages => all.push(Values { stages: FUSED, ..at }),
+            Knob::Stages => all.extend(WHILE_TEXTURING.map(|stages| Values { stages, ..at })),
             Knob::Format => all.push(Values { format: TileFormat::Bc1, ..at }),
             // Fewer slots than visible tiles make the picture coarser.
             Knob::GpuTiles => {
@@ -115,6 +116,8 @@ const MAPS: [FilterMap; 3] = [FilterMap::None, FilterMap::Radial, FilterMap::Squ
 pub(super) const BORDERS: [u32; 4] = [0, 1, 2, 8];
 /// Values of n: one pixel in 2^n.
 const FEEDBACKS: [u32; 4] = [2, 4, 6, 8];
-/// The exact fused draw.
-const FUSED: (Dedup, Compaction, TileAddress) =
-    (Dedup::FusedExact, Compaction::FusedAppend, TileAddress::OwnLevel);
+/// The values of [`Knob::Stages`].
+const WHILE_TEXTURING: [Stages; 2] = [
+    (RequestDraw::Separate, Dedup::FusedExact, Compaction::FusedAppend, TileAddress::OwnLevel),
+    (RequestDraw::Texturing, Dedup::Runs, Compaction::Append, TileAddress::OwnLevel),
+];

@@ -1,7 +1,7 @@
 //! One value of each knob, and which values are combined.
 
 use crate::paper::virtual_texture::choices::{
-    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, TileAddress,
+    Compaction, Dedup, FilterEdge, FilterMap, Filtering, Listing, RequestDraw, TileAddress,
 };
 use crate::paper::virtual_texture::config::{
     Config, Filter, MAX_SAMPLES, TextureSource, VirtualTextureSettings, VirtualTextureSource,
@@ -20,6 +20,9 @@ pub struct SweepPoint {
     pub changes: Vec<String>,
 }
 
+/// The variants of stages 1 to 3.
+pub(super) type Stages = (RequestDraw, Dedup, Compaction, TileAddress);
+
 /// The values of all knobs.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Values {
@@ -33,7 +36,7 @@ pub(super) struct Values {
     pub border: u32,
     pub list: Listing,
     pub feedback_log2: u32,
-    pub stages: (Dedup, Compaction, TileAddress),
+    pub stages: Stages,
     pub format: TileFormat,
     /// Slots of the tile pool.
     pub gpu_tiles: u32,
@@ -41,7 +44,8 @@ pub(super) struct Values {
 
 impl Values {
     pub fn of(settings: &VirtualTextureSettings, texture: &VirtualTextureSource) -> Values {
-        let Config { level_bias, list, feedback_log2, dedup, compact, address, filter, .. } = settings.config;
+        let Config { level_bias, list, feedback_log2, request_draw, filter, .. } = settings.config;
+        let Config { dedup, compact, address, .. } = settings.config;
         let Filter { kind, max_anisotropy, minor_texels, edge, weight_map, samples, .. } = filter;
         Values {
             level_bias,
@@ -54,7 +58,7 @@ impl Values {
             border: texture.border,
             list,
             feedback_log2,
-            stages: (dedup, compact, address),
+            stages: (request_draw, dedup, compact, address),
             format: texture.format,
             gpu_tiles: settings.streaming.gpu_tiles,
         }
@@ -173,13 +177,18 @@ impl Values {
         let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
         let another = (self.list, n) != (own.list, own.feedback_log2);
         differs(another, format!("{} 1/{}", self.list.name(), 1 << n), &list);
-        let (dedup, compact, address) = self.stages;
+        let (request_draw, dedup, compact, address) = self.stages;
         let stages = [
+            format!("variant.request_draw={}", request_draw.name()),
             format!("variant.dedup={}", dedup.name()),
             format!("variant.compact={}", compact.name()),
             format!("variant.address={}", address.name()),
         ];
-        differs(self.stages != own.stages, dedup.name().to_string(), &stages);
+        let name = match request_draw {
+            RequestDraw::Separate => dedup.name().to_string(),
+            RequestDraw::Texturing => format!("one draw, {}", dedup.name()),
+        };
+        differs(self.stages != own.stages, name, &stages);
         let format = self.format.name();
         differs(
             self.format != own.format,
