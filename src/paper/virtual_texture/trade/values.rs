@@ -87,8 +87,13 @@ impl Values {
             [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
         // Other filters than the stochastic ones ignore the number of samples.
         let sampled = self.filter.is_random() || self.samples == own.samples;
-        // A list made on the host has no stages 2 and 3.
-        let stages = self.list == Listing::Device || self.stages == own.stages;
+        // A list made on the host has no stages 2 and 3. Triples from the texturing draw change only the time, by an
+        // amount that other settings hardly change, so they are not combined with other changes.
+        let of_other_draw = self.stages.0 != own.stages.0;
+        let stages = match of_other_draw {
+            true => Values { stages: own.stages, ..self } == *own,
+            false => self.list == Listing::Device || self.stages == own.stages,
+        };
         let filter = Filter { kind: self.filter, max_anisotropy: self.max_anisotropy, ..Filter::DEFAULT };
         let border = border_for(&filter, self.border, texture).ok()?;
         // Another format is tried with all filters but the stochastic one, at the scene's own bias, list and border,
