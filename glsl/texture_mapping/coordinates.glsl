@@ -4,7 +4,7 @@
 layout(constant_id = 0) const uint OUTPUT = 0;
 const uint TEXEL = 0, TERMS = 1, COORDINATES = 2, DERIVATIVES = 3;
 
-// The index of the variant of `Derivatives`.
+// The index of the variant of `DerivativeMethod`.
 layout(constant_id = 1) const uint DERIVATIVE_METHOD = 0;
 const uint DIFFERENCES = 0, INCREMENTAL = 1, ANALYTIC = 2;
 

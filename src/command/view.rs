@@ -15,8 +15,8 @@ pub struct ViewArgs {
     scene: SceneArgs,
     /// A variant that Space switches to, as KEY=VALUE[,KEY=VALUE]; repeat for more. Default for a figure: its variants,
     /// if a scene's settings can express them. Default for a scene: its own settings, then other values of some keys.
-    /// Virtual texture: the filter, variant.dedup, variant.compact, variant.list. Mesh: geometry.apply, geometry.order.
-    /// Relief: relief.method. Plain texture: filter.kind
+    /// Virtual texture: the filter, its weight map, variant.dedup, variant.compact, variant.list, variant.request_draw.
+    /// Mesh: geometry.apply, geometry.order. Relief: relief.method. Plain texture: filter.kind
     #[arg(long, value_name = "SETTINGS")]
     variant: Vec<String>,
     /// The presentation mode. Default: fifo. Measurements must not wait for the display:

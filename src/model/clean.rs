@@ -13,8 +13,8 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// A face is flat if twice its area over the square of its longest side is at most this, the rounding error of
-/// collinear points in f64.
+/// A face is flat if twice its area over the square of its sides' largest extent along an axis is at most this, the
+/// rounding error of collinear points in f64.
 const FLAT: f64 = 1.0 / (1u64 << 48) as f64;
 /// Makes a model from a mesh. Positions and remaining faces keep their order. The wedges of a position are adjacent, in
 /// the order in which faces use them. The model may have no faces.

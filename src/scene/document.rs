@@ -113,7 +113,8 @@ impl Document {
         table.get(*last)
     }
 
-    /// Base folder of a relative path: the working directory if an override set it, otherwise the scene's folder.
+    /// Base folder of a relative path: the working directory if an override set the path, otherwise the scene's
+    /// folder.
     pub fn folder(&self, key: &[&str]) -> &Path {
         if self.changed(key) { Path::new("") } else { &self.folder }
     }

@@ -9,7 +9,7 @@ use crate::texture::source::TileFormat;
 use crate::texture::tiles::FileLayout;
 use std::fmt;
 
-/// Maximum size of a band of level 0, which has at least one row.
+/// Maximum size of a band of level 0. A band has at least one row, even if the row is larger.
 const BAND_BYTES: u64 = 32 << 20;
 /// The program, its threads' stacks and the allocator's overhead: measured 4-12 MiB.
 const PROGRAM_BYTES: u64 = 32 << 20;

@@ -2,8 +2,8 @@
 //!
 //! The lower bound is 1: each vertex is transformed once. Without reuse the cost is 3 x faces / vertices,
 //! about 6 on closed meshes. The paper assumes a post-transform cache of about 16 to 32 vertices and gives no
-//! replacement rule; the usual model is FIFO ([`Cache::Fifo`]). Today's devices have no such cache: they
-//! reuse vertices within a batch, which [`Cache::Batches`] counts, and [`Cache::H100`] as one device does.
+//! replacement rule; the usual model is FIFO ([`Cache::Fifo`]). Today's devices have no such cache. They
+//! reuse vertices within a batch: [`Cache::Batches`] models this, and [`Cache::H100`] models one device.
 //!
 //! All models count vertices by the indices of their input. The figures count positions
 //! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
@@ -99,7 +99,7 @@ impl Cache {
         }
     }
 
-    /// The largest distance in indices between two uses of a vertex of which the second finds it; `None`: unlimited.
+    /// A vertex is found again only if its last use is at most this many indices back. `None`: no limit.
     pub const fn look_back(self) -> Option<usize> {
         match self {
             Cache::H100 => Some(42),

@@ -1,4 +1,4 @@
-//! Steps A to D: visits all texels of a box around the ellipse. The inverse of the ellipse's matrix V gives the
+//! Steps A to D: visits, row by row, the texels of a slightly larger ellipse. The inverse of the ellipse's matrix V gives the
 //! distances of the texels.
 
 use super::FilteredTexel;
@@ -40,7 +40,7 @@ fn widened(ellipse: &EllipseFilter, pixel: &PixelCentre) -> (Symmetric, f64) {
     if smaller >= min {
         return (Symmetric(v), det);
     }
-    // Stretches only the minor axis: V + (least - smaller) e e^T, e e^T = (larger I - V) / (larger -
+    // Stretches only the minor axis: V + (min - smaller) e e^T, e e^T = (larger I - V) / (larger -
     // smaller).
     let part = (min - smaller) / (larger - smaller);
     let [a, b, c] = v;

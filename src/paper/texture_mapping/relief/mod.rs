@@ -4,14 +4,14 @@
 //! A relief has a height for each texel, repeats, and is bilinear between texels. A ray enters at the top plane and
 //! descends. W. Donnelly ("Per-Pixel Displacement Mapping with Distance Functions", GPU Gems 2, chapter 8, 2005) stores
 //! the distance from each cell to the nearest surface point in a 3-D map. A ray steps by this distance. The paper
-//! refines the map: only points that a view ray through the cell can hit count. A ray that reaches a point `p`
+//! refines the map: it counts only points that a view ray through the cell can hit. A ray that reaches a point `p`
 //! unobstructed descends at least as steeply as the horizon behind `p`. So the refined distance is the least distance
 //! from `p` to a surface point whose direction from `p` is at least that steep. The tracer does not change.
 //!
 //! Difference: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
 //! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.
-//! [`maps`] stores a lower bound for every point of the cell and every direction of its sector, so a step by the map
-//! never passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a
+//! [`maps`] divides directions into sectors. It stores a lower bound for every point of the cell and every direction of
+//! a sector, so a step by the map never passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a
 //! crossing.
 //!
 //! With exact distances, the refined ray is never behind Donnelly's. Let `d(t)` be Donnelly's distance at `t` along the

@@ -26,8 +26,8 @@ choices! {
         Border = "border",
         /// Feedback from some of the pixels instead of the exact list.
         List = "list",
-        /// Finding the exact list while texturing, instead of in the scene's stages 1 to 3: the exact fused draw, and the
-        /// texturing draw that stores the triples.
+        /// Two other ways to the exact list: the texturing draw makes the whole list ("fused-exact"), or it stores each
+        /// pixel's tile and compute shaders make the list ("one draw").
         Stages = "stages",
         /// Tiles of half a byte per texel.
         Format = "format",
