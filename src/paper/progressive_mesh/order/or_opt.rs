@@ -315,7 +315,10 @@ mod tests {
             [&good, &late, &or_opt(&levels, late.clone())].map(|order| cost(&levels, order, Cache::Fifo(16)));
         // A face can return to a slightly worse place.
         let (more, left) = (after - before, found - before);
-        assert!(more > 10 && 4 * left <= more, "{before}, {more} more with a late face, {left} more after or-opt");
+        assert!(
+            more > 10 && 4 * left <= more,
+            "{before}, {more} more with a late face, {left} more after or-opt"
+        );
     }
 
     #[test]
