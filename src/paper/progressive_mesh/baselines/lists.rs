@@ -1,11 +1,11 @@
 //! The lists that baselines prepare, and the orders by meshoptimizer.
 
 use super::OrderBaseline;
-use super::rings::ring_order;
 use super::skip::SkipList;
 use crate::math::splitmix::SplitMix64;
 use crate::paper::progressive_mesh::cache::live_faces;
 use crate::paper::progressive_mesh::mesh::{Level, NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::order::ring_order;
 use crate::paper::progressive_mesh::run::IgnoreWrites;
 use crate::vk::IndexType;
 use std::collections::HashMap;

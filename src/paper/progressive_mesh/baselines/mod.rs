@@ -10,7 +10,6 @@
 mod clusters;
 pub mod compaction;
 mod lists;
-mod rings;
 mod skip;
 
 use super::cache::{Cache, Counter, LevelCosts, live_faces};
@@ -34,7 +33,7 @@ pub enum OrderBaseline {
     /// Sander, D. Nehab and J. Barczak, "Fast Triangle Reordering for Vertex Locality and Reduced Overdraw", SIGGRAPH
     /// 2007).
     ReoptimisedFifo,
-    /// The live faces, reordered at every level in rings, for a FIFO of 16 entries (H. Hoppe: see `rings.rs`).
+    /// The live faces, reordered at every level in rings, for a FIFO of 16 entries (H. Hoppe: see `order/rings.rs`).
     ReoptimisedRings,
     /// The live faces in meshoptimizer's order of the full mesh, extracted by a pass over all faces (G. Lin
     /// and T. Yu, "An Improved Vertex Caching Scheme for 3D Mesh Rendering", IEEE TVCG 2006; A. Bogomjakov and C.

@@ -24,8 +24,8 @@
 //! | + optimized for half-way to the next tswap ([`OrderOptions::TAIL_23`]) | 1.49 | 1.65 | 1.26 | 1.81 | | 22.7 |
 //! | the same with fewer groups | 1.74 | 2.07 | 1.26 | 2.01 | | 9.8 |
 //! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.5 |
-//! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.24 | 1.26 | 1.25 | 1.66 | 0.05 | 22.7 |
-//! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.27 | 1.30 | 1.26 | 1.69 | 0.12 | 10.0 |
+//! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.23 | 1.25 | 1.22 | 1.66 | 0.05 | 22.7 |
+//! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.25 | 1.28 | 1.23 | 1.69 | 0.12 | 10.0 |
 //! | births in place, optimized for batches ([`OrderOptions::cache`]) | | | | 1.52 | 0.05 | 22.7 |
 //! | the same with fewer groups | | | | 1.55 | 0.12 | 10.0 |
 //!
@@ -52,8 +52,11 @@ mod births;
 mod descent;
 mod greedy;
 mod groups;
+mod judge;
+mod or_opt;
 mod patch;
 mod plan;
+mod rings;
 mod rollout;
 #[cfg(test)]
 pub(super) mod scratch;
@@ -69,6 +72,7 @@ use rollout::Simulated;
 
 pub use greedy::Weights;
 pub use groups::Groups;
+pub use rings::ring_order;
 
 /// How [`order`] arranges faces.
 #[derive(Clone, Debug, PartialEq)]

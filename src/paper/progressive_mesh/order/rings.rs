@@ -3,6 +3,8 @@
 //! Caching", SIGGRAPH 1999, decides where to turn back by simulating the cache for each possible length. The last
 //! method of his program MeshReorder (`meshify10` of his Mesh-processing-library) turns back after a fixed number of
 //! misses, and needs fewer transforms; this file follows it, and tries several such numbers.
+//!
+//! The order is a baseline (`re-optimised-rings`), and a candidate for births in place (`judge.rs`).
 
 use std::collections::VecDeque;
 
@@ -16,9 +18,20 @@ const SPARE: std::ops::RangeInclusive<u32> = 6..=10;
 /// The faces in rings, for a FIFO of `entries` entries: the best order of all [`SPARE`]. `vertices` is one more than
 /// the largest index.
 pub fn ring_order(faces: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
+    let orders = ring_orders(faces, vertices, entries);
+    let best = orders.min_by_key(|(_, transforms)| *transforms).map_or(Vec::new(), |(order, _)| order);
+    best.into_iter().map(|face| faces[face as usize]).collect()
+}
+
+/// The order for each of [`SPARE`], as indices into `faces`, with its transforms.
+pub(super) fn ring_orders(
+    faces: &[[u32; 3]],
+    vertices: usize,
+    entries: u32,
+) -> impl Iterator<Item = (Vec<u32>, u32)> {
     let corners_of = corners_of(faces, vertices);
     let twins = twins(faces, &corners_of);
-    let walks = SPARE.map(|spare| {
+    SPARE.map(move |spare| {
         let mut walk = Walk {
             faces,
             twins: &twins,
@@ -35,9 +48,8 @@ pub fn ring_order(faces: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32
         while let Some(start) = walk.start() {
             walk.strip(start);
         }
-        walk
-    });
-    walks.min_by_key(|walk| walk.count).map_or(Vec::new(), |walk| walk.order)
+        (walk.order, walk.count)
+    })
 }
 
 /// A corner `3 f + k` stands for corner k of face f, and for the edge from this corner to the next.
@@ -48,7 +60,7 @@ struct Walk<'a> {
     /// The corners at each vertex.
     corners_of: &'a [Vec<u32>],
     is_done: Vec<bool>,
-    order: Vec<[u32; 3]>,
+    order: Vec<u32>,
     /// For each vertex, the number of its last load; 0: never loaded.
     loads: Vec<u32>,
     /// The vertices in the cache; a vertex may have been loaded again since.
@@ -168,7 +180,7 @@ impl Walk<'_> {
     /// Appends a face and returns its misses.
     fn emit(&mut self, face: usize) -> u32 {
         self.is_done[face] = true;
-        self.order.push(self.faces[face]);
+        self.order.push(face as u32);
         let before = self.count;
         for vertex in self.faces[face] {
             if !self.is_cached(vertex) {
