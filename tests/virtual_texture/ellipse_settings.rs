@@ -6,7 +6,7 @@ use crate::TextureSession;
 use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
 use crate::texel_filters::{compared, filter, in_tiles, noise, plain_compared};
 use ortelius::math::weight_map::{MapShape, WeightMap};
-use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, KTexels, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::paper::virtual_texture::Filtering;
@@ -57,6 +57,7 @@ fn cases() -> Vec<(Filter, EllipseFilter)> {
         (Filter { k: 0.0, ..long }, longer.k(0.0)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer.scan(Scan::BoundingBox)),
         (Filter { minor_texels: 0.0, ..own }, best.minor_texels(0.0)),
+        (Filter { minor_texels: 0.5, ..own }, best.minor_texels(0.5)),
         // The subtracting determinant has no f64 reference within these bounds.
         (
             Filter { determinant: FilterDeterminant::AllPositive, ..exact.0 },
@@ -220,6 +221,7 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
         (Filter { k: 0.0, ..own }, best.k(0.1)),
         (Filter { k: 0.1, ..own }, best.k(0.0)),
         (own, best.k(0.7)),
+        (own, best.k_texels(KTexels::OfLevel)),
         (Filter { minor_texels: 0.0, ..own }, best.minor_texels(1.0)),
         (Filter { minor_texels: 0.0, k: 0.0, ..own }, best.minor_texels(0.0)),
         (literal().0, literal().1.axes(Axes::Columns)),
