@@ -37,8 +37,8 @@ uint ellipse_level(Ellipse finest, float max_reach, uint coarsest) {
     return uint(clamp(wanted, 0.0, float(coarsest)));
 }
 
-// The reconstruction term in squared texels of a level (`FootprintSettings::k_at`). `minor`: the squared minor semi-axis
-// without the term. K - minor may cancel, but only where minor + k is K.
+// The reconstruction term in squared texels of a level (`FootprintSettings::k_at`). `minor` is the squared minor
+// semi-axis without the term. K - minor may cancel, but only where minor + k is K.
 float k_at(float scale, float minor) { return K_OF_LEVEL_0 == 0 ? K : max(K * scale, K - minor); }
 
 // The ellipse in texels of a level, with the reconstruction term.

@@ -55,7 +55,7 @@ impl EllipseFilter {
     };
 
     /// The corrected formulas with all of our additions. In `tm.pareto`, twice the texels across the ellipse would
-    /// reduce the error by only 6 %.
+    /// reduce the error by only 5 %.
     pub const BEST: EllipseFilter = EllipseFilter {
         footprint: FootprintSettings {
             axes: Axes::Corrected,

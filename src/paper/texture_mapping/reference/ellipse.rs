@@ -346,6 +346,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
             let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
+            // Approximations of V1 have steps down towards the inside, so either may be the smaller one.
+            let [outside, inside] = [of(r + rounding, -off), of(r - rounding, off)];
             let at = shaped.to_disc.map(|[x, y]| x * du + y * dv);
             let alpha = f64::from(ellipse.kernel.alpha);
             // The slope of the weight's exponent is 2 alpha r. A weight map without interpolation changes in steps from
@@ -357,8 +359,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
                 offset: [du, dv],
                 weight: weight(ellipse, at),
                 kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
-                min: if cut { 0.0 } else { of(r + rounding, -off) },
-                max: of(r - rounding, off),
+                min: if cut { 0.0 } else { outside.min(inside) },
+                max: outside.max(inside),
                 falls: slope * rounding
                     + step(ellipse, r, rounding)
                     + (3.0 + 2.0 * exponent) * 2f64.powi(-23),

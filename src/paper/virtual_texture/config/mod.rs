@@ -92,8 +92,8 @@ settings! {
         axes: FilterAxes = FilterAxes::Corrected;
         /// For `"ellipse"`: the Gaussian.
         kernel: FilterKernel = FilterKernel::Ewa;
-        /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to a third fewer texels are
-        /// read, and the NMSE of minified views is at most 1.3 times as large (scene.filters); but magnified texels
+        /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to two fifths fewer texels
+        /// are read, and the NMSE of minified views is at most 1.5 times as large (scene.filters); but magnified texels
         /// have visible edges.
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// For `"ellipse"`: a table in place of the kernel's formula.
