@@ -218,9 +218,6 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
     let (own, best) = usual(16);
     let (long, longer) = usual(64);
     for (filter, other) in [
-        (Filter { k: 0.0, ..own }, best.k(0.1)),
-        (Filter { k: 0.1, ..own }, best.k(0.0)),
-        (own, best.k(0.7)),
         (own, best.k_texels(KTexels::OfLevel)),
         (Filter { minor_texels: 0.0, ..own }, best.minor_texels(1.0)),
         (Filter { minor_texels: 0.0, k: 0.0, ..own }, best.minor_texels(0.0)),
@@ -232,8 +229,12 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
         let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
         assert!(20 * found.wrong > found.judged, "{filter:?} as {other:?}: {found:?}");
     }
-    // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level.
+    // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level, or are in level 0,
+    // outside of which a small change of k is smaller still.
     for (filter, other) in [
+        (Filter { k: 0.0, ..own }, best.k(0.1)),
+        (Filter { k: 0.1, ..own }, best.k(0.0)),
+        (own, best.k(0.7)),
         (long, longer.max_ratio(16.0)),
         (long, longer.scan(Scan::BoundingBox)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer),
