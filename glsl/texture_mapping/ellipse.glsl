@@ -28,11 +28,12 @@ ToDisc to_disc(vec3 v, float det) {
 }
 
 // Formula (4) as printed: one axis is `along`, a row or column of J. The other is perpendicular and as long as `other`.
-mat2 printed(vec2 along, vec2 other, float scale) {
+// `k`: the reconstruction term.
+mat2 printed(vec2 along, vec2 other, float scale, float k) {
     float length_of = length(along);
     vec2 turn = length_of > 0.0 ? along / length_of : vec2(1.0, 0.0);
-    // If K is 0, an axis may have length 0. 1e-30 keeps its inverse finite; only texels on the other axis get a weight.
-    vec2 axes = inversesqrt(max(vec2(dot(along, along), dot(other, other)) * scale + K, 1e-30));
+    // If k is 0, an axis may have length 0. 1e-30 keeps its inverse finite; only texels on the other axis get a weight.
+    vec2 axes = inversesqrt(max(vec2(dot(along, along), dot(other, other)) * scale + k, 1e-30));
     return mat2(vec2(turn.x * axes.x, -turn.y * axes.y), vec2(turn.y * axes.x, turn.x * axes.y));
 }
 
@@ -47,8 +48,8 @@ EllipseMean ellipse_mean(vec4 jacobian, Ellipse finest, uint level, bool whole, 
     ToDisc disc = to_disc(ellipse.v, ellipse.det);
     vec4 j = jacobian * RADIUS;
     mat2 weight_axes = AXES == 3 ? mat2(inversesqrt(eigenvalues(ellipse.v, ellipse.det).x))
-                     : AXES == 0 ? printed(j.xy, j.zw, half_power * half_power)
-                                 : printed(j.xz, j.yw, half_power * half_power);
+                     : AXES == 0 ? printed(j.xy, j.zw, half_power * half_power, ellipse.k)
+                                 : printed(j.xz, j.yw, half_power * half_power, ellipse.k);
     Ellipse reach_of = outer(ellipse);
     vec3 reach = reach_of.v;
     float rows = sqrt(reach.z);

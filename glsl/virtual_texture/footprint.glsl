@@ -59,10 +59,11 @@ Ellipse ellipse(Parallelogram f) {
 }
 
 // The largest half side of an ellipse's bounding box, without K, in texels of the ellipse's level. Up to this size, all
-// texels of the ellipse are at most half a tile away from the pixel's texel. Let h be the half side with K. `outer`
-// adds the half texel of the edge. The squared half side is then at most (1 + 1/t) h^2 + (1 + t) / 4 with
-// t = 2 sqrt(K), because the minor semi-axis is at least sqrt(K). For a small K this bound is useless. The ratio r of
-// the axes then gives 2 h / r <= t <= 2 h, so the squared half side is at most h^2 + h (r + 1) / 2 + 1/4.
+// texels of the ellipse are at most half a tile away from the pixel's texel. The reconstruction term is at most K. Let
+// h be the half side with K. `outer` adds the half texel of the edge. The squared half side is then at most
+// (1 + 1/t) h^2 + (1 + t) / 4 with t = 2 sqrt(K), because the minor semi-axis is at least sqrt(K) (`k_at`). For a small
+// K this bound is useless. The ratio r of the axes then gives 2 h / r <= t <= 2 h, so the squared half side is at most
+// h^2 + h (r + 1) / 2 + 1/4.
 float max_reach() {
     float t = 2.0 * sqrt(K), most = float(1u << TILE_LOG2 >> 1) - 0.5;
     if (K >= 0.25) return sqrt((most * most - 0.25 * (1.0 + t)) / (1.0 + 1.0 / t) - K);

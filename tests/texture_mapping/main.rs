@@ -10,7 +10,7 @@ mod relief;
 
 use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
-use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, KTexels, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::{Dumped, FilterPass, Targets, Uploaded, push};
 use ortelius::paper::texture_mapping::plane::TiltedPlane;
@@ -39,6 +39,9 @@ fn methods() -> Vec<Method> {
         best.axes(Axes::Round),
         best.axes(Axes::Columns).edge(Edge::None),
         best.max_ratio(4.0).minor_texels(2.0),
+        best.k_texels(KTexels::OfLevel),
+        best.minor_texels(0.5),
+        best.axes(Axes::Columns).minor_texels(0.5).max_ratio(16.0),
         map(MapShape::Square, 64, 8),
         map(MapShape::Quadrant, 32, 16),
         map(MapShape::Radial, 64, 16),

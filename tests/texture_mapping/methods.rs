@@ -4,7 +4,7 @@ use super::{SIZE, device, dumped, methods};
 use ortelius::math::weight_map::{MapShape, WeightMap};
 use ortelius::paper::texture_mapping::agreement::compare;
 use ortelius::paper::texture_mapping::baselines::FilterBaseline;
-use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, KTexels, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::pass::Dumped;
 use ortelius::paper::texture_mapping::plane::{Tilt, TiltedPlane};
@@ -13,7 +13,7 @@ use ortelius::paper::texture_mapping::texels::GreyMipmap;
 use ortelius::paper::texture_mapping::weights::MIN_WEIGHTS;
 use ortelius::reference::pattern::Pattern;
 
-/// Planes: facing, tilted, turned, with a horizon, magnified, and with a Jacobian of rank 1.
+/// Planes: facing, tilted, turned, with a horizon, magnified, with a Jacobian of rank 1, and minified.
 fn planes() -> Vec<(&'static str, TiltedPlane)> {
     let turned = |tilt| Tilt { roll_degrees: 20.0, yaw_degrees: 35.0, ..Tilt::of(tilt) };
     vec![
@@ -24,7 +24,13 @@ fn planes() -> Vec<(&'static str, TiltedPlane)> {
         ("89.999 degrees", Tilt::of(89.999).plane(SIZE[1])),
         ("magnified", Tilt { texels_per_pixel: 0.05, ..turned(30.0) }.plane(SIZE[1])),
         ("rank 1", TiltedPlane([[3.0, 1.0, 0.3], [1.5, 0.5, 0.7], [0.0, 0.0, 1.0]])),
+        ("minified", minified()),
     ]
+}
+
+/// Footprints of levels 1 to 4.
+fn minified() -> TiltedPlane {
+    Tilt { texels_per_pixel: 5.0, roll_degrees: 20.0, ..Tilt::of(65.0) }.plane(SIZE[1])
 }
 
 #[test]
@@ -34,7 +40,7 @@ fn every_method_is_the_reference_up_to_rounding() {
     let mut objections = Vec::new();
     for method in methods() {
         // The subtracted determinant of a long footprint is noise in f32: see `tm.extremes`.
-        let planes = planes().into_iter().take(if method.subtracts() { 2 } else { 7 });
+        let planes = planes().into_iter().take(if method.subtracts() { 2 } else { 8 });
         for (name, plane) in planes {
             let plane = plane.rounded();
             let found = compare(&dumped(&gpu, &method, &texels, &plane), &method, &plane, SIZE, &texels, 0);
@@ -92,6 +98,26 @@ fn a_changed_setting_is_not_explained_by_rounding() {
     }
 }
 
+/// The reconstruction term of a coarser level, where its two units differ, and where the minor axis is too short.
+#[test]
+fn in_a_coarser_level_another_unit_of_k_is_not_explained_by_rounding() {
+    let gpu = device();
+    let texels = GreyMipmap::new(512, Pattern::WhiteNoise.texels(512));
+    let (best, plane) = (EllipseFilter::BEST, minified().rounded());
+    for ellipse in [best, best.minor_texels(0.5)] {
+        for [own, other] in [[KTexels::OfLevel0, KTexels::OfLevel], [KTexels::OfLevel, KTexels::OfLevel0]] {
+            let found = dumped(&gpu, &Method::Ellipse(ellipse.k_texels(own)), &texels, &plane);
+            assert!(found.iter().filter(|pixel| pixel.level > 1).count() > 200);
+            for (unit, wrong) in [(own, 0..1), (other, 1000..4000)] {
+                let method = Method::Ellipse(ellipse.k_texels(unit));
+                let compared = compare(&found, &method, &plane, SIZE, &texels, 0);
+                let unexplained = compared.unexplained;
+                assert!(wrong.contains(&unexplained.len()), "{unit:?}: {:?}", unexplained.first());
+            }
+        }
+    }
+}
+
 #[test]
 fn a_constant_texture_comes_out_exactly() {
     let gpu = device();
@@ -121,6 +147,10 @@ fn with_k_of_a_half_no_footprint_is_empty_and_without_it_many_are() {
     let plain =
         EllipseFilter::BEST.edge(ortelius::paper::texture_mapping::weights::Edge::None).minor_texels(0.0);
     assert_eq!(empty(plain.k(0.5)), 0);
+    // In a coarser level, with a minor semi-axis of half a texel to a texel.
+    let short = plain.k(0.5).minor_texels(0.5);
+    let pixels = dumped(&gpu, &Method::Ellipse(short), &texels, &minified());
+    assert!(pixels.iter().all(|pixel| !pixel.empty && pixel.level > 0));
     assert!(empty(plain.k(0.0)) > SIZE[0] as usize, "{}", empty(plain.k(0.0)));
 }
 

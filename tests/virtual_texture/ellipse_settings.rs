@@ -6,7 +6,7 @@ use crate::TextureSession;
 use crate::ellipse::{listed, needed, of_ellipse, wrong_levels};
 use crate::texel_filters::{compared, filter, in_tiles, noise, plain_compared};
 use ortelius::math::weight_map::{MapShape, WeightMap};
-use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use ortelius::paper::texture_mapping::footprint::{Axes, Determinant, KTexels, Scan};
 use ortelius::paper::texture_mapping::method::{EllipseFilter, Method};
 use ortelius::paper::texture_mapping::weights::{Edge, EllipseKernel};
 use ortelius::paper::virtual_texture::Filtering;
@@ -57,6 +57,7 @@ fn cases() -> Vec<(Filter, EllipseFilter)> {
         (Filter { k: 0.0, ..long }, longer.k(0.0)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer.scan(Scan::BoundingBox)),
         (Filter { minor_texels: 0.0, ..own }, best.minor_texels(0.0)),
+        (Filter { minor_texels: 0.5, ..own }, best.minor_texels(0.5)),
         // The subtracting determinant has no f64 reference within these bounds.
         (
             Filter { determinant: FilterDeterminant::AllPositive, ..exact.0 },
@@ -217,9 +218,6 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
     let (own, best) = usual(16);
     let (long, longer) = usual(64);
     for (filter, other) in [
-        (Filter { k: 0.0, ..own }, best.k(0.1)),
-        (Filter { k: 0.1, ..own }, best.k(0.0)),
-        (own, best.k(0.7)),
         (Filter { minor_texels: 0.0, ..own }, best.minor_texels(1.0)),
         (Filter { minor_texels: 0.0, k: 0.0, ..own }, best.minor_texels(0.0)),
         (literal().0, literal().1.axes(Axes::Columns)),
@@ -230,8 +228,17 @@ fn another_setting_of_the_ellipse_is_not_the_picture() {
         let found = compared(&mut renderer, in_tiles(Method::Ellipse(other), 7), None);
         assert!(20 * found.wrong > found.judged, "{filter:?} as {other:?}: {found:?}");
     }
-    // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level.
+    // Level 0, which most pixels have, does not depend on the unit of k.
+    let mut renderer = settled(7, 0, "edge", own);
+    let other = Method::Ellipse(best.k_texels(KTexels::OfLevel));
+    let found = compared(&mut renderer, in_tiles(other, 7), None);
+    assert!(found.wrong > 100, "{found:?}");
+    // Few pixels have a longer ellipse than 16, or so many texels that the box raises the level, or are in level 0,
+    // outside of which a small change of k is smaller still.
     for (filter, other) in [
+        (Filter { k: 0.0, ..own }, best.k(0.1)),
+        (Filter { k: 0.1, ..own }, best.k(0.0)),
+        (own, best.k(0.7)),
         (long, longer.max_ratio(16.0)),
         (long, longer.scan(Scan::BoundingBox)),
         (Filter { scan: FilterScan::BoundingBox, ..long }, longer),

@@ -53,7 +53,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("Hausdorff distance", "the largest distance from a point of one surface to the other surface"),
     (
         "k",
-        "reconstruction term of paper 3's corrected footprint, in squared texels: it widens the ellipse, so that no footprint is empty",
+        "reconstruction term of paper 3's corrected footprint, in squared texels of level 0: it widens the ellipse, so that no footprint is empty",
     ),
     ("LRU", "a cache that evicts the least recently used tile"),
     ("memo", "a geometry shader keeps the last triple and emits a point only if the next triple differs"),

@@ -3,7 +3,7 @@
 use super::baselines::FilterBaseline;
 use super::coordinates::pass::set_up;
 use super::coordinates::{Band, Form};
-use super::footprint::{Axes, Determinant, MAX_VISITED, Scan};
+use super::footprint::{Axes, Determinant, KTexels, MAX_VISITED, Scan};
 use super::method::{Coordinates, EllipseFilter, Method, PixelCentre};
 use super::plane::TiltedPlane;
 use super::texels::GreyMipmap;
@@ -228,6 +228,7 @@ fn ellipse_constants(ellipse: &EllipseFilter) -> Vec<(&'static str, u32)> {
         ("AXES", axes),
         ("ALL_POSITIVE", u32::from(footprint.determinant == Determinant::AllPositive)),
         ("K", footprint.k.to_bits()),
+        ("K_OF_LEVEL_0", u32::from(footprint.k_texels == KTexels::OfLevel0)),
         ("ROW_SPAN", u32::from(footprint.scan == Scan::RowSpan)),
         ("MINOR_TEXELS", footprint.minor_texels.to_bits()),
         ("MAX_RATIO", footprint.max_ratio.to_bits()),

@@ -3,7 +3,7 @@
 use super::lab::SOFTWARE_SAMPLER;
 use crate::math::weight_map::{MapShape, WeightMap};
 use crate::paper::texture_mapping::baselines::FilterBaseline;
-use crate::paper::texture_mapping::footprint::{Axes, Determinant, Scan};
+use crate::paper::texture_mapping::footprint::{Axes, Determinant, KTexels, Scan};
 use crate::paper::texture_mapping::method::{EllipseFilter, Method};
 use crate::paper::texture_mapping::weights::{Edge, EllipseKernel};
 
@@ -124,6 +124,7 @@ fn ellipses() -> Vec<(String, Method)> {
         (format!("{OURS}, 2 texels across"), best.minor_texels(2.0)),
         (OURS.into(), best),
         (format!("{OURS}, k 0.9"), best.k(0.9)),
+        (format!("{OURS}, k of each level"), best.k_texels(KTexels::OfLevel)),
         (format!("{OURS}, r^2 map"), best.map(SQUARED_128)),
         (format!("{OURS}, box scan"), best.scan(Scan::BoundingBox)),
         (format!("{OURS}, ratio 16"), best.max_ratio(16.0)),

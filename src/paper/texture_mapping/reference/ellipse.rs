@@ -107,7 +107,7 @@ pub fn levels(ellipse: &EllipseFilter, pixel: &PixelCentre, coarsest: u32) -> [u
 fn shaped(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32) -> Shaped {
     let (v, det) = widened(ellipse, pixel);
     let scale = 0.25f64.powi(level as i32);
-    let k = f64::from(ellipse.footprint.k);
+    let k = ellipse.footprint.k_at(level, v.eigenvalues(det)[1] * scale);
     let [a, b, c] = v.0.map(|entry| entry * scale);
     let with_k = Symmetric([a + k, b, c + k]);
     let det = det * scale * scale + k * (a + c) + k * k;
@@ -346,6 +346,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
             let of = |r: f64, off: f64| kept(ellipse.edge, distance(r) + off);
+            // Approximations of V1 have steps down towards the inside, so either may be the smaller one.
+            let [outside, inside] = [of(r + rounding, -off), of(r - rounding, off)];
             let at = shaped.to_disc.map(|[x, y]| x * du + y * dv);
             let alpha = f64::from(ellipse.kernel.alpha);
             // The slope of the weight's exponent is 2 alpha r. A weight map without interpolation changes in steps from
@@ -357,8 +359,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
                 offset: [du, dv],
                 weight: weight(ellipse, at),
                 kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
-                min: if cut { 0.0 } else { of(r + rounding, -off) },
-                max: of(r - rounding, off),
+                min: if cut { 0.0 } else { outside.min(inside) },
+                max: outside.max(inside),
                 falls: slope * rounding
                     + step(ellipse, r, rounding)
                     + (3.0 + 2.0 * exponent) * 2f64.powi(-23),
@@ -367,7 +369,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
     }
 }
 
-/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row. The position is
+/// Rounding error of a texel's r in f32: 4 ulp of r itself (the error of the reconstruction term is one of the smaller
+/// eigenvalue that includes it, even where the term is a difference), and 4 ulp of the position along the row. The position is
 /// the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;

@@ -77,9 +77,10 @@ settings! {
         /// many texels and reduces the error (scene.filters). With the value 0, as in paper 3, every footprint is
         /// filtered in level 0, unless it has more than about 4,000 texels there or reaches further than half a tile.
         minor_texels: f64 = 2.0, in 0.0..=4.0, unit "texels";
-        /// For `"ellipse"`: the reconstruction term k, in squared texels of the filtered level, added to both diagonal
-        /// entries of the ellipse's matrix. Paper 3 has 0. From 1/2 on, every ellipse contains a texel's centre. A
-        /// pixel whose ellipse contains none shows the nearest texel.
+        /// For `"ellipse"`: the reconstruction term k, in squared texels of level 0, added to both diagonal entries of
+        /// the ellipse's matrix. Paper 3 has 0. In each level, the squared minor semi-axis has at least k squared
+        /// texels. So from 1/2 on, every ellipse contains a texel's centre. A pixel whose ellipse contains none shows
+        /// the nearest texel.
         k: f64 = 0.8, in 0.0..=4.0, unit "squared texels";
         /// For `"ellipse"`: the texels that are visited. This changes the cost. It changes the picture only where an
         /// ellipse has so many texels that its level is raised. The bounding box has more texels, so its level is
@@ -91,8 +92,8 @@ settings! {
         axes: FilterAxes = FilterAxes::Corrected;
         /// For `"ellipse"`: the Gaussian.
         kernel: FilterKernel = FilterKernel::Ewa;
-        /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to a third fewer texels are
-        /// read, and the NMSE of minified views is at most 1.3 times as large (scene.filters); but magnified texels
+        /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to two fifths fewer texels
+        /// are read, and the NMSE of minified views is at most 1.5 times as large (scene.filters); but magnified texels
         /// have visible edges.
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// For `"ellipse"`: a table in place of the kernel's formula.
