@@ -2,17 +2,17 @@
 //! level on, each beside its neighbours. An unborn face is degenerate: each unborn corner is drawn at the vertex from
 //! which it will split.
 //!
-//! With the paper's tail, the levels between two tswaps cost 0.2 transforms per vertex more at 23 moved faces per
-//! split, and 0.5 more at 10. With births in place these levels cost no more than the levels just after a tswap. In
-//! return degenerate faces are drawn: on average half of the faces that a group adds.
+//! With the paper's tail, the levels between two tswaps cost more than the level just after a tswap: 0.2 transforms per
+//! vertex at 23 moved faces per split, and 0.5 at 10. With births in place they cost no more. In return degenerate faces
+//! are drawn: on average half of the faces that a group adds.
 //!
 //! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
 //! its group is bad at the first levels: on a torus, the 95th percentile of the levels' costs is then 1.94 transforms
 //! per vertex.
 //!
-//! For a FIFO, each group takes the best of several orders (`judge.rs`), and or-opt improves it (`or_opt.rs`). Means of
-//! the closed models over all levels, in transforms per vertex. "Time" is that of the
-//! orders, without the simplifier:
+//! For a FIFO, each group takes the best of several orders (`judge.rs`), and or-opt improves it (`or_opt.rs`). The table
+//! has means of the closed models over all levels, in transforms per vertex. "Time" is that of the orders, without the
+//! simplifier:
 //!
 //! | | in-place-23 | in batches | in-place-10 | in batches | time |
 //! |---|---|---|---|---|---|

@@ -10,20 +10,21 @@
 //!
 //! Costs are transforms per position: means over the five closed shipped models. Tail orders are measured at 513 levels
 //! of each model, births in place at all levels (in batches at 128: pm.average). "Mean", "95 %" (the cost that 95 % of
-//! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries; "batches" is the mean for batches
-//! of 32 vertices and 32 triangles; for orders that are optimized for batches, wedges are vertices. "Degenerate" is the
-//! number of degenerate faces drawn per live face, and "moved" is the number of faces that change their slot per split.
+//! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries. "Batches" is the mean for batches
+//! of 32 vertices and 32 triangles. Orders that are optimized for batches are counted with each wedge as a vertex.
+//! "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is the number of faces that change
+//! their slot per split.
 //! The 513 levels fall on the same few positions within each of the paper's 64 equal groups. Over all levels the
 //! paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
 //! | classical | 4.57 | 4.67 | 4.60 | 4.60 | | 0 |
-//! | the paper's greedy, 64 equal groups ([`OrderOptions::PAPER`]) | 2.06 | 2.89 | 1.69 | 2.22 | | 59.7 |
+//! | the paper's greedy, 64 equal groups ([`OrderOptions::PAPER`]) | 2.06 | 2.89 | 1.69 | 2.22 | | 60.1 |
 //! | + valence term, geometric groups, 15 cache entries in the optimizer | 1.50 | 1.68 | 1.48 | 1.83 | | 22.6 |
 //! | + optimized for half-way to the next tswap ([`OrderOptions::TAIL_23`]) | 1.49 | 1.65 | 1.26 | 1.81 | | 22.7 |
 //! | the same with fewer groups | 1.74 | 2.07 | 1.26 | 2.01 | | 9.8 |
-//! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.5 |
+//! | three regions in turns ([`OrderOptions::TAIL_10`]) | 1.80 | 1.98 | 1.83 | 2.05 | | 9.6 |
 //! | births in place ([`OrderOptions::IN_PLACE_23`]) | 1.23 | 1.25 | 1.22 | 1.66 | 0.05 | 22.7 |
 //! | the same with fewer groups ([`OrderOptions::IN_PLACE_10`]) | 1.25 | 1.28 | 1.23 | 1.69 | 0.12 | 10.0 |
 //! | births in place, optimized for batches ([`OrderOptions::cache`]) | | | | 1.52 | 0.05 | 22.7 |
@@ -100,8 +101,9 @@ pub struct OrderOptions {
 }
 
 impl OrderOptions {
-    /// The paper's greedy optimizer, as far as the paper describes it: no valence term, and the two preferences only
-    /// decide among faces that cost the same. The paper does not give the number of groups; 64 is our choice.
+    /// The paper's greedy optimizer, as far as the paper describes it: no valence term; its preferences for faces in
+    /// place and in touched cache lines only decide among faces of equal cost. The paper does not give the number of
+    /// groups; 64 is our choice.
     pub const PAPER: OrderOptions = OrderOptions {
         groups: Groups::Uniform(64),
         spare_entries: 0,
@@ -133,7 +135,7 @@ impl OrderOptions {
 
     /// Births in place and at most 10 moved faces per split: groups that grow by a quarter. With two spare entries
     /// instead of one, the closed models need 0.007 fewer transforms per vertex in batches of 32, and 0.011 more with
-    /// a FIFO of 16. The whole budget is used, because the degenerate faces follow the groups' ratio.
+    /// a FIFO of 16. The whole budget is used: a smaller ratio of the groups means fewer degenerate faces.
     pub const IN_PLACE_10: OrderOptions =
         OrderOptions { groups: Groups::WholeBudget(10.0), spare_entries: 2, ..OrderOptions::IN_PLACE_23 };
 
@@ -143,7 +145,7 @@ impl OrderOptions {
         OrderOptions { cache, weld: matches!(cache, Cache::Fifo(_)), ..self }
     }
 
-    /// The options of a named order. `None` if it moves no faces: the classical order and the baselines.
+    /// The options of a named order. `None` for orders without tswaps: the classical order and the baselines.
     pub const fn of(order: FaceOrder) -> Option<OrderOptions> {
         match order {
             FaceOrder::Paper => Some(OrderOptions::PAPER),

@@ -23,7 +23,7 @@ const KEPT: usize = 24;
 /// Scores are integers in units of 1 / [`TRANSFORM`] transforms, so the order is the same on every machine.
 const TRANSFORM: i32 = 1 << 16;
 
-/// The optimizers' valence weight in percent: see [`super::Weights::valence`]. With 70, in-place-23 needs 1.248.
+/// The valence weight of this optimizer in percent: see [`super::Weights::valence`]. With 70, in-place-23 needs 1.248.
 const VALENCE_PERCENT: i32 = 50;
 /// All attempts but the first add noise to the scores: at most 0.15 transforms. With 0.05, orders need about 0.01 more.
 const NOISE: i32 = TRANSFORM * 15 / 100;
@@ -362,7 +362,7 @@ impl Search {
         }
     }
 
-    /// Forgets the vertices of the next face that their corners do not find.
+    /// Forgets the vertices of the next face whose last use is beyond the look-back.
     fn forget_before(&mut self, face: u32) {
         for (at, vertex) in self.faces[face as usize].corners.into_iter().enumerate() {
             if vertex != self.none && self.cached[vertex as usize] && !self.is_near(at, vertex) {
@@ -371,7 +371,8 @@ impl Search {
         }
     }
 
-    /// Notes the uses of the face's vertices, and forgets those that the first corner of the next face would not find.
+    /// Notes the uses of the face's vertices. Then forgets earlier vertices whose last use is too far back for the first
+    /// corner of the next face.
     fn note_uses(&mut self, face: u32, reach: usize) {
         for vertex in self.faces[face as usize].corners {
             let place = self.uses.len() as u32;
