@@ -10,17 +10,17 @@ pub const SIZE: Figure = Figure {
     id: "pm.size",
     title: "Bytes per split",
     about: "The figure shows the bytes that levels of detail take per split: for the split itself, the faces that it \
-            adds, the level's error and the tswaps (permutations of faces), without positions and attributes. (A \
-            split is a level; on a seam it adds several vertices.) It shows the bytes of a .pmesh file \
-            (docs/pmesh.md), by content, and of the flat lists in memory that execute the splits. For comparison, the \
-            figure shows the same splits and tswaps as plain 32-bit words, as variable-length numbers (differences of \
-            successive numbers, 7 bits per byte), as Forsyth's record of 16-bit indices (6 bytes, and 2 for each \
-            index that it changes; no tswaps), and as the index lists of multi-level skip lists (32-bit indices, each list with 0.707 of the \
-            faces of the finer one). All instances share the lists in memory, and each also has indices of its own, 6 \
-            or 12 bytes per face. Less memory may cost more transforms: pm.average compares transforms at equal \
-            memory. The paper says that a tswap, stored as a cycle of faces, needs no other memory, and that its \
-            inverse is not stored (section 5). The models are `bunny`, `sphere`, `torus`, `knot`, `solid`; the scans \
-            `dragon_res4` and, with --full, `dragon` are measured if they have been fetched.",
+            adds, the level's error and the tswaps (permutations of faces), without positions and attributes. (A split \
+            is a level; on a seam it adds several vertices.) It shows the bytes of a .pmesh file (docs/pmesh.md), by \
+            content, and of the flat lists in memory that execute the splits. For comparison, the figure shows the \
+            same splits and tswaps as plain 32-bit words, as variable-length numbers (differences of successive \
+            numbers, 7 bits per byte), as Forsyth's record of 16-bit indices (6 bytes, and 2 for each index that it \
+            changes; no tswaps), and as the index lists of multi-level skip lists (32-bit indices, each list with \
+            0.707 of the faces of the finer one). All instances share the lists in memory, and each also has indices \
+            of its own, 6 or 12 bytes per face. Less memory may cost more transforms: pm.average compares transforms \
+            at equal memory. The paper says that a tswap, stored as a cycle of faces, needs no other memory, and that \
+            its inverse is not stored (section 5). The models are `bunny`, `sphere`, `torus`, `knot`, `solid`; the \
+            scans `dragon_res4` and, with --full, `dragon` are measured if they have been fetched.",
     scenes: &WITH_SCANS,
     variants,
     paper: &["paper"],
