@@ -357,11 +357,8 @@ mod tests {
         let figure = measured.figures.iter().find(|figure| figure.id == DRAW.id).unwrap();
         let CellOutcome::Rows(rows) = &figure.cells[0].outcome else { panic!("the cell was not measured") };
         let of = |variant: &str| rows.iter().find(|row| row.variant == variant && row.quantity == SHADED);
-        // The file is older than the variant `in-place-23, for an H100`, and than the rings and or-opt of these orders.
-        let is_older = |variant: &str| [IN_PLACE_23, IN_PLACE_10].contains(&variant);
         let counts = |drawn: Drawn<'_>| {
-            let row = of(drawn.variant).filter(|_| !is_older(drawn.variant));
-            let measured = row.and_then(|row| row.value.number());
+            let measured = of(drawn.variant).and_then(|row| row.value.number());
             Ok((drawn.variant, measured, transforms(Cache::H100, &drawn.faces).per_vertex()))
         };
         let counts = orders(counts).unwrap().0;
@@ -370,6 +367,6 @@ mod tests {
         for (variant, measured, model) in compared.clone() {
             assert!((measured - model).abs() < 1e-9, "{variant}: {measured}, not {model}");
         }
-        assert_eq!(compared.count(), 13);
+        assert_eq!(compared.count(), 16);
     }
 }
