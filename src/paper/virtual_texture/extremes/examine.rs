@@ -113,12 +113,14 @@ impl Examiner {
         };
         let (_, contenders) = self.contenders.entry(na).or_insert((sight.pyramid, ready));
         let textures = contenders.iter().any(|contender| matches!(contender.way, Ok(Way::WhileTexturing)));
-        let textured = textures.then(|| Textured::new(&gpu, &sight)).transpose()?;
+        // A texture that is too large for the device's page table is refused, too.
+        let textured = match textures.then(|| Textured::new(&gpu, &sight)) {
+            Some(Err(TilePoolError::Vulkan(error))) => Some(Err(refused(error)?)),
+            other => other.transpose()?.map(Ok),
+        };
         let variants = contenders
             .iter_mut()
-            .map(|contender| {
-                Ok((contender.name.clone(), outcome(&gpu, &drawn, textured.as_ref(), contender)?))
-            })
+            .map(|contender| Ok((contender.name.clone(), outcome(&gpu, &drawn, &textured, contender)?)))
             .collect::<vk::Result<Vec<_>>>()?;
         // The settled picture is made with the paper's variant.
         let papers = contenders.iter().position(|contender| contender.config == config);
@@ -187,15 +189,15 @@ impl Textured {
 fn outcome(
     gpu: &Gpu,
     drawn: &Drawn,
-    textured: Option<&Textured>,
+    textured: &Option<Result<Textured, String>>,
     contender: &mut ExtremeVariant,
 ) -> vk::Result<ListOutcome> {
     let list = match &mut contender.way {
         Ok(Way::OverRequests(list_passes)) => list(gpu, drawn, list_passes),
-        Ok(Way::WhileTexturing) => {
-            let textured = textured.expect("created if a variant textures");
-            list_while_texturing(gpu, drawn, textured, &contender.config)
-        }
+        Ok(Way::WhileTexturing) => match textured.as_ref().expect("created if a variant textures") {
+            Ok(textured) => list_while_texturing(gpu, drawn, textured, &contender.config),
+            Err(line) => return Ok(ListOutcome::Refused(line.clone())),
+        },
         Err(line) => return Ok(ListOutcome::Refused(line.clone())),
     };
     match list {
