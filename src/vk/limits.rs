@@ -144,7 +144,10 @@ impl Gpu {
     }
 
     /// Returns an error if the device's limits forbid a buffer of this size for this use.
-    pub(super) fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Limit`] with both numbers.
+    pub fn require_buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
         let physical = &self.device.physical;
         let texels = 4 * u64::from(physical.limits.max_texel_buffer_elements);
         let storage = u64::from(physical.limits.max_storage_buffer_range);

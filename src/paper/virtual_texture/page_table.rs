@@ -32,8 +32,7 @@ fn level_of(word: u32) -> u32 {
 impl PageTable {
     /// Creates a table that shows the tiles of `resident` from their slots. Their coarsest level must be one tile.
     pub fn new(pyramid: &Pyramid, resident: &[(TileId, u32)]) -> PageTable {
-        let [column_bits, row_bits] =
-            [pyramid.width_log2(), pyramid.height_log2()].map(|log2| log2 - pyramid.tile_log2());
+        let [column_bits, row_bits] = PageTable::bits(pyramid);
         let mut table = PageTable {
             // Level 31 does not exist: it marks a cell that is not filled yet.
             words: vec![u32::MAX; 2 << (column_bits + row_bits)],
@@ -47,6 +46,17 @@ impl PageTable {
         }
         table.changed.clear();
         table
+    }
+
+    /// Columns and rows of level 0, as log2.
+    fn bits(pyramid: &Pyramid) -> [u32; 2] {
+        [pyramid.width_log2(), pyramid.height_log2()].map(|log2| log2 - pyramid.tile_log2())
+    }
+
+    /// Bytes of a pyramid's table.
+    pub fn bytes(pyramid: &Pyramid) -> u64 {
+        let [column_bits, row_bits] = PageTable::bits(pyramid);
+        4 * (2 << (column_bits + row_bits))
     }
 
     /// Columns and rows of a level, as log2.
@@ -169,6 +179,7 @@ mod tests {
         let mut shown: HashMap<TileId, u32> = resident(&pyramid).into_iter().collect();
         let mut table = PageTable::new(&pyramid, &resident(&pyramid));
         assert_eq!(table.take_changes(), []);
+        assert_eq!(PageTable::bytes(&pyramid), 4 * table.words().len() as u64);
         let mut copy = table.words().to_vec();
         let mut state = 1u32;
         for slot in 0..500 {

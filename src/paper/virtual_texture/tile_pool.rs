@@ -86,6 +86,8 @@ impl TilePool {
             .filter(|(tile, _)| tile.level <= resident_tail.single_level)
             .copied()
             .collect();
+        // Before the host allocates as much: the table of a texture with small tiles can exceed the host's memory.
+        gpu.require_buffer("page table", PageTable::bytes(&pyramid), BufferUse::Texels)?;
         let page_table = PageTable::new(&pyramid, &in_table);
         let resident = TilePool {
             tiles: gpu.image("tile pool", info)?,
