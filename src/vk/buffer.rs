@@ -345,8 +345,8 @@ impl Uses {
         assert!(views == 0, "{}: the host still views it when a frame that uses it is submitted", self.name);
     }
 
-    /// Called for a frame that was not submitted; `submitted` is the timeline's value for the last submitted frame. If the
-    /// submission failed, the device does not use the buffer.
+    /// Called for a frame that was not submitted; `submitted` is the timeline's value for the last submitted frame. If
+    /// the submission failed, the device does not use the buffer.
     pub(super) fn withdraw(&self, submitted: u64) {
         if self.device.load(SeqCst) > submitted {
             self.device.store(self.before.load(SeqCst), SeqCst);

@@ -158,6 +158,29 @@ fn the_valleys_visible_set_is_that_of_the_reference() {
     silent(&renderer);
 }
 
+#[test]
+fn triples_of_the_texturing_draw_give_the_same_frame_beside_other_surfaces_and_in_the_sun() {
+    let parts = Parts::new();
+    let names = ["land", "hill", "bunny", "board"];
+    let frame = |names: &[&str], variant: &str| {
+        let more = format!("[variant]\ndedup = \"runs\"\ncompact = \"append\"\n{variant}");
+        let text = parts.text(names, &more).replace("[surface.hill]\n", "[surface.hill]\nlit = true\n");
+        let mut renderer = settled(&parts.scene_of(&text).unwrap(), PixelFormat::Srgb8);
+        let texture = renderer.technique.texture.as_ref().unwrap();
+        let requests = texture.requests(&renderer.gpu, renderer.target()).unwrap();
+        let visible = renderer.records.last().unwrap().texture.as_ref().unwrap().visible.clone();
+        let picture = renderer.picture_bytes().unwrap();
+        silent(&renderer);
+        (requests, visible, picture)
+    };
+    let (requests, visible, picture) = frame(&names, "");
+    let stores = frame(&names, "request_draw = \"texturing\"\n");
+    let differing = picture.iter().zip(&stores.2).filter(|(a, b)| a != b).count();
+    assert_eq!((differing, &visible, &requests), (0, &stores.1, &stores.0));
+    let alone = frame(&["land", "hill"], "request_draw = \"texturing\"\n");
+    assert!(alone.0 != requests, "the other surfaces hide nothing, so the test proves nothing");
+}
+
 /// Names of passes and features, and bytes by name.
 type Costs = (BTreeSet<&'static str>, BTreeSet<String>, BTreeMap<String, u64>);
 

@@ -1,5 +1,5 @@
-//! Draws that texture and also find the tiles, by marks in the tile mask or by triples in the request image: the list is
-//! compared with stage 1's triples, and the picture with that of the paper's variant.
+//! Draws that texture and also find the tiles, by marks in the tile mask or by triples in the request image: the list
+//! is compared with stage 1's triples, and the picture with that of the paper's variant.
 
 use crate::TextureSession;
 use crate::lists::assert_lists;
@@ -221,10 +221,11 @@ fn the_settled_picture_is_the_papers_bit_for_bit() {
 fn every_list_can_be_made_from_the_triples_of_the_texturing_draw() {
     let gpu = device();
     let scene = scene("earth");
-    for list in Listing::ALL.iter().copied().filter(|list| *list != Listing::Feedback) {
+    for &list in Listing::ALL {
         let mut renderer = open(&gpu, &scene, [320, 180], |settings| {
             store_triples(settings);
-            settings.config.list = list;
+            // Feedback of every pixel.
+            (settings.config.list, settings.config.feedback_log2) = (list, 0);
         });
         renderer.frame(&pose(&scene, "oblique")).unwrap();
         let (listed, seen) = listed_and_seen(&mut renderer);

@@ -3,7 +3,7 @@
 use crate::display::{Display, key};
 use crate::program::{Program, Seen};
 use crate::{FAST, open};
-use ortelius::paper::virtual_texture::choices::{Compaction, Dedup, Listing};
+use ortelius::paper::virtual_texture::choices::{Compaction, Dedup, Listing, RequestDraw};
 use std::collections::BTreeSet;
 
 const SIZE: [u32; 2] = [240, 135];
@@ -39,7 +39,8 @@ fn switch_every_variant(window: &mut Program<'_>, bare: &Seen) {
     }
     assert_eq!(names[..FILTERS.len()], FILTERS, "filters come first");
     let distinct: BTreeSet<&String> = names.iter().collect();
-    let methods = Dedup::ALL.len() + Compaction::ALL.len() + Listing::ALL.len() - 3;
+    let stages = Dedup::ALL.len() + Compaction::ALL.len();
+    let methods = stages + Listing::ALL.len() + RequestDraw::ALL.len() - 4;
     assert_eq!([distinct.len(), names.len()], [1 + FILTERS.len() + methods; 2], "{names:?}");
 }
 

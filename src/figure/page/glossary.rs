@@ -44,7 +44,7 @@ pub const GLOSSARY: &[(&str, &str)] = &[
     ("footprint", "the part of the texture that a pixel covers; paper 3: an ellipse in texels"),
     (
         "fused",
-        "a single draw applies the texture and sets the bits of the tile mask; no request image is written",
+        "a single draw applies the texture and sets the bits of the tile mask; no request image is written. The pass of this name may also be the draw that applies the texture and writes the request image (request_draw)",
     ),
     (
         "geomorph",

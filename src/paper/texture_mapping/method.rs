@@ -103,9 +103,9 @@ impl EllipseFilter {
     ///
     /// Let V be the ellipse's matrix, k included, and I the identity. The half texel at the edge adds at most `V / t +
     /// ((1 + t) / 4) I` to V, where t is twice the minor semi-axis (`outer` in `reference/ellipse.rs`). The minor
-    /// semi-axis is at least `sqrt k`, and the term is at most k ([`FootprintSettings::k_at`]). For a small k this bound is too weak, and the axis ratio r bounds the growth
-    /// instead: if h is half a side of the bounding box, `2 h / r <= t <= 2 h`. Without edge weights, V grows only by a
-    /// margin of 1e-4.
+    /// semi-axis is at least `sqrt k`, and the term is at most k ([`FootprintSettings::k_at`]). For a small k this
+    /// bound is too weak, and the axis ratio r bounds the growth instead: if h is half a side of the bounding box, `2 h
+    /// / r <= t <= 2 h`. Without edge weights, V grows only by a margin of 1e-4.
     pub fn within(self, texels: u32) -> EllipseFilter {
         let (k, max) = (f64::from(self.footprint.k), f64::from(texels) - 0.5);
         let half_side_squared = if k >= 0.25 {

@@ -237,8 +237,8 @@ fn a_resting_window_draws_frames_until_its_meshes_have_arrived_and_counts_second
             stage.renderer.settle(&far).unwrap();
             stage.renderer.settle(&near).unwrap()
         };
-        // After the jump, an error of one pixel remains, which falls by 2.58 pixels per second. A deterministic window has frames of 1/60
-        // second.
+        // After the jump, an error of one pixel remains, which falls by 2.58 pixels per second. A deterministic window
+        // has frames of 1/60 second.
         let expected = if deterministic { [24; 3] } else { [4, 12, 47] };
         assert_eq!([0.1, 1.0 / 30.0, 1.0 / 120.0].map(&mut frames), expected, "{geomorph}");
     }

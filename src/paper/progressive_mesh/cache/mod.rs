@@ -6,9 +6,9 @@
 //! reuse vertices within a batch: [`Cache::Batches`] models this, and [`Cache::H100`] models one device.
 //!
 //! All models count vertices by the indices of their input. The figures count positions
-//! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position
-//! separately, but counting these transforms would hide the effect of the order at seams. Only orders that are optimised
-//! for batches are counted by wedges: see [`OrderOptions::with_cache`](super::order::OrderOptions::with_cache).
+//! ([`Vertices::welded`](super::mesh::Vertices::welded)). A device transforms each wedge of a position separately, but
+//! counting these transforms would hide the effect of the order at seams. Only orders that are optimised for batches
+//! are counted by wedges: see [`OrderOptions::with_cache`](super::order::OrderOptions::with_cache).
 
 mod bound;
 mod levels;
@@ -49,8 +49,8 @@ pub enum Cache {
     /// most 42 indices back. Otherwise it is transformed again and takes another place of the batch. The model was
     /// fitted to the vertex shader invocations of one draw in 15 orders of faces (pm.draw; triangle list, indices of 16
     /// bits, driver 580.159.04) and gives all 15 exactly. B. Kerbl et al. ("Revisiting the Vertex Cache: Understanding
-    /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found batches of 96 indices on a GeForce GTX
-    /// 1080 Ti, which are 32 triangles, too.
+    /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found batches of 96 indices on a GeForce
+    /// GTX 1080 Ti, which are 32 triangles, too.
     H100,
     /// Meshlets of at most 64 vertices and 126 triangles, filled in the order of the faces, with no reuse between
     /// meshlets. NVIDIA recommends this size for mesh shaders (C. Kubisch, "Introduction to Turing Mesh Shaders",

@@ -3,16 +3,16 @@
 //! which it will split.
 //!
 //! With the paper's tail, the levels between two tswaps cost more than the level just after a tswap: 0.2 transforms per
-//! vertex at 23 moved faces per split, and 0.5 at 10. With births in place they cost no more. In return degenerate faces
-//! are drawn: on average half of the faces that a group adds.
+//! vertex at 23 moved faces per split, and 0.5 at 10. With births in place they cost no more. In return degenerate
+//! faces are drawn: on average half of the faces that a group adds.
 //!
 //! An order is optimized for the level at three quarters of its group. An order that is optimized for the last level of
 //! its group is bad at the first levels: on a torus, the 95th percentile of the levels' costs is then 1.94 transforms
 //! per vertex.
 //!
-//! For a FIFO, each group takes the best of several orders (`judge.rs`), and or-opt improves it (`or_opt.rs`). The table
-//! has means of the closed models over all levels, in transforms per vertex. "Time" is that of the orders, without the
-//! simplifier:
+//! For a FIFO, each group takes the best of several orders (`judge.rs`), and or-opt improves it (`or_opt.rs`). The
+//! table has means of the closed models over all levels, in transforms per vertex. "Time" is that of the orders,
+//! without the simplifier:
 //!
 //! | | in-place-23 | in batches | in-place-10 | in batches | time |
 //! |---|---|---|---|---|---|
@@ -142,8 +142,8 @@ impl<'a> GroupLayout<'a> {
         order.into_iter().map(|face| faces[face as usize]).collect()
     }
 
-    /// The better of an order and orders in rings, after [`or_opt`], for a FIFO. The rings are those of the group's last
-    /// level, because degenerate faces disturb them. Orders are indices into `faces`.
+    /// The better of an order and orders in rings, after [`or_opt`], for a FIFO. The rings are those of the group's
+    /// last level, because degenerate faces disturb them. Orders are indices into `faces`.
     fn improved(&self, order: Vec<u32>, faces: &[u32], [start, end]: [u32; 2], entries: u32) -> Vec<u32> {
         let corners = quarters(start, end).map(|level| self.corners(faces, level));
         let levels = Levels { corners, vertices: self.parents.len(), entries };

@@ -2,9 +2,9 @@
 //!
 //! Neither method is always better. On regular meshes, orders in rings need up to 0.04 fewer transforms per vertex in a
 //! FIFO than rollouts, and up to 0.1 more in batches. On scans and near the features of solids, they need more in both.
-//! The best order is the one with the least sum of [`FIFO_WEIGHT`] times the FIFO's transforms and those in batches of 32
-//! vertices and 32 triangles. The transforms of two levels are added: a quarter and three quarters of the way through the
-//! group.
+//! The best order is the one with the least sum of [`FIFO_WEIGHT`] times the FIFO's transforms and those in batches of
+//! 32 vertices and 32 triangles. The transforms of two levels are added: a quarter and three quarters of the way
+//! through the group.
 
 use crate::paper::progressive_mesh::cache::{Cache, Counter};
 

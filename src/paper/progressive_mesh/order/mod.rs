@@ -139,8 +139,8 @@ impl OrderOptions {
     pub const IN_PLACE_10: OrderOptions =
         OrderOptions { groups: Groups::WholeBudget(10.0), spare_entries: 2, ..OrderOptions::IN_PLACE_23 };
 
-    /// These options with another cache. Batches and meshlets are those of devices, which share no vertex across a seam:
-    /// with shared vertices, a batch that is full for the optimizer overflows on the device.
+    /// These options with another cache. Batches and meshlets are those of devices, which share no vertex across a
+    /// seam: with shared vertices, a batch that is full for the optimizer overflows on the device.
     pub const fn with_cache(self, cache: Cache) -> OrderOptions {
         OrderOptions { cache, weld: matches!(cache, Cache::Fifo(_)), ..self }
     }

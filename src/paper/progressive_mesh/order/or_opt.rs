@@ -3,9 +3,10 @@
 //! moves short runs of a tour in this way.
 //!
 //! Only faces that transform a vertex again are examined. Either a run from this face on moves back to the vertex's
-//! earlier faces, or a run of these moves forward to this face. A move is made if the FIFO then needs fewer transforms at
-//! both levels together, and if [`FIFO_WEIGHT`] times this saving exceeds what batches need more. Without the second
-//! condition, in-place-10 needs 0.0004 fewer transforms per vertex in a FIFO, but 0.003 more in batches.
+//! earlier faces, or a run of these moves forward to this face. A move is made if the FIFO then needs fewer transforms
+//! at the first level, and at both levels together, and if [`FIFO_WEIGHT`] times this saving exceeds what batches need
+//! more. Without the second condition, in-place-10 needs 0.0004 fewer transforms per vertex in a FIFO, but 0.003 more
+//! in batches.
 
 use super::judge::{FIFO_WEIGHT, Levels};
 use super::patch::{MAX_FACES, Patch};
@@ -49,13 +50,13 @@ impl Turn {
 
 struct Search<'a> {
     levels: Vec<Level<'a>>,
-    /// The faces around each vertex at the last level.
+    /// The faces around each vertex at the second level.
     patch: Patch,
     order: Vec<u32>,
     /// The place of each face in `order`.
     places: Vec<u32>,
     batches: Counter,
-    /// Moves examined so far: a measure of the work.
+    /// Faces around vertices and moves examined so far: a measure of the work.
     tries: u64,
 }
 
@@ -91,6 +92,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             for at in row {
+                self.tries += 1;
                 let earlier = self.places[self.patch.around[at] as usize] as usize;
                 // Between neighbours there is no place to move to.
                 let is_near = earlier + 1 < place && place - earlier <= REACH;
@@ -101,8 +103,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Moves a run of faces that starts at `later` to `earlier`, or one that ends at `earlier` to `later`, if this saves
-    /// transforms.
+    /// Moves a run of faces that starts at `later` to `earlier`, or one that ends at `earlier` to `later`, if this
+    /// saves transforms.
     fn join(&mut self, earlier: usize, later: usize) -> bool {
         (1..=RUN).any(|run| {
             let back = Turn { from: earlier + 1, by: later - earlier - 1, to: later + run };
@@ -292,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn moves_save_transforms_in_a_fifo_and_cost_none_in_batches() {
+    fn moves_save_transforms_in_a_fifo_and_cost_hardly_any_in_batches() {
         let levels = levels(40);
         let before = order(&levels);
         let after = or_opt(&levels, before.clone());
@@ -358,6 +360,6 @@ mod tests {
             search.run();
             search.tries
         });
-        assert!(tries[1] <= 15 * tries[0].max(1_000), "{tries:?}");
+        assert!(tries[0] > 0 && tries[1] <= 15 * tries[0], "{tries:?}");
     }
 }

@@ -14,8 +14,8 @@ use super::patch::MAX_FACES;
 ///
 /// Mean over 128 levels of bunny, sphere and torus in the order `in-place-23` (one pass of the simplifier, FIFO of 16
 /// entries): 1.243 transforms per vertex. With as much work, 8 attempts of 64 faces with four valence weights, 32 of
-/// the faces kept, need 1.267 (all without rings and or-opt). More work pays slowly: 1.237 with 16 attempts, 40 and 24 (1.7 times the work), 1.232
-/// with 20, 32 and 20 (2 times).
+/// the faces kept, need 1.267 (all without rings and or-opt). More work pays slowly: 1.237 with 16 attempts, 40 and 24
+/// (1.7 times the work), 1.232 with 20, 32 and 20 (2 times).
 const ATTEMPTS: u32 = 12;
 const DRAWN: usize = 32;
 const KEPT: usize = 24;
@@ -91,8 +91,9 @@ struct Search {
     drawn: Vec<u32>,
     undrawn: Undrawn,
     /// All vertices that entered the cache, oldest first. Those from index `oldest` on are in the FIFO or the current
-    /// batch. With a look-back, some of these are forgotten, and a vertex that was transformed again is listed twice. With
-    /// batches, those from `previous` to `oldest` are the batch before the current one. A FIFO does not use `previous`.
+    /// batch. With a look-back, some of these are forgotten, and a vertex that was transformed again is listed twice.
+    /// With batches, those from `previous` to `oldest` are the batch before the current one. A FIFO does not use
+    /// `previous`.
     entered: Vec<u32>,
     oldest: usize,
     previous: usize,
@@ -371,8 +372,8 @@ impl Search {
         }
     }
 
-    /// Notes the uses of the face's vertices. Then forgets earlier vertices whose last use is too far back for the first
-    /// corner of the next face.
+    /// Notes the uses of the face's vertices. Then forgets earlier vertices whose last use is too far back for the
+    /// first corner of the next face.
     fn note_uses(&mut self, face: u32, reach: usize) {
         for vertex in self.faces[face as usize].corners {
             let place = self.uses.len() as u32;

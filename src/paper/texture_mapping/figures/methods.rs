@@ -133,7 +133,7 @@ fn ellipses() -> Vec<(String, Method)> {
         (format!("{OURS}, 14 fetches"), best.k(0.7).minor_texels(0.6).max_ratio(3.0)),
         (FEW.into(), whole_texels(0.7, 0.6, 4.0)),
         (format!("{OURS}, 7 fetches"), whole_texels(0.4, 0.6, 3.0)),
-        // With so few texels, the blur of their own level's k hides more aliasing than it adds.
+        // With so few texels, the blur of their own level's k removes more aliasing error than the blur itself adds.
         (format!("{OURS}, 5 fetches"), whole_texels(0.4, 0.5, 3.0).k_texels(KTexels::OfLevel)),
         (format!("{OURS}, 3 fetches"), whole_texels(0.4, 0.4, 2.0).k_texels(KTexels::OfLevel)),
         (format!("{OURS}, nearest texel"), NEAREST),

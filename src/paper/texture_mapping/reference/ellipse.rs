@@ -1,5 +1,5 @@
-//! Steps A to D: visits, row by row, the texels of a slightly larger ellipse. The inverse of the ellipse's matrix V gives the
-//! distances of the texels.
+//! Steps A to D: visits, row by row, the texels of a slightly larger ellipse. The inverse of the ellipse's matrix V
+//! gives the distances of the texels.
 
 use super::FilteredTexel;
 use crate::math::weight_map::{MapShape, WeightMap};
@@ -370,8 +370,8 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
 }
 
 /// Rounding error of a texel's r in f32: 4 ulp of r itself (the error of the reconstruction term is one of the smaller
-/// eigenvalue that includes it, even where the term is a difference), and 4 ulp of the position along the row. The position is
-/// the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
+/// eigenvalue that includes it, even where the term is a difference), and 4 ulp of the position along the row. The
+/// position is the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;
     let width = (shaped.det / c).sqrt();

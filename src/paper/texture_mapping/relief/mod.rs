@@ -9,10 +9,10 @@
 //! from `p` to a surface point whose direction from `p` is at least that steep. The tracer does not change.
 //!
 //! Difference: the paper searches the unobstructed rays one by one; the horizon gives the same set without tracing.
-//! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell.
-//! [`maps`] divides directions into sectors. It stores a lower bound for every point of the cell and every direction of
-//! a sector, so a step by the map never passes the surface. If the bound is below the least step, [`trace`] takes the least step and tests for a
-//! crossing.
+//! Donnelly and the paper store the distance of a cell's centre, which may be too long elsewhere in the cell. [`maps`]
+//! divides directions into sectors. It stores a lower bound for every point of the cell and every direction of a
+//! sector, so a step by the map never passes the surface. If the bound is below the least step, [`trace`] takes the
+//! least step and tests for a crossing.
 //!
 //! With exact distances, the refined ray is never behind Donnelly's. Let `d(t)` be Donnelly's distance at `t` along the
 //! ray, `r(t) >= d(t)` the refined one, and `s` the least step. Donnelly's distance changes by at most the way that the

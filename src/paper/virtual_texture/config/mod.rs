@@ -93,7 +93,7 @@ settings! {
         /// For `"ellipse"`: the Gaussian.
         kernel: FilterKernel = FilterKernel::Ewa;
         /// For `"ellipse"`: the weight of a texel that its edge cuts. With `"none"` a fifth to two fifths fewer texels
-        /// are read, and the NMSE of minified views is at most 1.5 times as large (scene.filters); but magnified texels
+        /// are read, and the NMSE of minified views is at most 1.7 times as large (scene.filters); but magnified texels
         /// have visible edges.
         edge: FilterEdge = FilterEdge::AreaRamp;
         /// For `"ellipse"`: a table in place of the kernel's formula.

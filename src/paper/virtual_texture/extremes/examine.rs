@@ -171,7 +171,8 @@ fn stage1(extreme: &Extreme, sight: &Sight, drawn: &Drawn, na: u32) -> Stage1Che
     compare_triples(&drawn.triples, &view, &sight.source, &sight.pyramid, na)
 }
 
-/// Resources for draws that texture. Only the resident tail is present, because the list does not depend on other tiles.
+/// Resources for draws that texture. Only the resident tail is present, because the list does not depend on other
+/// tiles.
 struct Textured {
     resident: TilePool,
     target: Target,

@@ -24,13 +24,12 @@ pub const LIMIT: Figure = Figure {
             and by the time of an empty pass. The levels are those of the paper's NA = 16. Each variant of stage 2 \
             runs with the variant of stage 3 that is fastest with it on this device. The paper's pair (section 2: \
             geometry shader over blocks of 8 x 8 pixels with memo, logic OR, transform feedback) uses level-0 tile \
-            addresses, all others own-level ones. The fused variants have no request image, and the \
-            variants of one draw store it while they texture: their time includes the difference between their \
-            texturing draw and the same draw without triples and marks. \"host-hash\" and \
-            \"host-bitmap\" are read-back: the copy and the host's pass over it. No time includes reading the list \
-            back. All variants take turns; ratios and differences are taken in each round. The figure also counts, \
-            from the request image, the texels and words that are read, the tests, the atomics, and the bytes of the \
-            list.",
+            addresses, all others own-level ones. The fused variants have no request image, and the variants \
+            named \"one draw\" write it in the texturing draw. Their times include the difference between their \
+            texturing draw and the same draw without triples and marks. \"host-hash\" and \"host-bitmap\" are \
+            read-back: the copy and the host's pass over it. No time includes reading the list back. All variants take \
+            turns; ratios and differences are taken in each round. The figure also counts, from the request image, the \
+            texels and words that are read, the tests, the atomics, and the bytes of the list.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],
     variants,
     paper: &["paper"],

@@ -204,7 +204,8 @@ impl SideBySide {
         {
             contenders.push(plain_frame(gpu, session, &self.mesh, &pose)?);
         }
-        // The unlisted frame uses the tiles of the first fused session; this is safe because they take turns.
+        // The unlisted frame uses the tiles of the first session of a fused variant; this is safe because they take
+        // turns.
         let mut unlisted = self.floors.contains(&UNLISTED);
         for (name, session) in &mut self.sessions {
             let session = Rc::new(RefCell::new(session));

@@ -87,8 +87,8 @@ impl Values {
             [0, own.border].contains(&self.border) || Values { border: own.border, ..self } == *own;
         // Other filters than the stochastic ones ignore the number of samples.
         let sampled = self.filter.is_random() || self.samples == own.samples;
-        // A list made on the host has no stages 2 and 3. Triples from the texturing draw change only the time, by an
-        // amount that other settings hardly change, so they are not combined with other changes.
+        // A list made on the host has no stages 2 and 3. Another `request_draw` changes only the time, by an amount
+        // that other settings hardly change, so it is not combined with other changes.
         let of_other_draw = self.stages.0 != own.stages.0;
         let stages = match of_other_draw {
             true => Values { stages: own.stages, ..self } == *own,
@@ -182,18 +182,8 @@ impl Values {
         let list = [format!("variant.list={}", self.list.name()), format!("variant.feedback_log2={n}")];
         let another = (self.list, n) != (own.list, own.feedback_log2);
         differs(another, format!("{} 1/{}", self.list.name(), 1 << n), &list);
-        let (request_draw, dedup, compact, address) = self.stages;
-        let stages = [
-            format!("variant.request_draw={}", request_draw.name()),
-            format!("variant.dedup={}", dedup.name()),
-            format!("variant.compact={}", compact.name()),
-            format!("variant.address={}", address.name()),
-        ];
-        let name = match request_draw {
-            RequestDraw::Separate => dedup.name().to_string(),
-            RequestDraw::Texturing => format!("one draw, {}", dedup.name()),
-        };
-        differs(self.stages != own.stages, name, &stages);
+        let (stages, keys) = of_stages(self.stages);
+        differs(self.stages != own.stages, stages, &keys);
         let format = self.format.name();
         differs(
             self.format != own.format,
@@ -204,6 +194,21 @@ impl Values {
         let name = if words.is_empty() { "the scene's own".to_string() } else { words.join(", ") };
         SweepPoint { name, changes }
     }
+}
+
+/// The name of the stages, and their keys.
+fn of_stages((request_draw, dedup, compact, address): Stages) -> (String, [String; 4]) {
+    let name = match request_draw {
+        RequestDraw::Separate => dedup.name().to_string(),
+        RequestDraw::Texturing => format!("one draw, {}", dedup.name()),
+    };
+    let keys = [
+        format!("variant.request_draw={}", request_draw.name()),
+        format!("variant.dedup={}", dedup.name()),
+        format!("variant.compact={}", compact.name()),
+        format!("variant.address={}", address.name()),
+    ];
+    (name, keys)
 }
 
 /// The first border that suffices for the filter and that the texture can have; `border` is tried first. The error
