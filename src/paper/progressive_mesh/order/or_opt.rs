@@ -202,7 +202,7 @@ impl<'a> Level<'a> {
     /// transforms change too.
     fn simulate(&mut self, order: &[u32], from: usize, to: usize) {
         self.start(order, from);
-        for place in from..order.len() {
+        for (place, &face) in order.iter().enumerate().skip(from) {
             if place >= to && self.is_as_before(place) {
                 break;
             }
@@ -211,7 +211,7 @@ impl<'a> Level<'a> {
                 held.clear();
                 held.extend_from_slice(self.fifo.held());
             }
-            self.misses[place] = self.fifo.draw(self.corners[order[place] as usize]);
+            self.misses[place] = self.fifo.draw(self.corners[face as usize]);
         }
     }
 }
