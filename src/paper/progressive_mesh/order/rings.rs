@@ -15,8 +15,8 @@ const NONE: u32 = u32::MAX;
 /// meshes, 6 or 7 are better: `torus:24` then needs 1.18 transforms per vertex instead of 1.21.
 const SPARE: std::ops::RangeInclusive<u32> = 6..=10;
 
-/// The faces in rings, for a FIFO of `entries` entries: the best order of all [`SPARE`]. `vertices` is one more than
-/// the largest index.
+/// The faces in rings, for a FIFO of `entries` entries: the best order of all numbers of spare entries (`SPARE`).
+/// `vertices` is one more than the largest index.
 pub fn ring_order(faces: &[[u32; 3]], vertices: usize, entries: u32) -> Vec<[u32; 3]> {
     let orders = ring_orders(faces, vertices, entries);
     let best = orders.min_by_key(|(_, transforms)| *transforms).map_or(Vec::new(), |(order, _)| order);
