@@ -48,9 +48,9 @@ pub enum Cache {
     /// The batches of an NVIDIA H100: as [`Cache::Batches`], but a vertex is found again only if its last use is at
     /// most 42 indices back. Otherwise it is transformed again and takes another place of the batch. The model was
     /// fitted to the vertex shader invocations of one draw in 15 orders of faces (pm.draw; triangle list, indices of 16
-    /// bits, driver 580.159.04) and gives all 15 exactly. B. Kerbl et al. ("Revisiting the Vertex Cache: Understanding
-    /// and Optimizing Vertex Processing on the modern GPU", PACM CGIT 2018) found batches of 96 indices on a GeForce
-    /// GTX 1080 Ti, which are 32 triangles, too.
+    /// bits, driver 580.159.04) and gives all 15 exactly, and three that were made and drawn later. B. Kerbl et al.
+    /// ("Revisiting the Vertex Cache: Understanding and Optimizing Vertex Processing on the modern GPU", PACM CGIT
+    /// 2018) found batches of 96 indices on a GeForce GTX 1080 Ti, which are 32 triangles, too.
     H100,
     /// Meshlets of at most 64 vertices and 126 triangles, filled in the order of the faces, with no reuse between
     /// meshlets. NVIDIA recommends this size for mesh shaders (C. Kubisch, "Introduction to Turing Mesh Shaders",

@@ -10,7 +10,7 @@
 //! its group is bad at the first levels: on a torus, the 95th percentile of the levels' costs is then 1.94 transforms
 //! per vertex.
 //!
-//! For a FIFO, each group takes the best of several orders (`judge.rs`), and or-opt improves it (`or_opt.rs`). The
+//! For a FIFO, each group takes the best of several orders (`candidates.rs`), and or-opt improves it (`or_opt.rs`). The
 //! table has means of the closed models over all levels, in transforms per vertex. "Time" is that of the orders,
 //! without the simplifier:
 //!
@@ -23,9 +23,9 @@
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};
+use super::candidates::{Levels, best};
 use super::greedy::{Lines, greedy};
 use super::groups::group_ends;
-use super::judge::{Levels, best};
 use super::or_opt::or_opt;
 use super::patch::{Numbering, Patch};
 use super::rings::ring_orders;

@@ -13,9 +13,8 @@
 //! the levels do not exceed) and "full" (the full mesh) are for a FIFO of 16 entries. "Batches" is the mean for batches
 //! of 32 vertices and 32 triangles. Orders that are optimized for batches are counted with each wedge as a vertex.
 //! "Degenerate" is the number of degenerate faces drawn per live face, and "moved" is the number of faces that change
-//! their slot per split.
-//! The 513 levels fall on the same few positions within each of the paper's 64 equal groups. Over all levels the
-//! paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
+//! their slot per split. The 513 levels fall on the same few positions within each of the paper's 64 equal groups. Over
+//! all levels the paper's order costs more: mean 2.10, 95 % 2.89 (pm.average).
 //!
 //! | order | mean | 95 % | full | batches | degenerate | moved |
 //! |---|---|---|---|---|---|---|
@@ -50,10 +49,10 @@
 
 mod assemble;
 mod births;
+mod candidates;
 mod descent;
 mod greedy;
 mod groups;
-mod judge;
 mod or_opt;
 mod patch;
 mod plan;

@@ -1,14 +1,14 @@
 //! Or-opt: short runs of faces move to other places in an order if this saves transforms. I. Or, "Traveling
-//! Salesman-Type Combinatorial Problems and Their Relation to the Logistics of Regional Blood Banking", thesis, 1976,
-//! moves short runs of a tour in this way.
+//! Salesman-Type Combinatorial Problems and Their Relation to the Logistics of Regional Blood Banking", thesis,
+//! Northwestern University, 1976, moves short runs of a tour in this way.
 //!
 //! Only faces that transform a vertex again are examined. Either a run from this face on moves back to the vertex's
 //! earlier faces, or a run of these moves forward to this face. A move is made if the FIFO then needs fewer transforms
 //! at the first level, and at both levels together, and if [`FIFO_WEIGHT`] times this saving exceeds what batches need
-//! more. Without the second condition, in-place-10 needs 0.0004 fewer transforms per vertex in a FIFO, but 0.003 more
-//! in batches.
+//! more. Without the condition on batches, in-place-10 needs 0.0004 fewer transforms per vertex in a FIFO, but 0.003
+//! more in batches.
 
-use super::judge::{FIFO_WEIGHT, Levels};
+use super::candidates::{FIFO_WEIGHT, Levels};
 use super::patch::{MAX_FACES, Patch};
 use crate::paper::progressive_mesh::cache::{Cache, Counter};
 

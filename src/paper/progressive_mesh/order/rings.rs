@@ -4,7 +4,7 @@
 //! method of his program MeshReorder (`meshify10` of his Mesh-processing-library) turns back after a fixed number of
 //! misses, and needs fewer transforms; this file follows it, and tries several such numbers.
 //!
-//! The order is a baseline (`re-optimised-rings`), and a candidate for births in place (`judge.rs`).
+//! The order is a baseline (`re-optimised-rings`), and a candidate for births in place (`candidates.rs`).
 
 use std::collections::VecDeque;
 

@@ -369,9 +369,9 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
     }
 }
 
-/// Rounding error of a texel's r in f32: 4 ulp of r itself (the error of the reconstruction term is one of the smaller
-/// eigenvalue that includes it, even where the term is a difference), and 4 ulp of the position along the row. The
-/// position is the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row.
+/// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row. The position is
+/// the difference of two numbers up to `sqrt(a)`, and is measured in the ellipse's width along the row. The
+/// reconstruction term may be a difference, too, but its error is small relative to the eigenvalue that contains it.
 fn rounding(shaped: &Shaped, [_, dv]: [f64; 2], r: f64) -> f64 {
     let [a, b, c] = shaped.v.0;
     let width = (shaped.det / c).sqrt();

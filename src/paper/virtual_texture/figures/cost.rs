@@ -30,7 +30,7 @@ pub const LIST: &str = "stages 2 and 3";
 /// [`LIST`] of `timed` in each round. `others` are the contenders of the same rounds. `None` if the list is not made
 /// on the device.
 pub fn list_of_rounds(timed: &Timed, others: &[Timed]) -> Option<Vec<f64>> {
-    if timed.pass("copy request image").is_some() {
+    if ["copy request image", "feedback"].iter().any(|label| timed.pass(label).is_some()) {
         return None;
     }
     let [dedup, compact] = ["dedup", "compact"].map(|label| timed.pass_of_rounds(label));
@@ -87,10 +87,11 @@ mod tests {
             timed(UNLISTED, &[("fused", [25.0; 3])]),
             timed("read-back", &[("copy request image", [2.0; 3])]),
             timed("one draw, read-back", &[("fused", [27.0; 3]), ("copy request image", [2.0; 3])]),
+            timed("one draw, feedback", &[("fused", [27.0; 3]), ("feedback", [2.0; 3])]),
             timed("empty pass", &[("empty pass", [0.25; 3])]),
         ];
         let lists = all.iter().map(|of| list_of_rounds(of, &all).map(|rounds| rounds[0]));
-        let expected = [Some(4.0), Some(2.0), Some(4.5), Some(1.5), Some(0.25), None, None, None, None];
+        let expected = [Some(4.0), Some(2.0), Some(4.5), Some(1.5), Some(0.25), None, None, None, None, None];
         assert_eq!(lists.collect::<Vec<_>>(), expected);
         assert_eq!(list_of_rounds(&all[1], &all[..2]), None, "no baseline to subtract");
     }

@@ -13,11 +13,10 @@ pub const PIPELINE: Figure = Figure {
             pipeline; the same with own-level tile addresses; compute shaders in place of geometry shaders and \
             transform feedback; marking in the fragment shader (fused); one draw that textures and stores the triples \
             in a second colour attachment; and read-back, in which the host makes the list from a copy of the request \
-            image. The baselines are the same mesh with one plain texture, of which a \
-            pixel takes one trilinear sample, and the fused draw without marking, which shows what fusing adds. The \
-            paper (sections 1 and 2) argues that the list of visible tiles should be found entirely on the GPU, and \
-            gives no numbers. All frames take turns. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels; the table \
-            has the passes. The figure also has counts that are the same on every device. An instrumented shader counts \
+            image. The baselines are the same mesh with one plain texture, of which a pixel takes one trilinear sample, \
+            and the fused draw without marking, which shows what fusing adds. The paper (sections 1 and 2) argues that \
+            the list of visible tiles should be found entirely on the GPU, and gives no numbers. All frames take \
+            turns. Pictures have 1280 x 720 (quick) or 1920 x 1080 pixels; the table has the passes. The figure also has counts that are the same on every device. An instrumented shader counts \
             the texels that the filter fetches per covered pixel. The texels, words, tests, atomics and bytes of \
             stages 2 and 3 are counted from the request image.",
     scenes: &["earth/headline", "earth/oblique", "globe/africa"],

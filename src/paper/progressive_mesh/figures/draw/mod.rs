@@ -79,7 +79,7 @@ pub const DRAW: Figure = Figure {
             filled picture. The figure counts how often the device runs the vertex shader per vertex of the drawn \
             faces (pipeline statistics), and measures the time of the pass. The paper (headline): the cache alone \
             gains a factor of 2 to 3.5, and the whole draw up to 2 if vertices are the bottleneck. On an NVIDIA H100 \
-            the counts equal the model's in all 15 orders that were measured. llvmpipe, a software device, takes 1024 \
+            the counts equal the model's in all 16 orders that were measured. llvmpipe, a software device, takes 1024 \
             indices at a time and finds repeated ones with a table of 256.",
     scenes: &["vertices", "heavy vertices", "pixels"],
     variants,
