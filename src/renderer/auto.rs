@@ -1,7 +1,7 @@
 //! Chooses the filter of a surface with `filter = "auto"`, or the method of its relief. The surface's bound selects the
 //! setting from the Pareto front of time and error, measured on this device. The front is kept in the user's cache
-//! folder, one file for a scene, size and pose. The front is measured again on another device, with another driver, or
-//! by another commit of the program.
+//! folder, one file for a scene, size and pose. The front is measured again on another device, with another driver, by
+//! another commit of the program, and after a file that the scene names has changed.
 
 use super::sections::LANGUAGES;
 use super::trade;
@@ -14,6 +14,7 @@ use crate::paper::virtual_texture::trade::{ErrorMeasure, Knob, TradeKernel, Trad
 use crate::picture::write::write_bytes;
 use crate::scene::{FilterBound, Scene, SceneError};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// What is rendered, and where fronts are kept.
@@ -120,10 +121,27 @@ fn describe(setting: &TimedSetting) -> String {
     format!("{} ({:.2} ms, NMSE {:.2e})", setting.name, setting.ms.median, setting.error)
 }
 
-/// The file's name: a hash of the scene, the pose and the size. [`read`] compares the machine.
+/// The file's name: a hash of the scene, the files that it names, the pose and the size. [`read`] compares the machine.
 fn file_name(base: &Scene, Place { pose, size, .. }: &Place<'_>) -> String {
     let (folder, text) = base.to_parts(LANGUAGES);
-    format!("{:016x}.json", xxh3_64(format!("{folder:?} {pose:?} {size:?} {text}").as_bytes()))
+    let mut files = Vec::new();
+    let document: toml::Table = text.parse().expect("a scene is TOML");
+    document.values().for_each(|value| collect_files(value, &folder, &mut files));
+    format!("{:016x}.json", xxh3_64(format!("{folder:?} {pose:?} {size:?} {files:?} {text}").as_bytes()))
+}
+
+/// Collects length and time of the last change of each file that a value names: another file of the same name needs
+/// another front.
+fn collect_files(value: &toml::Value, folder: &Path, files: &mut Vec<(u64, Option<SystemTime>)>) {
+    match value {
+        toml::Value::String(name) => {
+            let found = std::fs::metadata(folder.join(name)).ok().filter(|found| found.is_file());
+            files.extend(found.map(|found| (found.len(), found.modified().ok())));
+        }
+        toml::Value::Table(table) => table.values().for_each(|value| collect_files(value, folder, files)),
+        toml::Value::Array(values) => values.iter().for_each(|value| collect_files(value, folder, files)),
+        _ => {}
+    }
 }
 
 /// A kept front of the same machine and program.

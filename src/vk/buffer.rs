@@ -145,7 +145,8 @@ impl BufferUse {
             BufferUse::Texels => {
                 (U::UNIFORM_TEXEL_BUFFER | U::TRANSFER_SRC | U::TRANSFER_DST, MemoryLocation::GpuOnly)
             }
-            BufferUse::Upload => (U::TRANSFER_SRC, MemoryLocation::CpuToGpu),
+            // In the host's memory. `CpuToGpu` may be the part of video memory that the host can write.
+            BufferUse::Upload => (U::TRANSFER_SRC, MemoryLocation::GpuToCpu),
             BufferUse::Readback => (U::TRANSFER_DST, MemoryLocation::GpuToCpu),
         }
     }

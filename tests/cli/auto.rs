@@ -111,4 +111,9 @@ fn a_scene_without_a_virtual_texture_has_a_front_too() {
         assert!(text.contains(chosen) && left.is_none(), "{left:?}: {text}");
         holds(&said(render(&folder, &run)), &["measured before"]);
     }
+    // Other heights in a file of the same name need another front.
+    image::GrayImage::new(16, 16).save(folder.path().join("heights.png")).unwrap();
+    let mut run = vec!["relief-brick", "--size", "48x27", "-o", "a.png"];
+    run.extend(relief.iter().map(|change| &**change));
+    holds(&said(render(&folder, &run)), &["measured now"]);
 }

@@ -287,14 +287,19 @@ fn streaming_and_culling_follow_the_frozen_eye_and_not_the_camera() {
         (0..8).for_each(|_| renderer.frame(&elsewhere).unwrap());
         renderer.drain().unwrap();
         let wanted = renderer.technique.texture.as_ref().unwrap().streaming.wanted().to_vec();
-        (wanted, renderer.records.last().unwrap().meshes.as_ref().unwrap().change.faces)
+        let record = renderer.records.last().unwrap();
+        let textured = record.texture.as_ref().unwrap();
+        let age = textured.index - textured.list_of.unwrap();
+        (wanted, record.meshes.as_ref().unwrap().change.faces, age)
     };
     let wanted = renderer.technique.texture.as_ref().unwrap().streaming.wanted().to_vec();
     let faces = renderer.records.last().unwrap().meshes.as_ref().unwrap().change.faces;
     renderer.technique.frozen = Some(pose);
-    assert_eq!(found(&mut renderer), (wanted.clone(), faces));
+    // The first of the 8 frames has frozen the list of two frames before.
+    assert_eq!(found(&mut renderer), (wanted.clone(), faces, 9));
     renderer.technique.frozen = None;
-    let (now, fewer) = found(&mut renderer);
+    let (now, fewer, age) = found(&mut renderer);
+    assert_eq!(age, 2);
     assert!(now != wanted && fewer != faces, "the unfrozen camera has other levels");
     silent(&renderer);
 }

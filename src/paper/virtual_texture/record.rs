@@ -11,8 +11,8 @@ pub struct TextureFrameRecord {
     /// The frame's number; 0 for the first frame.
     pub index: u64,
     pub streaming: StreamingCounts,
-    /// The frame whose list was streamed, [`crate::vk::FRAMES_IN_FLIGHT`] frames earlier; `None` at the start and after
-    /// a pause.
+    /// The frame whose list was streamed: [`crate::vk::FRAMES_IN_FLIGHT`] frames earlier, or while the list is frozen
+    /// the frame that made it. `None` at the start and after a pause.
     pub list_of: Option<u64>,
     pub passes: Vec<PassTime>,
     /// The host's time from the frame's end to its list of tiles.
@@ -31,6 +31,8 @@ pub struct TextureFrameRecord {
 /// A frame's lists: the visible tiles, and the tiles that are expected to be visible soon.
 #[derive(Clone)]
 pub(super) struct FrameTiles {
+    /// The frame's number.
+    pub frame: u64,
     pub visible: Vec<TileId>,
     pub expected: Vec<TileId>,
 }

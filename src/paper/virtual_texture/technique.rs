@@ -272,7 +272,7 @@ impl VirtualTexture {
         let mut report = match &lists {
             // There is no list yet, so the bias stays.
             None => StreamingCounts { bias: self.bias, ..StreamingCounts::default() },
-            Some(FrameTiles { visible, expected }) => {
+            Some(FrameTiles { visible, expected, .. }) => {
                 self.streaming.frame_ahead(visible, expected, &mut Copies(uploads))
             }
         };
@@ -288,7 +288,7 @@ impl VirtualTexture {
             tracing::info!("frame {}: level bias {} -> {bias}: {why}", view.frame, self.bias);
             self.bias = bias;
         }
-        let list_of = lists.is_some().then(|| view.frame - FRAMES_IN_FLIGHT as u64);
+        let list_of = lists.map(|lists| lists.frame);
         self.streamed[slot] = Streamed { frame: view.frame, report, list_of };
         Ok(())
     }
@@ -351,7 +351,7 @@ impl Technique for VirtualTexture {
         };
         let expected = self.distinct(&expected);
         let Streamed { frame, report, list_of } = std::mem::take(&mut self.streamed[slot]);
-        self.lists[slot] = Some(FrameTiles { visible: visible.clone(), expected: expected.clone() });
+        self.lists[slot] = Some(FrameTiles { frame, visible: visible.clone(), expected: expected.clone() });
         Ok(TextureFrameRecord {
             index: frame,
             streaming: report,
