@@ -17,8 +17,8 @@ layout(scalar, binding = 0) readonly buffer Program { uint words[]; } program;
 layout(scalar, binding = 1) buffer Indices { uint words[]; } indices;
 // The faces that the first step of a permutation saves for the second.
 layout(scalar, binding = 2) buffer Kept { uint words[]; } kept;
-// The tables of run/direct.rs: for each slot of each keyframe the number of its face, the faces of the full mesh, and
-// the predecessor of each vertex.
+// The tables of run/direct.rs: for each permutation whose whole order is stored (a keyframe) the number of the face in
+// each slot; the faces of the full mesh; and the predecessor of each vertex.
 layout(scalar, binding = 3) readonly buffer Tables { uint words[]; } tables;
 
 #include "progressive_mesh/write_indices.glsl"

@@ -8,8 +8,8 @@ pub struct DeviceArgs {
     /// Use this device: a part of its name, or its index
     #[arg(long, env = "ORTELIUS_DEVICE")]
     pub device: Option<String>,
-    /// Run with Vulkan's validation layer, including synchronisation validation. Any message is a failure. Measured
-    /// times are then meaningless
+    /// Run with Vulkan's validation layer, including synchronisation validation. Any message is a failure. Times
+    /// measured with this option are meaningless
     #[arg(long, env = "ORTELIUS_VALIDATE", value_parser = clap::builder::FalseyValueParser::new())]
     pub validate: bool,
 }

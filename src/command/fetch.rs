@@ -20,8 +20,8 @@ pub struct FetchArgs {
     list: bool,
 }
 
-/// Runs the subcommand: one line on stdout for each model, ending with its file's path. A failure carries a
-/// [`FetchError`], or [`Usage`].
+/// Runs the subcommand. It prints one line for each model: its name, and its file's path or
+/// (`--list`) a description. A failure carries a [`FetchError`], or [`Usage`].
 pub fn run(args: &FetchArgs) -> anyhow::Result<()> {
     let mut files: Vec<&'static Fetched> = Vec::new();
     for name in &args.names {

@@ -70,7 +70,7 @@ pub struct EyeArgs {
 pub struct RunArgs {
     #[command(flatten)]
     pub of: SceneArgs,
-    /// Render this many frames; default: until no tile is missing
+    /// Render this many frames. Default: the frames of the path, if there is one; then until no tile is missing
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// After --frames, continue at the last pose until no tile is missing

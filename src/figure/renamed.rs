@@ -101,8 +101,8 @@ pub fn rename_old(figure: &str, rows: &mut [Row]) {
     }
 }
 
-/// Today's name for an old name; other names are returned unchanged. If a quantity's name starts with a cache,
-/// as in "FIFO-12, ", only the rest is replaced.
+/// Today's name for an old name; other names are returned unchanged. If the name of a quantity is not listed and starts
+/// with a cache, as in "FIFO-12, ", the rest is looked up and replaced.
 fn now(figure: &str, name: &str) -> String {
     let (cache, own) = match name.split_once(", ") {
         Some((cache, own)) if cache.starts_with("FIFO-") => (Some(cache), own),

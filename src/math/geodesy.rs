@@ -82,7 +82,8 @@ pub fn local_frame(latitude_deg: f64, longitude_deg: f64) -> LocalFrame {
     }
 }
 
-/// First intersection of a ray from `eye` along the unit vector `direction` with the ellipsoid, or `None`.
+/// First intersection of the ellipsoid with a ray from `eye` along the unit vector `direction`. `None` if the ray
+/// misses the ellipsoid or starts inside it.
 pub fn ray_to_ellipsoid(eye: DVec3, direction: DVec3) -> Option<DVec3> {
     let radii_m = DVec3::new(EQUATOR_RADIUS_M, EQUATOR_RADIUS_M, POLE_RADIUS_M);
     // The unit sphere in scaled space: |o + k d|^2 = 1.

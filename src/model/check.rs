@@ -74,7 +74,9 @@ impl Model {
         for (wedge, &position) in self.wedge_positions.iter().enumerate() {
             match used_positions.get_mut(position as usize) {
                 Some(used) => *used = true,
-                None => return Err(format!("wedge {wedge} refers to position {position}")),
+                None => {
+                    return Err(format!("wedge {wedge} refers to position {position}, which does not exist"));
+                }
             }
         }
         let mut used_wedges = vec![false; self.wedge_positions.len()];
@@ -82,7 +84,7 @@ impl Model {
             for &wedge in wedges {
                 match used_wedges.get_mut(wedge as usize) {
                     Some(used) => *used = true,
-                    None => return Err(format!("face {face} refers to wedge {wedge}")),
+                    None => return Err(format!("face {face} refers to wedge {wedge}, which does not exist")),
                 }
             }
         }

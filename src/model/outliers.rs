@@ -4,7 +4,7 @@ use super::{MeshReport, Raw};
 use glam::DVec3;
 use std::collections::HashSet;
 
-/// f32 ends at 3.4e38; 1e36 leaves room for the projection.
+/// f32 ends at 3.4e38. Up to 1e36, products with the coefficients of a view's matrix are still finite.
 const FARTHEST: f64 = 1e36;
 /// Positions are stored as f32 relative to the centre of the box. If one vertex is 1000 times as far out as the others,
 /// the others keep only about 15 of their 24 bits.

@@ -27,7 +27,7 @@ pub struct Measures {
     pub not_finite: usize,
 }
 
-/// A comparison with every pixel's error. Alpha is ignored.
+/// A comparison with every pixel's error. Alpha is ignored, except that FLIP is 1 where alpha is not finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     pub difference: Difference,

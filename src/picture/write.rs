@@ -160,7 +160,7 @@ pub fn read_png(path: &Path) -> std::result::Result<Srgb8Picture, FileError> {
         samples.truncate(info.buffer_size());
         let rgba = match info.color_type {
             png::ColorType::Rgba => samples,
-            // ALPHA leaves only these two kinds.
+            // The transformations leave only RGBA, and grey with alpha.
             _ => samples.chunks_exact(2).flat_map(|pair| [pair[0], pair[0], pair[0], pair[1]]).collect(),
         };
         Ok(Srgb8Picture { width: info.width, height: info.height, rgba })

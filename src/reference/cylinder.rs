@@ -12,7 +12,7 @@ pub struct CylinderWall {
 impl CylinderWall {
     /// (s, t) of the point at which a ray from inside meets the wall. Both run from 0 to 1: s once around from the top,
     /// counter-clockwise seen from the south, and t from the northern end to the southern end. `None` if the ray leaves
-    /// by an end or begins outside. The direction has any length.
+    /// by an end, or begins outside the radius. The direction has any length.
     pub fn coordinate(&self, eye: [f64; 3], direction: [f64; 3]) -> Option<[f64; 2]> {
         let ([x, y, z], [dx, dy, dz]) = (eye, direction);
         let z = z - self.radius_m;

@@ -4,7 +4,8 @@
 
 /// The largest error of a device's trilinear sample, relative to the contrast of the texels. Weights may have steps of
 /// 1/256, the coarsest that Vulkan allows. A sample has one weight along each axis, and one between two levels. Each
-/// errs by less than one step, whether it is rounded or truncated; two samples at the same place differ by no more.
+/// weight errs by less than one step, whether it is rounded or truncated. A rounded and a truncated weight differ by at
+/// most one step, so this is also the largest difference of two devices' samples at the same place.
 pub const SAMPLER_ERROR: f64 = 3.0 / 256.0;
 
 /// Addressing beyond the texture's edges.

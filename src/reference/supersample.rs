@@ -63,8 +63,8 @@ impl PixelKernel {
 
     /// Maps a point of the square [-1, 1]^2 to an offset from the pixel's centre, so that equal areas have equal kernel
     /// weights. For the Gaussian, the concentric map (Shirley and Chiu, "A low distortion map between disk and square",
-    /// 1997) maps the square to the unit disc and preserves areas up to a factor. The length of the offset is then the
-    /// inverse of the Gaussian's cumulative weight as a function of the radius.
+    /// 1997) maps the square to the unit disc and preserves areas up to a factor. The length of the offset is the
+    /// radius of the disc that has the fraction rho^2 of the Gaussian's weight.
     fn place(self, a: f64, b: f64) -> [f64; 2] {
         let PixelKernel::Gaussian { sigma, radius } = self else { return [a / 2.0, b / 2.0] };
         let (rho, angle) = match (a, b) {

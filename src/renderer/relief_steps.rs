@@ -28,7 +28,7 @@ pub struct ReliefSteps {
 
 impl ReliefSteps {
     /// # Errors
-    /// Out of memory.
+    /// Out of memory; the driver cannot compile a pipeline.
     pub fn new(gpu: &Gpu, plain: &PlainSurfaces, target: &Target) -> Result<ReliefSteps> {
         let mut pipelines: Vec<(PlainFilter, GraphicsPipeline)> = Vec::new();
         for surface in plain.surfaces.iter().filter(|surface| surface.relief.is_some()) {

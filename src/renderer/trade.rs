@@ -32,7 +32,8 @@ const RAYS: u32 = 12;
 /// settings.
 ///
 /// # Errors
-/// A scene with nothing to vary, or without a reference; an unavailable device, or a device without timestamps.
+/// A scene with nothing to vary, with more than `MAX_SETTINGS` settings, or without a reference; an unavailable
+/// device, or a device without timestamps.
 pub fn run(
     sweep: &TradeSweep<'_>,
     only: Option<&str>,

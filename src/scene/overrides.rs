@@ -80,8 +80,9 @@ impl Override {
     /// Inserts the value into a scene, creating tables as needed. Unknown keys are detected when their table is read.
     ///
     /// # Errors
-    /// A key of an older version. A camera, path or surface that does not exist, with two exceptions: the value is a
-    /// complete table, or the changes in `all` together position a new camera.
+    /// A key of an older version. A part of the key that is a value instead of a table. A camera, path or surface that
+    /// does not exist, with two exceptions: the value is a complete table, or the changes in `all` together position a
+    /// new camera.
     pub fn apply(&self, scene: &mut Table, all: &[Override]) -> Result<(), SceneError> {
         let key: Vec<&str> = self.key.iter().map(String::as_str).collect();
         if let Some(now) = moved::now(&key) {

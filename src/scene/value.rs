@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
-/// The type of a key's value, as named in docs/scenes.md, in the JSON Schema and by `ortelius keys`.
+/// The type of a key's value: docs/scenes.md and `ortelius keys` name it, the JSON Schema has the JSON type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ValueKind {
     Whole,
@@ -127,7 +127,7 @@ impl<const N: usize> SettingValue for [f64; N] {
     }
 }
 
-/// Settings without numbers; values are stored unchanged.
+/// Implements [`SettingValue`] for types without a range of numbers.
 macro_rules! plain_settings {
     ($($type:ty, $kind:expr, $what:literal, $read:expr, $write:expr;)*) => {$(
         impl SettingValue for $type {

@@ -246,8 +246,8 @@ fn wrapped(degrees: f64) -> f64 {
 }
 
 impl Way {
-    /// The camera at the current progress: on the great circle between both places, with the height
-    /// interpolated logarithmically.
+    /// The camera at the current progress: on the great circle between both places (on a plane: on the
+    /// line), with the height interpolated logarithmically.
     fn camera(&self) -> Camera {
         let Way { from, to, done } = self;
         if *done >= 1.0 {

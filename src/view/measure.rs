@@ -1,13 +1,13 @@
-//! `view --measure`: frame times along the scene's path, in four passes with the same steps:
+//! `view --measure`: frame times along the scene's path, in four flights with the same steps:
 //! - with cold caches, then with warm ones;
-//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both passes
+//! - with closed and with open panels in turn, some steps each, so that other load on the machine affects both flights
 //!   alike.
 //!
 //! After that, keys are pressed, and the frames until the picture changes are counted ([`super::response`]).
 
 use super::path::Player;
 use super::response::Response;
-use super::timed::{BLOCK, FrameCost, Pass, PassTimes, TimedFrame, mean, processor_ms};
+use super::timed::{BLOCK, Flight, FlightTimes, FrameCost, TimedFrame, mean, processor_ms};
 use anyhow::bail;
 use ortelius::figure::Machine;
 use ortelius::header::JsonFormat;
@@ -19,19 +19,19 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Default steps per pass. Of 120 times, the 99th percentile lies between the third- and the second-longest.
+/// Default steps per flight. Of 120 times, the 99th percentile lies between the third- and the second-longest.
 pub const STEPS: usize = 120;
 
-const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 1);
+const FORMAT: JsonFormat = JsonFormat::new("ortelius-window-times", 2);
 
 /// A measurement in progress.
 pub struct Measurement {
     /// Start of the frame, processor time, and time that the program has waited for the device.
     begun: (Instant, Option<f64>, Duration),
-    /// Steps per pass.
+    /// Steps per flight.
     steps: usize,
     frames: Vec<TimedFrame>,
-    /// `None` until the passes are complete.
+    /// `None` until the flights are complete.
     pub response: Option<Response>,
     ended: bool,
     /// The file of the results.
@@ -46,20 +46,20 @@ struct Results<'a> {
     path: Option<&'a String>,
     size: [u32; 2],
     disk_delay_ms: f64,
-    passes: Vec<PassTimes>,
+    flights: Vec<FlightTimes>,
     /// 99th percentile with cold caches, divided by the 99th percentile with warm caches.
     cold_over_warm_p99: f64,
     /// Frame time with open panels minus frame time with closed panels, at the same step.
     panels_ms: Summary,
     panels_ms_mean: f64,
-    /// What the panels' own timers report, as [`PassTimes::parts_over`].
+    /// What the panels' own timers report, as [`FlightTimes::parts_over`].
     panels_parts_ms_mean: Option<f64>,
     panels_ms_median_interval: [f64; 2],
     response: Option<String>,
 }
 
 impl Measurement {
-    /// `steps`, the number of steps per pass, is rounded up to a multiple of 24.
+    /// `steps`, the number of steps per flight, is rounded up to a multiple of 24.
     ///
     /// # Errors
     /// The scene has no path.
@@ -73,31 +73,32 @@ impl Measurement {
     }
 
     /// Called at the start of a frame: moves along the path to the next step. `waited`: as [`Self::end`]. Returns true
-    /// if the panels must be open in this frame, false if they must be closed, and `None` after the last pass.
+    /// if the panels must be open in this frame, false if they must be closed, and `None` after the last flight.
     pub fn begin(&mut self, player: &mut Player, waited: Duration) -> Option<bool> {
-        let (pass, step) = Pass::of_frame(self.frames.len(), self.steps)?;
+        let (flight, step) = Flight::of_frame(self.frames.len(), self.steps)?;
         self.begun = (Instant::now(), processor_ms(), waited);
         if let Some((_, frames)) = player.place() {
             player.seek(frames * step as f64 / (self.steps - 1) as f64);
         }
-        Some(pass == Pass::Open)
+        Some(flight == Flight::Open)
     }
 
     /// Called at the end of a frame: records its times. `waited` is the time that the program has waited for the device
-    /// so far. `device_ns` holds the device's times of the passes that draw into the window; they belong to the frame
-    /// [`FRAMES_IN_FLIGHT`] frames earlier. Returns a part of the report if this frame completes one.
+    /// so far. `device_ns` holds the device's times of the render passes that draw into the window; they belong to the
+    /// frame [`FRAMES_IN_FLIGHT`] frames earlier. Returns a part of the report if this frame completes one.
     pub fn end(&mut self, cost: FrameCost, waited: Duration, device_ns: Option<[u64; 2]>) -> Option<String> {
         if let Some(response) = &self.response {
             let report = response.report();
             self.ended = report.is_some();
             return report;
         }
-        let (pass, step) = Pass::of_frame(self.frames.len(), self.steps).expect("the passes have not ended");
+        let (flight, step) =
+            Flight::of_frame(self.frames.len(), self.steps).expect("the flights have not ended");
         let (begun, processor_before, waited_before) = self.begun;
         let (took, processor) = (begun.elapsed(), processor_ms().zip(processor_before));
         let waits = waited.saturating_sub(waited_before) + cost.display;
         self.frames.push(TimedFrame {
-            pass,
+            flight,
             step,
             ms: took.as_secs_f64() * 1e3,
             processor_ms: processor.map(|(end, begin)| end - begin),
@@ -110,9 +111,9 @@ impl Measurement {
         }
         let steps = self.steps;
         match self.frames.len() {
-            n if n == steps => Some(self.times(Pass::Cold).line()),
+            n if n == steps => Some(self.times(Flight::Cold).line()),
             n if n == 2 * steps => {
-                Some(format!("{}\n{}", self.times(Pass::Warm).line(), self.caches_report()))
+                Some(format!("{}\n{}", self.times(Flight::Warm).line(), self.caches_report()))
             }
             n if n == 4 * steps => {
                 self.response = Some(Response::default());
@@ -127,26 +128,27 @@ impl Measurement {
         self.ended
     }
 
-    /// The frames of a pass, in the order of the path.
-    fn of(&self, pass: Pass) -> Vec<&TimedFrame> {
-        let mut frames: Vec<&TimedFrame> = self.frames.iter().filter(|frame| frame.pass == pass).collect();
+    /// The frames of a flight, in the order of the path.
+    fn of(&self, flight: Flight) -> Vec<&TimedFrame> {
+        let mut frames: Vec<&TimedFrame> =
+            self.frames.iter().filter(|frame| frame.flight == flight).collect();
         frames.sort_by_key(|frame| frame.step);
         frames
     }
 
-    fn times(&self, pass: Pass) -> PassTimes {
-        PassTimes::of(pass, &self.of(pass))
+    fn times(&self, flight: Flight) -> FlightTimes {
+        FlightTimes::of(flight, &self.of(flight))
     }
 
-    fn ms(&self, pass: Pass) -> Vec<f64> {
-        self.of(pass).into_iter().map(|frame| frame.ms).collect()
+    fn ms(&self, flight: Flight) -> Vec<f64> {
+        self.of(flight).into_iter().map(|frame| frame.ms).collect()
     }
 
     /// Cold frames differ from warm frames not only by their loads. They also show coarser tiles in place of missing
     /// ones, and a footprint covers fewer of the coarser texels. So the report also has the longest frame time without
     /// waits for the device and the display.
     fn caches_report(&self) -> String {
-        let [cold, warm] = [Pass::Cold, Pass::Warm].map(|pass| self.times(pass).host_longest);
+        let [cold, warm] = [Flight::Cold, Flight::Warm].map(|flight| self.times(flight).host_longest);
         format!(
             "99th percentile, cold over warm: {:.2} (cold frames show coarser tiles, so footprints hold fewer \
              texels)\nlongest frame without its waits for the device and the display: cold {cold:.2} ms, warm \
@@ -156,29 +158,29 @@ impl Measurement {
     }
 
     fn cold_over_warm(&self) -> f64 {
-        self.times(Pass::Cold).p99 / self.times(Pass::Warm).p99
+        self.times(Flight::Cold).p99 / self.times(Flight::Warm).p99
     }
 
     /// Frame time with open panels minus frame time with closed panels, for each step.
     fn panels_ms(&self) -> Vec<f64> {
-        let [open, closed] = [Pass::Open, Pass::Closed].map(|pass| self.ms(pass));
+        let [open, closed] = [Flight::Open, Flight::Closed].map(|flight| self.ms(flight));
         open.iter().zip(&closed).map(|(open, closed)| open - closed).collect()
     }
 
     fn panels_report(&self) -> String {
-        let [closed, open] = [Pass::Closed, Pass::Open].map(|pass| self.times(pass));
+        let [closed, open] = [Flight::Closed, Flight::Open].map(|flight| self.times(flight));
         let ms = self.panels_ms();
-        let (mean, [low, high]) = (mean(&ms), median_interval(&ms).expect("a pass has frames"));
+        let (mean, [low, high]) = (mean(&ms), median_interval(&ms).expect("a flight has frames"));
         let processor = open.processor_mean.zip(closed.processor_mean);
         let processor =
             processor.map(|(open, closed)| format!(", {:+.2} ms of processor time", open - closed));
         format!(
-            "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}\n\
-             panels by their own timers: mean {:+.2} ms a frame; layout {:.2} ms (in {} frames), triangles {:.2} ms, the \
-             rest on the device",
+            "{}\n{}\npanels: median {:+.2} ms a frame ({low:+.2} .. {high:+.2}), mean {mean:+.2} ms{}\n panels by \
+             their own timers: mean {:+.2} ms a frame; layout {:.2} ms (in {} frames), triangles {:.2} ms, the rest on \
+             the device",
             closed.line(),
             open.line(),
-            median(&ms).expect("a pass has frames"),
+            median(&ms).expect("a flight has frames"),
             processor.unwrap_or_default(),
             open.parts_over(&closed).unwrap_or(f64::NAN),
             open.layout_mean,
@@ -202,12 +204,12 @@ impl Measurement {
             path: scene.view.path.as_ref(),
             size,
             disk_delay_ms: delay.unwrap_or(0.0),
-            passes: Pass::ALL.into_iter().map(|(pass, _)| self.times(pass)).collect(),
+            flights: Flight::ALL.into_iter().map(|(flight, _)| self.times(flight)).collect(),
             cold_over_warm_p99: self.cold_over_warm(),
-            panels_ms: Summary::of(&panels).expect("a pass has frames"),
+            panels_ms: Summary::of(&panels).expect("a flight has frames"),
             panels_ms_mean: mean(&panels),
-            panels_parts_ms_mean: self.times(Pass::Open).parts_over(&self.times(Pass::Closed)),
-            panels_ms_median_interval: median_interval(&panels).expect("a pass has frames"),
+            panels_parts_ms_mean: self.times(Flight::Open).parts_over(&self.times(Flight::Closed)),
+            panels_ms_median_interval: median_interval(&panels).expect("a flight has frames"),
             response: self.response.as_ref().and_then(Response::report),
         };
         write(file, &results)
@@ -230,12 +232,13 @@ mod tests {
         let mut measure = Measurement::new(&scene, 2 * BLOCK - 1, None).unwrap();
         assert_eq!(measure.steps, 2 * BLOCK);
         for n in 0..4 * measure.steps {
-            let (pass, step) = Pass::of_frame(n, measure.steps).unwrap();
+            let (flight, step) = Flight::of_frame(n, measure.steps).unwrap();
             // The cost of the picture varies along the path by much more than the panels cost.
-            let ms = 10.0 + step as f64 + if pass == Pass::Open { 1.5 } else { 0.0 };
-            let (cost, host_ms) = (FrameCost::default(), if pass == Pass::Cold { ms } else { 0.5 });
-            let (processor_ms, device_ms) = (None, Some([2.0, if pass == Pass::Open { 0.5 } else { 0.25 }]));
-            measure.frames.push(TimedFrame { pass, step, ms, processor_ms, cost, host_ms, device_ms });
+            let ms = 10.0 + step as f64 + if flight == Flight::Open { 1.5 } else { 0.0 };
+            let (cost, host_ms) = (FrameCost::default(), if flight == Flight::Cold { ms } else { 0.5 });
+            let (processor_ms, device_ms) =
+                (None, Some([2.0, if flight == Flight::Open { 0.5 } else { 0.25 }]));
+            measure.frames.push(TimedFrame { flight, step, ms, processor_ms, cost, host_ms, device_ms });
         }
         assert!(measure.panels_ms().iter().all(|ms| (ms - 1.5).abs() < 1e-9));
         assert_eq!(measure.cold_over_warm(), 1.0);

@@ -1,40 +1,40 @@
-//! The times of measured frames, and of the passes along the path.
+//! The times of measured frames, and of the flights along the path.
 
 use ortelius::stats::{Summary, median, percentile};
 use serde::Serialize;
 use std::time::Duration;
 
 /// Consecutive steps with the panels in one state, open or closed. The same steps follow in the other state. The state
-/// that comes first alternates from block to block, so the number of steps in a pass is a multiple of `2 * BLOCK`.
+/// that comes first alternates from block to block, so the number of steps in a flight is a multiple of `2 * BLOCK`.
 pub const BLOCK: usize = 12;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pass {
+pub enum Flight {
     Cold,
     Warm,
     Closed,
     Open,
 }
 
-impl Pass {
-    pub const ALL: [(Pass, &str); 4] = [
-        (Pass::Cold, "cold caches"),
-        (Pass::Warm, "warm caches"),
-        (Pass::Closed, "panels closed"),
-        (Pass::Open, "panels open"),
+impl Flight {
+    pub const ALL: [(Flight, &str); 4] = [
+        (Flight::Cold, "cold caches"),
+        (Flight::Warm, "warm caches"),
+        (Flight::Closed, "panels closed"),
+        (Flight::Open, "panels open"),
     ];
 
-    /// The pass and the step of a frame, with `steps` steps per pass; `None` after the last pass.
-    pub fn of_frame(n: usize, steps: usize) -> Option<(Pass, usize)> {
+    /// The flight and the step of a frame, with `steps` steps per flight; `None` after the last flight.
+    pub fn of_frame(n: usize, steps: usize) -> Option<(Flight, usize)> {
         match n / steps {
-            0 => Some((Pass::Cold, n)),
-            1 => Some((Pass::Warm, n - steps)),
+            0 => Some((Flight::Cold, n)),
+            1 => Some((Flight::Warm, n - steps)),
             2 | 3 => {
                 let n = n - 2 * steps;
                 let (block, within) = (n / (2 * BLOCK), n % (2 * BLOCK));
                 let is_open = (within >= BLOCK) == (block % 2 == 1);
                 let step = block * BLOCK + within % BLOCK;
-                Some((if is_open { Pass::Open } else { Pass::Closed }, step))
+                Some((if is_open { Flight::Open } else { Flight::Closed }, step))
             }
             _ => None,
         }
@@ -54,7 +54,7 @@ pub struct FrameCost {
 
 /// One measured frame.
 pub struct TimedFrame {
-    pub pass: Pass,
+    pub flight: Flight,
     pub step: usize,
     pub ms: f64,
     /// Processor time of all threads.
@@ -62,13 +62,13 @@ pub struct TimedFrame {
     pub cost: FrameCost,
     /// Frame time without waits for the device and for the display: work, and all other waits.
     pub host_ms: f64,
-    /// The device's times of the passes that draw into the window: the picture's, and the panels'.
+    /// The device's times of the render passes that draw into the window: the picture's, and the panels'.
     pub device_ms: Option<[f64; 2]>,
 }
 
-/// Times of a pass, in milliseconds a frame.
+/// Times of a flight, in milliseconds a frame.
 #[derive(Serialize)]
-pub struct PassTimes {
+pub struct FlightTimes {
     pub name: &'static str,
     pub frame: Summary,
     pub p99: f64,
@@ -79,15 +79,15 @@ pub struct PassTimes {
     pub layouts: usize,
     pub layout_mean: f64,
     pub triangles_mean: f64,
-    /// The device's times of the passes that draw the picture and the panels into the window.
+    /// The device's times of the render passes that draw the picture and the panels into the window.
     pub present_pass_mean: Option<f64>,
     pub panels_pass_mean: Option<f64>,
     pub panels_pass_median: Option<f64>,
 }
 
-impl PassTimes {
-    /// `frames`: all frames of the pass.
-    pub fn of(pass: Pass, frames: &[&TimedFrame]) -> PassTimes {
+impl FlightTimes {
+    /// `frames`: all frames of the flight.
+    pub fn of(flight: Flight, frames: &[&TimedFrame]) -> FlightTimes {
         let ms: Vec<f64> = frames.iter().map(|frame| frame.ms).collect();
         let mean_of = |part: &dyn Fn(&TimedFrame) -> f64| {
             mean(&frames.iter().map(|frame| part(frame)).collect::<Vec<_>>())
@@ -97,10 +97,10 @@ impl PassTimes {
             |n: usize| frames.iter().filter_map(move |frame| Some(frame.device_ms?[n])).collect::<Vec<_>>();
         let [present, panels] = [0, 1].map(device);
         let mean_device = |ms: &[f64]| (!ms.is_empty()).then(|| mean(ms));
-        PassTimes {
-            name: Pass::ALL.into_iter().find(|(named, _)| *named == pass).expect("all are named").1,
-            frame: Summary::of(&ms).expect("a pass has frames"),
-            p99: percentile(&ms, 0.99).expect("a pass has frames"),
+        FlightTimes {
+            name: Flight::ALL.into_iter().find(|(named, _)| *named == flight).expect("all are named").1,
+            frame: Summary::of(&ms).expect("a flight has frames"),
+            p99: percentile(&ms, 0.99).expect("a flight has frames"),
             processor_mean: processor.map(|ms| mean(&ms)),
             host_longest: frames.iter().map(|frame| frame.host_ms).fold(0.0, f64::max),
             layouts: frames.iter().filter(|frame| !frame.cost.layout.is_zero()).count(),
@@ -112,10 +112,10 @@ impl PassTimes {
         }
     }
 
-    /// The panels' mean cost per frame: layout, triangles, and the device's passes that draw into the window. The same
-    /// mean of the flight `closed` is subtracted. `None` without timestamps.
-    pub fn parts_over(&self, closed: &PassTimes) -> Option<f64> {
-        let parts = |of: &PassTimes| {
+    /// The panels' mean cost per frame: layout, triangles, and the render passes that draw into the window, minus the
+    /// same mean with closed panels. `None` without timestamps.
+    pub fn parts_over(&self, closed: &FlightTimes) -> Option<f64> {
+        let parts = |of: &FlightTimes| {
             Some(of.layout_mean + of.triangles_mean + of.present_pass_mean? + of.panels_pass_mean?)
         };
         Some(parts(self)? - parts(closed)?)
@@ -154,17 +154,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pass_takes_every_step_once() {
+    fn every_flight_takes_every_step_once() {
         for steps in [2 * BLOCK, STEPS] {
             let mut counts = vec![[0; 4]; steps];
-            let frames = (0..).map_while(|n| Pass::of_frame(n, steps)).collect::<Vec<_>>();
-            for (pass, step) in &frames {
-                counts[*step][Pass::ALL.iter().position(|(named, _)| named == pass).unwrap()] += 1;
+            let frames = (0..).map_while(|n| Flight::of_frame(n, steps)).collect::<Vec<_>>();
+            for (flight, step) in &frames {
+                counts[*step][Flight::ALL.iter().position(|(named, _)| named == flight).unwrap()] += 1;
             }
             assert!(frames.len() == 4 * steps && counts.as_flattened().iter().all(|count| *count == 1));
             // Open and closed panels come first equally often.
             let first_open =
-                frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Pass::Open).count();
+                frames[2 * steps..].chunks(2 * BLOCK).filter(|block| block[0].0 == Flight::Open).count();
             assert_eq!(first_open, steps / BLOCK / 2);
         }
     }

@@ -282,7 +282,7 @@ impl Gpu {
     }
 
     /// # Errors
-    /// The workgroup exceeds the device's limit, or the driver fails to compile the shader.
+    /// The workgroup or the number of buffers exceeds the device's limit, or the driver fails to compile the shader.
     pub fn compute_pipeline(
         &self,
         name: &str,
@@ -310,7 +310,7 @@ impl Gpu {
     }
 
     /// # Errors
-    /// The driver fails to compile a shader.
+    /// The number of buffers exceeds the device's limit, or the driver fails to compile a shader.
     pub fn graphics_pipeline(&self, info: &GraphicsInfo<'_>) -> Result<GraphicsPipeline> {
         let mut stages = vec![(vk::ShaderStageFlags::VERTEX, info.vertex)];
         stages.extend(info.geometry.map(|shader| (vk::ShaderStageFlags::GEOMETRY, shader)));

@@ -275,7 +275,7 @@ fn vectors_of_512_bits_are_refused() {
 }
 
 #[test]
-fn a_measurement_prints_its_passes_and_ends() {
+fn a_measurement_prints_its_flights_and_ends() {
     let display = Display::start();
     // With two variants, the open panels show the time of each frame. The keys must be pressed all the same.
     let scene = ["globe", "--size", "400x300", "-D", FAST];
@@ -283,9 +283,9 @@ fn a_measurement_prints_its_passes_and_ends() {
     let variants = ["--variant", &variants[0], "--variant", &variants[1]];
     let measure = ["--measure=times.json", "--frames", "20"];
     let mut window = open(&display, &[&scene[..], &variants, &measure].concat());
-    let passes = ["cold caches", "warm caches", "panels closed", "panels open"];
-    for pass in passes {
-        window.printed(&format!("{pass}: 24 frames, median "));
+    let flights = ["cold caches", "warm caches", "panels closed", "panels open"];
+    for flight in flights {
+        window.printed(&format!("{flight}: 24 frames, median "));
     }
     window.printed("99th percentile, cold over warm: ");
     window.printed("longest frame without its waits for the device and the display: cold ");
@@ -298,16 +298,16 @@ fn a_measurement_prints_its_passes_and_ends() {
     let folder = window.closed_in_silence();
     let times = std::fs::read_to_string(folder.path().join("times.json")).unwrap();
     let times: serde_json::Value = serde_json::from_str(&times).unwrap();
-    assert_eq!((&times["format"], &times["version"]), (&"ortelius-window-times".into(), &1.into()));
+    assert_eq!((&times["format"], &times["version"]), (&"ortelius-window-times".into(), &2.into()));
     assert_eq!(times["response"], frames.as_str());
     assert_eq!((&times["size"], &times["panels_ms"]["count"]), (&serde_json::json!([400, 300]), &24.into()));
     for key in ["device", "driver", "processor", "commit"] {
         assert!(!times["machine"][key].as_str().unwrap().is_empty(), "{key}");
     }
-    for (pass, name) in times["passes"].as_array().unwrap().iter().zip(passes) {
-        assert_eq!((&pass["name"], &pass["frame"]["count"]), (&name.into(), &24.into()));
+    for (flight, name) in times["flights"].as_array().unwrap().iter().zip(flights) {
+        assert_eq!((&flight["name"], &flight["frame"]["count"]), (&name.into(), &24.into()));
         // This time excludes waits, so it is at most the frame's time.
-        let host = pass["host_longest"].as_f64().unwrap();
-        assert!(host > 0.0 && host <= pass["frame"]["max"].as_f64().unwrap(), "{pass}");
+        let host = flight["host_longest"].as_f64().unwrap();
+        assert!(host > 0.0 && host <= flight["frame"]["max"].as_f64().unwrap(), "{flight}");
     }
 }

@@ -5,7 +5,8 @@
 //! by a fraction of the difference from a blurred surface, because a mean over 900 m is smoother than a mountain.
 //! `gullies`, with wavelengths from 2.4 km down to 75 m, follow the slopes and are higher on steep ground. Where the
 //! samples are too smooth, mostly in Nepal, whose source maps have few contour lines, `ridges` are added. One area is
-//! level ([`PLAIN_M`]). No figure uses this surface; the model `everest` has only the samples.
+//! level ([`PLAIN_M`]). Of the figures, scene.filters and pm.texture use this surface. The model `everest`
+//! has only the samples.
 //!
 //! The model `valley` is a mesh of this surface; the texture `terrain` colours the ground by its heights and slopes.
 //! The computation uses only +, -, x, / and square roots, so the bits are the same on every machine.

@@ -19,7 +19,8 @@ const ROWS: u32 = 4;
 /// faces is proportional to `detail`; at 16 it is 16 384.
 ///
 /// # Panics
-/// Unless `detail` is a power of two in 4 ..= 2^12; otherwise corners of adjacent cells would differ in their bits.
+/// Unless `detail` is a power of two in 4 ..= 2^12. With another number, points on the border between two cells would
+/// differ by rounding.
 pub fn solid(detail: u32) -> Model {
     assert!(detail.is_power_of_two() && (4..=1 << 12).contains(&detail), "a solid of detail {detail}");
     let mut raw = Raw::default();
@@ -73,7 +74,7 @@ fn straight(from: [f64; 2], to: [f64; 2]) -> Strip {
     let length = way[0].hypot(way[1]);
     let normal = [way[1] / length, -way[0] / length];
     steps(|at| {
-        // The end must be exact, because the next run starts there.
+        // The end must be exact, because the next strip starts there.
         let [radius, z] = std::array::from_fn(|i| if at == 1.0 { to[i] } else { from[i] + at * way[i] });
         Ring { square: 0.0, radius, z, normal }
     })
@@ -125,11 +126,11 @@ fn boss(radius: f64, height: f64) -> Vec<Strip> {
     ]
 }
 
-/// Adds the surface that a run sweeps around the axis at `centre`.
-fn revolve(raw: &mut Raw, run: &Strip, centre: DVec3, detail: u32) {
+/// Adds the quads between consecutive rings of a strip, around the axis at `centre`.
+fn revolve(raw: &mut Raw, strip: &Strip, centre: DVec3, detail: u32) {
     let around = 4 * detail;
     let first = raw.positions.len() as u32;
-    for ring in run {
+    for ring in strip {
         for step in 0..around {
             let (sine, cosine) = libm::sincos(TAU * f64::from(step) / f64::from(around) - FRAC_PI_4);
             let round = DVec3::new(cosine, sine, 0.0);
@@ -140,8 +141,8 @@ fn revolve(raw: &mut Raw, run: &Strip, centre: DVec3, detail: u32) {
         }
     }
     let corner = |step: u32, ring: u32| first + ring * around + step % around;
-    for ring in 0..run.len() as u32 - 1 {
-        let is_point = |ring: u32| run[ring as usize].square == 0.0 && run[ring as usize].radius == 0.0;
+    for ring in 0..strip.len() as u32 - 1 {
+        let is_point = |ring: u32| strip[ring as usize].square == 0.0 && strip[ring as usize].radius == 0.0;
         for step in 0..around {
             let [a, b] = [corner(step, ring), corner(step + 1, ring)];
             let [c, d] = [corner(step, ring + 1), corner(step + 1, ring + 1)];

@@ -1,8 +1,7 @@
 //! Counts of stages 2 and 3 that are equal on every device, computed from the request image alone: texels and words
 //! that shaders read, atomics, and bytes of the list. A count that depends on the order of invocations, or on the size
-//! of a device's subgroups, is replaced by the reason. A test is a load from the tile mask that avoids an atomic if the
-//! bit is set already.
-//! [`of_list`] counts both stages of a frame.
+//! of a device's subgroups, is replaced by the reason. A test is a load from the tile mask that avoids an atomic (with
+//! `mark-bytes`: a store) if the tile is marked already. [`of_list`] counts both stages of a frame.
 
 use crate::figure::{Row, Value};
 use crate::math::pyramid::{Pyramid, TileId};
@@ -19,7 +18,8 @@ pub const TESTS: &str = "tests of the tile mask";
 pub const ATOMICS: &str = "atomics";
 
 /// Quantity of a draw that textures: texels that the filter reads from the tile pool, mean over the covered pixels.
-/// Fragments that are hidden later are not counted; only the inexact fused draws have any.
+/// Fragments that are hidden later are not counted. Only draws without a depth-only pass before them have any:
+/// `fused`, and `request_draw = "texturing"`.
 pub const TEXELS_PER_PIXEL: &str = "texels fetched per pixel";
 
 /// Quantities of stage 3, besides [`ATOMICS`]: words of the tile mask, and bytes of the list without its length.

@@ -37,21 +37,22 @@ pub const FILTERS: Figure = Figure {
             least one, two or four texels along its minor semi-axis. `no ramp`: texels that its edge cuts count as a \
             whole or not at all, so fewer texels are read. Scenes do not use it, because magnified texels have visible \
             edges. Of the other filters, each scene uses the fastest whose NMSE is at most 1e-3 (on the earth: 2e-4). \
-            The truth is the f64 mean of 4,232 stratified samples per pixel of the mesh (`valley`: 512), with two \
-            kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of one pixel. For \
-            `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel away. For each \
-            pixel, the samples read one level: the coarsest in which the shorter side of every footprint around the \
-            pixel still has 8 texels. Averaging and interpolating this level's texels adds 2 % to the kernel's \
-            variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact gradient. It shows \
-            the error of using one ellipse per pixel on a curved surface. NMSE is of luminance, over the pixels whose \
-            kernel lies wholly on one piece of the textured surface. A second NMSE is of the pixels whose kernel is \
-            partly beyond the limb or the horizon; the truth is the mean of the part on the surface. On `valley`, \
-            which is shown unlit, kernels at ridges show two pieces, one behind the other; the NMSE with silhouettes \
-            counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 (quick) or 320 x 180 pixels, \
-            where passes of fixed cost outweigh the filter. Therefore the texturing pass is also timed at 320 x 180 \
-            (quick runs on a software device) or 1280 x 720 pixels, and its time is divided by the number of pixels. \
-            Pictures of `valley` have 640 x 360 pixels, because in a smaller picture a pixel would be larger than a \
-            slope. An instrumented shader counts the texels that the filter fetches per covered pixel.",
+            The truth is computed in f64 from the mesh: the mean of 4,232 stratified samples for each pixel (`valley`: \
+            512), with two kernels: the ellipse's own, a Gaussian with sigma 0.5 pixels cut at one pixel, and a box of \
+            one pixel. For `globe` the mesh is replaced by the ellipsoid, which is less than a hundredth of a pixel \
+            away. For each pixel, the samples read one level: the coarsest in which the shorter side of every \
+            footprint around the pixel still has 8 texels. Averaging and interpolating this level's texels adds 2 % to \
+            the kernel's variance. \"One exact ellipse\" is the ellipse with two texels in f64 with the exact \
+            gradient. It shows the error of using one ellipse per pixel on a curved surface. NMSE is of luminance, \
+            over the pixels whose kernel lies wholly on one piece of the textured surface. A second NMSE is of the \
+            pixels whose kernel is partly beyond the limb or the horizon; the truth is the mean of the part on the \
+            surface. On `valley`, which is shown unlit, kernels at ridges show two pieces, one behind the other; the \
+            NMSE with silhouettes counts these pixels, too. Times are of a settled frame. Pictures have 96 x 54 \
+            (quick) or 320 x 180 pixels, where passes of fixed cost outweigh the filter. Therefore the texturing pass \
+            is also timed at 320 x 180 (quick runs on a software device) or 1280 x 720 pixels, and its time is divided \
+            by the number of pixels. Pictures of `valley` have 640 x 360 pixels, because in a smaller picture a pixel \
+            would be larger than a slope. An instrumented shader counts the texels that the filter fetches per covered \
+            pixel.",
     scenes: &["earth/oblique", "globe/africa", "plane/tilted", "valley/massif"],
     variants: || {
         let shown = VARIANTS.iter().map(|(name, ..)| (*name).to_string());
@@ -83,9 +84,9 @@ pub const FILTERS: Figure = Figure {
         ),
         Claim::ours(
             "limb-of-the-globe",
-            "Within 3 pixels of the globe's outline, the NMSE is at most 1.1 times that of one f64 ellipse per pixel \
-             with the ellipsoid's exact gradient. So facets and f32 add little to the error of an ellipse where the \
-             surface curves away within a pixel.",
+            "Within 3 pixels of the globe's outline, the NMSE of the ellipse with 2 texels is at most 1.1 times that \
+             of one f64 ellipse per pixel with the ellipsoid's exact gradient. So facets and f32 add little to the \
+             error of an ellipse where the surface curves away within a pixel.",
             &[Test::ratio_of(OUTLINE, [TWO, EXACT], AtMost(1.1))],
         )
         .at(Places::scenes(&["globe/africa"])),
@@ -199,7 +200,7 @@ const ELLIPSE: &str = "surface.land.filter={kind='ellipse', max_anisotropy=16}";
 /// Moves the herd of `valley` behind the camera.
 const BEHIND: &str = "surface.herd.geometry.north_m=-45000.0";
 
-/// Width of the outline band. At a sphere's limb, only footprints this close to the edge are cut off.
+/// Width of the outline band. On a sphere, only footprints this close to the limb reach beyond it.
 const OUTLINE_PIXELS: u32 = 3;
 
 const KERNELS: [(&str, PixelKernel); 2] = [(NMSE, PixelKernel::GAUSSIAN), (BOX, PixelKernel::Box)];

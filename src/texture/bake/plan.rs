@@ -80,7 +80,7 @@ impl BakePlan {
         let band = (u64::from(self.band_rows) * 4) << pyramid.width_log2();
         // 144 bytes per index entry: the journal's entries, completion flags, and the index as numbers and as bytes. A
         // journal entry has 24 bytes. The entries exist twice while they are partitioned, and once more when checked.
-        // The scratch file's jobs add a third to their number.
+        // The journal also has an entry for each coarser tile in the scratch file: a third as many as tiles of level 0.
         let lists = self.layout.entry_count() * 144;
         let always = if matches!(settings.source, SourceName::Earth(_)) { EARTH_BYTES } else { 0 };
         let (reading, checking_bands) = match source {

@@ -25,7 +25,7 @@ pub enum TileFormat {
 }
 
 impl TileFormat {
-    /// Bytes of one stored tile: its own level with the border, then the next coarser level with half of it.
+    /// Bytes of one stored tile: its own level with the border, then the next coarser level with half the border.
     pub fn tile_bytes(self, pyramid: &Pyramid) -> usize {
         match self {
             TileFormat::Rgba8 => pyramid.tile_bytes_rgba8(),

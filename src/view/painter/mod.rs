@@ -79,7 +79,7 @@ impl Painter {
     /// For windows of this format. `copies`: texels can be copied into their images.
     ///
     /// # Errors
-    /// Out of memory.
+    /// Out of memory; the driver cannot compile a pipeline.
     pub fn new(gpu: &Gpu, format: Format, copies: bool) -> Result<Painter> {
         let sampler = SamplerInfo { filter: SamplerFilter::Linear, wraps_in_s: false };
         Ok(Painter {

@@ -41,8 +41,8 @@ pub struct FinishedChange {
 }
 
 impl Stage {
-    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. A request that arrives
-    /// while the thread works is handled after the thread has ended.
+    /// Makes the wanted change: at once if both sides change in place, otherwise on a thread. While the thread works,
+    /// only requests that change in place are handled; the others wait until the thread has ended.
     pub(super) fn pursue(&mut self) -> anyhow::Result<Option<Kept>> {
         let plans = self.plan(&self.wanted)?;
         let in_place = |plan: &SidePlan| match plan {

@@ -61,7 +61,7 @@ fn a_hub_that_moves_from_vertex_to_vertex_costs_bytes() {
 #[test]
 fn splits_of_one_hub_suggest_no_more_than_enough() {
     let mut mesh = hub(400, &[(200, 0, 0)]);
-    // Of these faces, only the first is among the suggestions.
+    // The coder suggests likely faces (`suggest` in level.rs). Of these faces it suggests only the first.
     let vertices = mesh.levels[1].vertices;
     let born = [[801, 1, 0], [vertices - 1, 0, 799], [1, vertices - 1, 5]];
     mesh.faces.extend(born);

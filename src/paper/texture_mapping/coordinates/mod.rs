@@ -10,7 +10,7 @@
 //! numerator `n_uy = (B I - C H) + (B G - A H) x`. With the denominator `w`, forward differences are `du/dx = n_ux / (w
 //! (w + G))` and `du/dy = n_uy / (w (w + H))`; for `v`, D, E, F replace A, B, C.
 //!
-//! Erratum: the scan prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
+//! Erratum: the thesis prints the denominator of `du/dx` in all four derivatives, and all four numerators as increments
 //! along the row. Here each derivative has its own numerator and denominator. Difference from the paper: the fragments
 //! of a row have no order, so the paper's fragment shader cannot have added from pixel to pixel. [`Form`] lists the
 //! forms that a GPU can run. A fragment shader takes constants of the row (computed in f64, rounded to f32) and
@@ -231,7 +231,8 @@ impl TiltedPlane {
         moved.fitted(size, |low, high| (texels / (high - low), low))
     }
 
-    /// A random plane whose coordinates stay within `-texels..=texels` and whose w varies up to tenfold.
+    /// A random plane whose coordinates stay within `-texels..=texels` and whose w is in 0.1 ..= 1.9; 1
+    /// at the picture's centre.
     pub fn random(seed: u64, size: [u32; 2], texels: f64) -> TiltedPlane {
         let mut random = SplitMix64(seed);
         let mut unit = || 2.0 * random.unit() - 1.0;

@@ -91,7 +91,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             let method = Method::Ellipse(filter.edge(edge));
             let shown = lab.show(&lab.pass(&method)?, &plane, 0)?;
             rows.push(row(*quantity, Value::Number(errors(&shown.picture, truth)?.nmse)));
-            // The shader that is timed counts these texels.
+            // The number of texels belongs to the filter that is timed.
             if *quantity == NMSE_EWA {
                 rows.push(Row::number(edge.name(), TEXELS, "texels", shown.fetched));
             }

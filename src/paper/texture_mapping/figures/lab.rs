@@ -160,7 +160,7 @@ impl Lab {
         self.supersampled(plane, kernel, Density::FINE)
     }
 
-    /// As [`Lab::truth`], with a bounded number of samples per pixel, because some footprints are unbounded.
+    /// As [`Lab::truth`], with fewer samples per pixel: where footprints are unbounded, `truth` takes too long.
     pub fn coarse_truth(&self, plane: &TiltedPlane, kernel: PixelKernel) -> Truth {
         self.supersampled(plane, kernel, Density { per_texel: 1.0, min: 32, max: 96 })
     }
@@ -197,8 +197,8 @@ impl Lab {
         Ok(LabPicture { picture: Picture::new(self.size[0], self.size[1], rgba), fetched })
     }
 
-    /// The mean of the pictures of several frames, which differ in their random numbers, too. `plane` is the plane that
-    /// a frame shows. `fetched` counts the texels of the first frame.
+    /// The mean of the pictures of several frames. Each frame has its own random numbers, and shows the plane that
+    /// `plane` returns for it. `fetched` counts the texels of the first frame.
     ///
     /// # Errors
     /// Device lost, out of memory.

@@ -17,24 +17,24 @@ use written::Written;
 pub const CHANGE: Figure = Figure {
     id: "pm.change",
     title: "Cost of a level change, by method",
-    about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, by 1 % \
-            and by 10 % of all splits, and by all of them at once. With our methods the host executes the splits \
-            (and the tswaps, if the order has them). If constructing the level from the faces of the full mesh \
-            writes fewer bytes, the host constructs it instead. The written blocks of 128 indices are uploaded \
-            (classical; tail; in place) or copied into the buffers from which the device draws (mapped). There is \
-            one such buffer for each frame in flight, so each block is copied twice. In a third method the device \
-            executes the splits, or constructs the level, by the same rule. The baselines draw the same levels. The \
-            faces in random order or reordered by meshoptimizer are uploaded as a whole. The compacted order is made \
-            by a pass of shaders. With skip lists (each has 0.707 of the faces of the next finer list) a change \
-            writes corners, including those of degenerate faces, or copies another list as a whole. The discrete \
-            meshes are all in the buffer already. A copy of all live faces is shown for comparison. Written bytes \
-            are those that a change writes into the index buffer, including faces that become live; they are counted \
-            on the way up through all levels and back, as the mean and the worst change. Sent bytes are those that \
-            the host uploads or copies for a change in the middle of the range: whole blocks, and faces that move to \
-            a slice of another size. Times are means of up to five single changes up and down in the middle of the \
-            range: the host's time until the frame is submitted, the time of the device's passes, and their sum. \
-            Only one in several hundred splits is followed by tswaps, and these may move all faces. So the mean shows \
-            the cost of a walk, and the worst change shows the cost of a single frame.",
+    about: "One instance of `bunny` (3674 faces) or of `torus:96` (36 864) changes its level: by one split, by 1 % and \
+            by 10 % of all splits, and by all of them at once. With our methods the host executes the splits (and the \
+            tswaps, if the order has them). If constructing the level from the faces of the full mesh writes fewer \
+            bytes, the host constructs it instead. The written blocks of 128 indices are uploaded (classical; tail; in \
+            place) or copied into the buffers from which the device draws (mapped). There is one such buffer for each \
+            frame in flight, so each block is copied twice. In a third method the device executes the splits, or \
+            constructs the level, by the same rule. The baselines draw the same levels. The faces in random order or \
+            reordered by meshoptimizer are uploaded as a whole. The compacted order is made by a pass of shaders. With \
+            skip lists (each has 0.707 of the faces of the next finer list) a change writes corners, including those \
+            of degenerate faces, or copies another list as a whole. The discrete meshes are all in the buffer already. \
+            A copy of all live faces is shown for comparison. Written bytes are those that a change writes into the \
+            index buffer, including faces that become live; they are counted on the way up through all levels and \
+            back, as the mean and the worst change. Sent bytes are those that the host uploads or copies for a change \
+            in the middle of the range: whole blocks, and all faces if they need a larger or smaller part of the index \
+            buffer. Times are means of up to five single changes up and down in the middle of the range: the host's \
+            time until the frame is submitted, the time of the device's passes, and their sum. Only one in several \
+            hundred splits is followed by tswaps, and these may move all faces. So the mean shows the cost of a walk, \
+            and the worst change shows the cost of a single frame.",
     scenes: &["bunny", "torus:96"],
     variants,
     ours: &["tail-23"],
@@ -55,8 +55,8 @@ pub const CHANGE: Figure = Figure {
         ),
         Claim::ours(
             "moves",
-            "With 23 moved faces per split, a split writes at most 138 bytes (23 faces of 6 bytes) more than without \
-             tswaps. With births in place it also writes at most 3 corners of unborn faces, 6 bytes more.",
+            "With 23 moved faces per split, a split writes on average at most 138 bytes (23 faces of 6 bytes) more \
+             than without tswaps. With births in place it also writes at most 3 corners of unborn faces, 6 bytes more.",
             &[
                 Test::difference_of(WRITTEN, [TAIL_23, CLASSICAL], AtMost(138.0)),
                 Test::difference_of(WRITTEN, [IN_PLACE_23, CLASSICAL], AtMost(144.0)),

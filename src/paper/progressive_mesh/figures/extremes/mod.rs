@@ -289,7 +289,7 @@ mod tests {
         }
         let of = |case, quantity| table.number(case, None, OURS, quantity).unwrap();
         assert_eq!(CASES.iter().filter(|case| of(case, FACES) == 0.0).collect::<Vec<_>>(), [&"offset 1e9"]);
-        // Degenerate parts cost nothing: the result equals that of the bunny without caps.
+        // Removing flat caps changes no surface.
         assert!(of("flat caps", LOST) < ROUNDING);
         assert!(of("one 1000 times out", HAUSDORFF) < 0.05);
     }
