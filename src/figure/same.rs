@@ -53,8 +53,12 @@ impl Same {
         let pairs = pairs(earlier, later);
         if pairs.len() < earlier.settings.len().max(later.settings.len()) {
             let (common, [before, now]) = (pairs.len(), [earlier, later].map(|trade| trade.settings.len()));
+            let all = [earlier, later].into_iter().flat_map(|trade| &trade.settings);
+            let alone: Vec<&str> =
+                all.map(|setting| &*setting.name).filter(|name| !pairs.contains_key(name)).collect();
             return Err(format!(
-                "the earlier sweep has {before} settings, this one {now}, {common} in common"
+                "the earlier sweep has {before} settings, this one {now}, {common} in common; only one of them has: {}",
+                alone.join("; ")
             ));
         }
         let ratio = |&(before, now): &(f64, f64)| (now / before).max(before / now);
@@ -252,6 +256,7 @@ pub(super) mod tests {
         let words = Same::of(&sweep(&FIRST), &flip).unwrap_err();
         assert!(words.contains("by NMSE on made-up device") && words.contains("by FLIP"), "{words}");
         let words = Same::of(&sweep(&FIRST), &sweep(&FIRST[..3])).unwrap_err();
-        assert!(words.contains("4 settings, this one 3, 3 in common"), "{words}");
+        let missing = format!("4 settings, this one 3, 3 in common; only one of them has: {}", FIRST[3].0);
+        assert!(words.contains(&missing), "{words}");
     }
 }

@@ -39,8 +39,11 @@ impl std::fmt::Display for TileId {
 pub enum PyramidError {
     #[error("a texture of 2^{0} x 2^{1} texels is outside 2^1 .. 2^20 a side")]
     Size(u32, u32),
-    #[error("a tile of 2^{0} texels is outside 2^4 .. 2^10, or wider than the texture")]
-    Tile(u32),
+    #[error(
+        "a tile side of {} texels is outside 16 .. {}, for a texture of {} x {} texels",
+        1 << .0, 1 << (.1).min(.2).min(&10), 1 << .1, 1 << .2
+    )]
+    Tile(u32, u32, u32),
     #[error("a border of {0} texels is wider than half a tile")]
     Border(u32),
     #[error(
@@ -78,7 +81,7 @@ impl Pyramid {
             return Err(PyramidError::Size(width_log2, height_log2));
         }
         if !(4..=10).contains(&tile_log2) || tile_log2 > narrow {
-            return Err(PyramidError::Tile(tile_log2));
+            return Err(PyramidError::Tile(tile_log2, width_log2, height_log2));
         }
         if border_texels > 1 << (tile_log2 - 1) {
             return Err(PyramidError::Border(border_texels));

@@ -61,8 +61,9 @@ impl Reader {
         match words.next() {
             Some(b"v") => self.vertex(&numbers(words)?),
             Some(b"vt") => match *numbers(words)? {
-                [s] => keep(&mut self.coordinates, [s as f32, 0.0]),
-                [s, t, ..] => keep(&mut self.coordinates, [s as f32, t as f32]),
+                [s] => keep(&mut self.coordinates, [s as f32, 1.0]),
+                // In OBJ files v = 0 is the picture's lower edge, here t = 0 is the upper one.
+                [s, v, ..] => keep(&mut self.coordinates, [s as f32, (1.0 - v) as f32]),
                 [] => Err("vt without numbers".into()),
             },
             Some(b"vn") => match *numbers(words)? {
@@ -199,6 +200,7 @@ fn resolve(word: &[u8], count: usize) -> Result<u32, String> {
     let from_0 = if index < 0 { count as i64 + index } else { index - 1 };
     match u32::try_from(from_0) {
         Ok(from_0) if (from_0 as usize) < count => Ok(from_0),
+        _ if index == 0 => Err("index 0, but the first index is 1".into()),
         _ => Err(format!("index {index}, but there are only {count} so far")),
     }
 }

@@ -90,7 +90,10 @@ impl MeshReport {
         .filter(|(_, count)| *count > 0)
         .map(|(what, count)| format!("{what}: {count}"))
         .chain(self.f32_steps.map(|steps| {
-            format!("f32 steps across the mesh: {steps}, because it is far from the origin; finer detail is lost")
+            format!(
+                "f32 steps across the mesh: {steps}, because it is small for its distance from the origin; finer \
+                 detail is lost"
+            )
         }))
         .collect()
     }

@@ -58,10 +58,14 @@ impl Model {
                     out.write_all(&value.to_le_bytes())?;
                 }
             }
-            let normal = self.attributes.normals.get(vertex).into_iter().flatten();
-            let coordinate = self.attributes.coordinates.get(vertex).into_iter().flatten();
-            for value in normal.chain(coordinate) {
+            for value in self.attributes.normals.get(vertex).into_iter().flatten() {
                 out.write_all(&value.to_le_bytes())?;
+            }
+            if let Some(&[s, t]) = self.attributes.coordinates.get(vertex) {
+                // From the lower edge. In f64 the difference is exact for all t but tiny ones.
+                for value in [f64::from(s), 1.0 - f64::from(t)] {
+                    out.write_all(&value.to_le_bytes())?;
+                }
             }
             if let Some(color) = self.attributes.colors.get(vertex) {
                 out.write_all(color)?;
@@ -84,7 +88,7 @@ impl Model {
         for (kind, names, there) in [
             (position, &["x", "y", "z"][..], true),
             ("float", &["nx", "ny", "nz"], !attributes.normals.is_empty()),
-            ("float", &["s", "t"], !attributes.coordinates.is_empty()),
+            ("double", &["s", "t"], !attributes.coordinates.is_empty()),
             ("uchar", &["red", "green", "blue", "alpha"], !attributes.colors.is_empty()),
         ] {
             for name in names.iter().filter(|_| there) {
@@ -111,7 +115,8 @@ impl Model {
             }
         }
         for [s, t] in &attributes.coordinates {
-            writeln!(out, "vt {s} {t}")?;
+            // From the lower edge. In f64 the difference is exact for all t but tiny ones.
+            writeln!(out, "vt {s} {}", 1.0 - f64::from(*t))?;
         }
         for [x, y, z] in &attributes.normals {
             writeln!(out, "vn {x} {y} {z}")?;

@@ -207,17 +207,18 @@ impl Surface {
 /// The common ground of a scene.
 ///
 /// # Errors
-/// A surface without geometry, or both an ellipsoid and a plane.
+/// A surface without geometry; an ellipsoid together with a plane or a cylinder.
 pub(super) fn ground(scene: &Scene) -> Result<Ground, SceneFault> {
     let kinds = names(scene, "surface")?.into_iter().map(|name| Ok((name, kind(scene, name)?)));
     let kinds = kinds.collect::<Result<Vec<_>, _>>()?;
     let of = |kind| kinds.iter().find(|(_, other)| *other == kind).map(|(name, _)| name);
-    match (of("ellipsoid"), of("plane")) {
-        (Some(ellipsoid), Some(plane)) => {
+    let flat = ["plane", "cylinder"].into_iter().find_map(|kind| Some((kind, of(kind)?)));
+    match (of("ellipsoid"), flat) {
+        (Some(ellipsoid), Some((kind, name))) => {
             let what = format!(
-                "a scene has one ground, and {ellipsoid} is an ellipsoid; put the plane into another scene"
+                "a scene has one ground, and {ellipsoid} is an ellipsoid; put the {kind} into another scene"
             );
-            Err(SceneFault::new(&["surface", plane, "geometry", "kind"], what))
+            Err(SceneFault::new(&["surface", name, "geometry", "kind"], what))
         }
         (Some(_), None) => Ok(Ground::Planet),
         _ => Ok(Ground::Plane),

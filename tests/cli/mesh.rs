@@ -148,6 +148,10 @@ fn a_truncated_file_is_a_coarser_mesh_and_fails_verification() {
     let json = info(&folder, "cut.pmesh");
     let (levels, faces) = (json["levels"].as_u64().unwrap(), json["finest"]["faces"].as_u64().unwrap());
     assert!((200..3600).contains(&faces) && json["cut"] == true, "{levels} levels, {faces} faces");
+    // The incomplete chunk counts for nothing.
+    let [cut, whole] = ["cut.pmesh", "b.pmesh"]
+        .map(|file| info(&folder, file)["sizes"]["headers of file and chunks"].as_f64().unwrap());
+    assert!(cut < whole, "{cut} of {whole} bytes");
     // The same level as in the whole file, face for face.
     let level = (levels - 1).to_string();
     run_mesh(&folder, &["export", "cut.pmesh", "--level", &level, "-o", "cut.ply"]);

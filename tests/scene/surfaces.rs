@@ -53,6 +53,10 @@ fn invalid_combinations_of_surfaces_are_rejected() {
     let second = "texture = { kind = \"virtual\", source = \"ruler\", width_log2 = 12, height_log2 = 11 }\n";
     for (more, expected) in [
         (plane.to_owned(), "surface.floor.geometry.kind: a scene has one ground, and land is an ellipsoid"),
+        (
+            "\n[surface.pipe.geometry]\nkind = \"cylinder\"\nradius_m = 1\nlength_m = 1\ncolumns = 8\nrows = 1\n".into(),
+            "surface.pipe.geometry.kind: a scene has one ground, and land is an ellipsoid; put the cylinder",
+        ),
         (format!("{SHELL}{second}"), "a scene has one virtual texture, and land has one already; share it"),
         (
             format!("{SHELL}texture = \"sea\"\n"),

@@ -40,7 +40,9 @@ pub(super) fn polygons(
                 Some(length) if is_corners(property) => polygon(values, length, property.kind, raw)?,
                 Some(length) if is_coordinates(property) => {
                     for _ in 0..values.length(length, property.kind)? {
-                        of_face.push(values.next(property.kind)? as f32);
+                        let value = values.next(property.kind)?;
+                        // The second number of a pair is t, from the picture's lower edge.
+                        of_face.push(if of_face.len() % 2 == 1 { 1.0 - value } else { value } as f32);
                     }
                 }
                 _ => pass(values, property)?,

@@ -1,7 +1,8 @@
 //! PLY, the Stanford polygon format: ascii and both binary byte orders, with elements and properties in any
 //! order. Polygons are read as fans, strips as their triangles. Vertex properties: x y z, nx ny nz, s t (also
 //! u v, texture_u texture_v) and red green blue alpha (also r g b a, diffuse_red and so on). Face properties: the
-//! texture coordinates of the corners. Everything else is skipped.
+//! texture coordinates of the corners. Everything else is skipped. The format does not say where t begins; as other
+//! programs do, it is taken from the picture's lower edge.
 
 mod faces;
 
@@ -266,7 +267,7 @@ fn vertices(element: &Element, values: &mut Values, raw: &mut Raw) -> Result<(),
             raw.attributes.normals.push([nx as f32, ny as f32, nz as f32]);
         }
         if has(6..8) {
-            raw.attributes.coordinates.push([s as f32, t as f32]);
+            raw.attributes.coordinates.push([s as f32, (1.0 - t) as f32]);
         }
         if has(8..11) {
             raw.attributes.colors.push(colors);

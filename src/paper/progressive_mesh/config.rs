@@ -83,7 +83,8 @@ impl SettingValue for ModelSource {
 }
 
 settings! {
-    /// A mesh with continuous levels of detail, drawn once or many times (paper 2).
+    /// A mesh with continuous levels of detail, drawn once or many times (paper 2). A face is visible from the side on
+    /// which its corners run counter-clockwise.
     pub struct ProgressiveSurface kind "progressive-mesh" {
         /// A shipped model (`"bunny"`, `"sphere"`, `"torus"`, `"knot"`, `"solid"`, `"grid"`, `"everest"`, `"valley"`;
         /// `"sphere:40"` is a finer one), a model downloaded by `ortelius fetch` (`"dragon"`), or a file: .ply, .obj,
@@ -129,7 +130,8 @@ settings! {
         error_pixels: f64 = 1.0, in 0.0..=1e6, unit "pixels";
         /// New vertices move gradually instead of popping. A vertex starts at the position of the vertex that was
         /// split. It reaches its own position while the wanted error falls from twice the error of the vertex's level
-        /// to exactly that error. This draws levels with half the wanted error, and so about twice the faces.
+        /// to exactly that error. This draws levels with half the wanted error, and so about twice the faces. Not
+        /// possible with a texture, because the texture coordinates would not move.
         geomorph: bool = false;
         /// The largest change of an instance's error per second while the instance is in view. After a jump of the
         /// wanted error, the drawn error follows over several frames; while the camera approaches, it is at most twice

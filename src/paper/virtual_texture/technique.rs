@@ -282,6 +282,8 @@ impl VirtualTexture {
             let bias = report.bias;
             let why = if report.oversubscribed {
                 "the visible tiles exceed cache.gpu_tiles"
+            } else if bias == self.source.pyramid().first_resident_level() {
+                "the coarser levels are always resident"
             } else {
                 "the visible tiles fit cache.gpu_tiles"
             };

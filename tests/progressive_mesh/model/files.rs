@@ -174,6 +174,18 @@ fn strips_are_triangles_with_every_second_one_reversed() {
 }
 
 #[test]
+fn an_obj_counts_the_second_texture_coordinate_from_the_lower_edge() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvt 0 1\nf 1/1 2/2 3/3\n";
+    let model = read("a.obj", text);
+    let coordinates = model.faces[0].map(|wedge| model.attributes.coordinates[wedge as usize]);
+    assert_eq!(coordinates, [[0.0, 1.0], [1.0, 0.75], [0.0, 0.0]]);
+    let again = String::from_utf8(written(&model, MeshFormat::Obj)).unwrap();
+    assert!(["vt 0 0\n", "vt 1 0.25\n", "vt 0 1\n"].iter().all(|line| again.contains(line)), "{again}");
+    let error = Model::from_bytes(Path::new("a.obj"), b"v 0 0 0\nf 0 1 1\n").unwrap_err().to_string();
+    assert_eq!(error, "a.obj:2: index 0, but the first index is 1");
+}
+
+#[test]
 fn texture_coordinates_of_corners_make_wedges() {
     let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                   element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n\
@@ -183,8 +195,9 @@ fn texture_coordinates_of_corners_make_wedges() {
     assert_eq!((model.positions.len(), model.wedge_positions.len()), (4, 5));
     let coordinates =
         |face: usize| model.faces[face].map(|wedge| model.attributes.coordinates[wedge as usize]);
-    assert_eq!(coordinates(0), [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
-    assert_eq!(coordinates(1), [[0.5, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    // The file counts the second coordinate from the picture's lower edge.
+    assert_eq!(coordinates(0), [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
+    assert_eq!(coordinates(1), [[0.5, 1.0], [1.0, 0.0], [0.0, 0.0]]);
     let short = format!("{header}3 0 2 3 5 0 0 1 1 0\n");
     let error = Model::from_bytes(Path::new("a.ply"), short.as_bytes()).unwrap_err().to_string();
     assert_eq!(error, "a.ply:16: texcoord has 5 numbers for a face of 3 corners");

@@ -92,11 +92,18 @@ impl ProgressiveMesh {
         if chunks == 0 {
             return Err(no_base(bytes));
         }
-        loaded(bytes, growing, &header, Extent { chunks, ..Extent::default() })
+        let complete = bytes.len() - rest.len();
+        loaded(bytes, growing, &header, (Extent { chunks, ..Extent::default() }, complete))
     }
 }
 
-fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Result<LoadedFile, FileFlaw> {
+/// The mesh of the chunks that were `read`, which end at byte `complete`.
+fn loaded(
+    bytes: &[u8],
+    growing: Growing,
+    header: &Header,
+    (read, complete): (Extent, usize),
+) -> Result<LoadedFile, FileFlaw> {
     let (mesh, sizes, whole) = (growing.mesh, growing.sizes, header.whole);
     let read = Extent {
         levels: mesh.levels.len() as u32,
@@ -114,7 +121,7 @@ fn loaded(bytes: &[u8], growing: Growing, header: &Header, read: Extent) -> Resu
         return Err(FileFlaw::Header("the error of its last level is not 0"));
     }
     let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
-    let frame_bytes = bytes.len() as f64 - named;
+    let frame_bytes = complete as f64 - named;
     Ok(LoadedFile { mesh, contents: Contents { bytes: bytes.len() as u64, frame_bytes, sizes, whole, read } })
 }
 

@@ -59,8 +59,9 @@ settings! {
     pub struct Budget derive(Copy) with DEFAULT {
         /// Limit of the measured frame time, which nine of ten frames should keep.
         frame_ms: Option<f64> = None, in 1e-3..=1e6, unit "ms";
-        /// Maximum number of faces in a frame, known before it is drawn. Use this budget with
-        /// `--deterministic`, because times differ between runs.
+        /// Maximum number of faces in a frame, known before it is drawn. If all instances at their coarsest levels have
+        /// more faces, these levels are drawn. Use this budget with `--deterministic`, because times differ between
+        /// runs.
         frame_faces: Option<u32> = None, in 1..=u32::MAX, unit "faces";
     }
     check check_budget;

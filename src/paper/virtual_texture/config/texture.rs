@@ -60,13 +60,13 @@ settings! {
         width_log2: Option<u32> = None;
         /// n of level 0's 2^m x 2^n texels. The earth has n = m - 1.
         height_log2: Option<u32> = None;
-        /// Payload of a tile: a power of two.
+        /// Payload of a tile: a power of two. A file has its own.
         tile_size: u32 = 512, in 16..=1024, unit "texels a side";
         /// Width of the border around each tile, which repeats texels of the neighbouring tiles. Bilinear and
-        /// trilinear samples need 2. Filters that read further look up the neighbouring tile.
+        /// trilinear samples need 2. Filters that read further look up the neighbouring tile. A file has its own.
         border: u32 = 4, unit "texels";
         /// Number of coarsest levels that are always in video memory (the paper's L'). By default the fewest
-        /// possible.
+        /// possible. A file has its own.
         resident_levels: Option<u32> = None;
         /// Format of generated tiles. A file has its own.
         format: TileFormat = TileFormat::Rgba8;
@@ -106,7 +106,7 @@ fn check(texture: &VirtualTextureSource, part: &SceneTable<'_>) -> Result<(), Sc
     texture.pyramid().map(drop).map_err(|error| {
         let key = match error {
             PyramidError::Size(..) => "width_log2",
-            PyramidError::Tile(_) => "tile_size",
+            PyramidError::Tile(..) => "tile_size",
             PyramidError::Border(_) => "border",
             PyramidError::Resident { .. } => "resident_levels",
         };
@@ -229,6 +229,15 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
             if let Some(stated) = pyramid.as_ref().map(size).filter(|stated| *stated != found) {
                 let place = scene.place(&key("width_log2"));
                 return Err(TextureError::Differs { place, file: path.clone(), stated, found });
+            }
+            if pyramid.is_some_and(|stated| stated != file.pyramid()) {
+                tracing::warn!(
+                    "{}: the scene's tile_size, border and resident_levels are not used; the file has {}, {} and {}",
+                    path.display(),
+                    file.pyramid().tile_size(),
+                    file.pyramid().border_texels(),
+                    file.pyramid().resident_levels()
+                );
             }
             Arc::new(file)
         }
