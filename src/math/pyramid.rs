@@ -40,8 +40,8 @@ pub enum PyramidError {
     #[error("a texture of 2^{0} x 2^{1} texels is outside 2^1 .. 2^20 a side")]
     Size(u32, u32),
     #[error(
-        "a tile side of {} texels is outside 16 .. {}, for a texture of {} x {} texels",
-        1 << .0, 1 << (.1).min(.2).min(&10), 1 << .1, 1 << .2
+        "a tile of 2^{0} texels a side is outside 2^4 .. 2^{max}, for a texture of 2^{1} x 2^{2} texels",
+        max = (.1).min(.2).min(&10)
     )]
     Tile(u32, u32, u32),
     #[error("a border of {0} texels is wider than half a tile")]

@@ -99,8 +99,10 @@ impl Device {
             .initial_value(0);
         let info = vk::SemaphoreCreateInfo::default().push_next(&mut kind);
         // SAFETY: the device lives.
-        let timeline =
-            unsafe { handle.create_semaphore(&info, None) }.check("vkCreateSemaphore", "timeline")?;
+        let timeline = unsafe { handle.create_semaphore(&info, None) }
+            .check("vkCreateSemaphore", "timeline")
+            // SAFETY: nothing was created from the device.
+            .inspect_err(|_| unsafe { handle.destroy_device(None) })?;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.handle.clone(),
             device: handle.clone(),
@@ -109,7 +111,12 @@ impl Device {
             buffer_device_address: false,
             allocation_sizes: Default::default(),
         })
-        .map_err(|e| Error::OutOfMemory { object: "allocator".into(), reason: e.to_string() })?;
+        .map_err(|e| Error::OutOfMemory { object: "allocator".into(), reason: e.to_string() })
+        // SAFETY: only the semaphore was created from the device.
+        .inspect_err(|_| unsafe {
+            handle.destroy_semaphore(timeline, None);
+            handle.destroy_device(None);
+        })?;
         let device = Device {
             debug: instance.debug.as_ref().map(|_| ext::debug_utils::Device::new(&instance.handle, &handle)),
             feedback: features

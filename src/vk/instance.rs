@@ -86,13 +86,15 @@ impl Instance {
         }
         let handle = create(&entry, validate, has_debug, &[surface, portability].concat(), &messages)?;
         let debug = has_debug.then(|| ext::debug_utils::Instance::new(&entry, &handle));
-        let messenger = match &debug {
+        let messenger = vk::DebugUtilsMessengerEXT::null();
+        let mut instance = Instance { handle, debug, messenger, messages, validating: validate, entry };
+        if let Some(debug) = &instance.debug {
+            let info = messenger_info(&instance.messages);
             // SAFETY: `messages` lives as long as the instance.
-            Some(debug) => unsafe { debug.create_debug_utils_messenger(&messenger_info(&messages), None) }
-                .check("vkCreateDebugUtilsMessengerEXT", "instance")?,
-            None => vk::DebugUtilsMessengerEXT::null(),
-        };
-        Ok(Instance { handle, debug, messenger, messages, validating: validate, entry })
+            instance.messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
+                .check("vkCreateDebugUtilsMessengerEXT", "instance")?;
+        }
+        Ok(instance)
     }
 
     /// Every message so far, except accepted warnings.

@@ -121,18 +121,9 @@ impl PipelineHandles {
         // SAFETY: the device lives.
         let set_layout = unsafe { device.handle.create_descriptor_set_layout(&set_info, None) }
             .check("vkCreateDescriptorSetLayout", name)?;
-        let set_layouts = [set_layout];
-        let info = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(&set_layouts)
-            .push_constant_ranges(if push_bytes > 0 { &ranges } else { &[] });
-        // SAFETY: as above.
-        let layout = unsafe { device.handle.create_pipeline_layout(&info, None) }
-            .check("vkCreatePipelineLayout", name)?;
-        device.name(set_layout, name);
-        device.name(layout, name);
-        Ok(PipelineHandles {
+        let mut handles = PipelineHandles {
             handle: vk::Pipeline::null(),
-            layout,
+            layout: vk::PipelineLayout::null(),
             set_layout,
             descriptors,
             resources: resources(stages),
@@ -141,7 +132,17 @@ impl PipelineHandles {
             push_stages,
             name: name.to_string(),
             device: device.clone(),
-        })
+        };
+        let set_layouts = [set_layout];
+        let info = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&set_layouts)
+            .push_constant_ranges(if push_bytes > 0 { &ranges } else { &[] });
+        // SAFETY: as above.
+        handles.layout = unsafe { device.handle.create_pipeline_layout(&info, None) }
+            .check("vkCreatePipelineLayout", name)?;
+        device.name(set_layout, name);
+        device.name(handles.layout, name);
+        Ok(handles)
     }
 }
 

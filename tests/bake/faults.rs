@@ -162,7 +162,12 @@ fn invalid_bakes_are_rejected_in_one_line_and_nothing_is_written() {
         ("good.png", &path("no/folder/out.tiles"), &tile, "folder does not exist"),
         ("good.png", &path(""), &tile, "it is a folder"),
         ("good.png", &out, &["--tile", "48"], "not a power of two"),
-        ("good.png", &out, &["--tile", "128"], "a tile of 2^7"),
+        (
+            "good.png",
+            &out,
+            &["--tile", "128"],
+            "a tile of 2^7 texels a side is outside 2^4 .. 2^6, for a texture of 2^6 x 2^6 texels",
+        ),
         ("good.png", &out, &["--tile", "32", "--border", "17"], "a border of 17"),
         ("good.png", &out, &["--tile", "32", "--border", "2", "--format", "bc1"], "multiple of 4"),
         ("good.png", &out, &["--tile", "32", "--resident-levels", "2"], "resident levels"),

@@ -15,7 +15,7 @@ fn errors_of_text_name_the_line() {
         ("v 1 1 0\n", "v 1 one 0\n", "a.obj:4: \"one\" is not a number"),
         ("v 1 1 0\n", "v 1 1\n", "a.obj:4: v needs three numbers"),
         ("f 5/1/2", "f 9/1/2", "a.obj:21: index 9, but there are only 8 so far"),
-        ("f 5/1/2", "f 0/1/2", "a.obj:21: index 0, but there are only 8 so far"),
+        ("f 5/1/2", "f 0/1/2", "a.obj:21: index 0, but the first index is 1"),
         ("f 5/1/2", "f -9/1/2", "a.obj:21: index -9, but there are only 8 so far"),
         ("f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5 6", "a.obj:21: a face of 2 corners"),
         ("f 5/1/2", "f five", "a.obj:21: \"five\" is not an index"),
@@ -68,7 +68,7 @@ fn errors_of_ply_name_the_line_or_the_byte() {
     }
     let binary = written(&cube(), MeshFormat::Ply);
     let cut = refused("a.ply", &binary[..binary.len() - 2]);
-    assert_eq!(cut, "a.ply: byte 1171: a list of 3 values, but the file has room for at most 2");
+    assert_eq!(cut, "a.ply: byte 1365: a list of 3 values, but the file has room for at most 2");
 }
 
 #[test]
