@@ -62,7 +62,7 @@ impl Model {
                 out.write_all(&value.to_le_bytes())?;
             }
             if let Some(&[s, t]) = self.attributes.coordinates.get(vertex) {
-                // From the lower edge. In f64 the difference is exact for all t but tiny ones.
+                // From the lower edge. In f64 the difference is exact for every f32 of 2^-30 or more.
                 for value in [f64::from(s), 1.0 - f64::from(t)] {
                     out.write_all(&value.to_le_bytes())?;
                 }
@@ -115,7 +115,7 @@ impl Model {
             }
         }
         for [s, t] in &attributes.coordinates {
-            // From the lower edge. In f64 the difference is exact for all t but tiny ones.
+            // From the lower edge. In f64 the difference is exact for every f32 of 2^-30 or more.
             writeln!(out, "vt {s} {}", 1.0 - f64::from(*t))?;
         }
         for [x, y, z] in &attributes.normals {

@@ -96,6 +96,19 @@ fn a_damaged_resident_level_is_exit_3() {
 }
 
 #[test]
+fn a_warning_names_each_key_that_the_file_overrides() {
+    let folder = baked("rgba8");
+    let own = open(&folder).pyramid().border_texels();
+    for (border, warned) in [(own, false), (own + 1, true)] {
+        let change = format!("-Dsurface.land.texture.border={border}");
+        let ran = run(&folder, &["render", "s.toml", "--size", "48x27", &change, "-o", "a.png"]);
+        let words = String::from_utf8(ran.stderr).unwrap();
+        let warning = format!("surface.land.texture.border: {border} is not used, because ");
+        assert_eq!((ran.status.code(), words.contains(&warning)), (Some(0), warned), "{words}");
+    }
+}
+
+#[test]
 fn a_truncated_file_is_exit_3_and_one_of_another_size_is_rejected() {
     let folder = baked("rgba8");
     write(

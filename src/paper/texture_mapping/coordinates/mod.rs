@@ -231,8 +231,8 @@ impl TiltedPlane {
         moved.fitted(size, |low, high| (texels / (high - low), low))
     }
 
-    /// A random plane whose coordinates stay within `-texels..=texels` and whose w is in 0.1 ..= 1.9; 1
-    /// at the picture's centre.
+    /// A random plane whose coordinates stay within `-texels..=texels` and whose w is in 0.1 ..= 1.9. At the
+    /// picture's centre, w is 1.
     pub fn random(seed: u64, size: [u32; 2], texels: f64) -> TiltedPlane {
         let mut random = SplitMix64(seed);
         let mut unit = || 2.0 * random.unit() - 1.0;

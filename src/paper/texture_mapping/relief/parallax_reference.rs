@@ -3,8 +3,7 @@
 //! In f32, the point where a ray enters the top plane has an error. `slack` is the bound of this error. The entry of
 //! a point is where the ray through the point enters the top plane. The hit of a ray that enters at s is the first
 //! point whose entry is at least s. So hits grow with s, and the hit in f32 lies between the exact hits of `s - slack`
-//! and `s + slack`. Where the slack decides whether a
-//! texel counts, the range contains all outcomes.
+//! and `s + slack`. Where the slack decides whether a texel counts, the range contains all outcomes.
 //!
 //! The reference visits every texel. For descents of more than [`MAX_DESCENT`] texels, the GPU skips hidden texels by
 //! longer strides.

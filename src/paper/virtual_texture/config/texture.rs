@@ -230,14 +230,17 @@ fn open_healthy(scene: &Scene) -> Result<Arc<dyn TileSource>, TextureError> {
                 let place = scene.place(&key("width_log2"));
                 return Err(TextureError::Differs { place, file: path.clone(), stated, found });
             }
-            if pyramid.is_some_and(|stated| stated != file.pyramid()) {
-                tracing::warn!(
-                    "{}: the scene's tile_size, border and resident_levels are not used; the file has {}, {} and {}",
-                    path.display(),
-                    file.pyramid().tile_size(),
-                    file.pyramid().border_texels(),
-                    file.pyramid().resident_levels()
-                );
+            let own = file.pyramid();
+            for (name, own) in [
+                ("tile_size", own.tile_size()),
+                ("border", own.border_texels()),
+                ("resident_levels", own.resident_levels()),
+            ] {
+                let stated = scene.value(&key(name)).and_then(toml::Value::as_integer);
+                if let Some(stated) = stated.filter(|stated| *stated != i64::from(own)) {
+                    let place = scene.place(&key(name));
+                    tracing::warn!("{place}: {stated} is not used, because {} has {own}", path.display());
+                }
             }
             Arc::new(file)
         }
