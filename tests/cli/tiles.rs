@@ -103,7 +103,7 @@ fn a_warning_names_each_key_that_the_file_overrides() {
         let change = format!("-Dsurface.land.texture.border={border}");
         let ran = run(&folder, &["render", "s.toml", "--size", "48x27", &change, "-o", "a.png"]);
         let words = String::from_utf8(ran.stderr).unwrap();
-        let warning = format!("surface.land.texture.border: {border} is not used, because ");
+        let warning = format!("surface.land.texture.border={border}: {border} is not used, because ");
         assert_eq!((ran.status.code(), words.contains(&warning)), (Some(0), warned), "{words}");
     }
 }
