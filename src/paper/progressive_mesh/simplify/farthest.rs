@@ -10,10 +10,10 @@
 //! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
 //! distance.
 
-use super::original::ModelFaces;
 use super::sequence::Sequence;
 use super::triangle::DistanceTriangle;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Factors on a distance that is only compared, so that rounding never changes the result.
 const NARROWER: f64 = 1.0 - 1e-9;
@@ -21,80 +21,175 @@ const WIDER: f64 = 1.0 + 1e-9;
 
 impl Sequence<'_> {
     /// The larger of `max` and the largest measured distance of new face `index` from the model. Its sides are
-    /// divided into `parts`.
-    pub(super) fn off_model(&self, index: usize, max: f64, parts: u32) -> f64 {
-        let own = self.shape.parent(index);
+    /// divided into `parts`. Stops early once the distance exceeds `limit`.
+    pub(super) fn off_model(&mut self, index: usize, max: f64, parts: u32, limit: f64) -> f64 {
         let [to, a, b] = self.shape.new[index].1.corners();
-        let part = |count: u32| f64::from(count) / f64::from(parts);
         let mut max = max;
         // First the points that are probably farthest: the others are then only compared with them.
-        for old in &self.shape.old {
-            let [hub, end, _] = old.corners();
+        for old in 0..self.shape.old.len() {
+            let [hub, end, _] = self.shape.old[old].corners();
             for side in [a, b] {
-                if let Some(point) = crossing([to, side], [hub, end]) {
-                    max = self.raised_off(max, point, own);
+                if max <= limit
+                    && let Some(point) = crossing([to, side], [hub, end])
+                {
+                    max = self.raised_off(max, point).0;
                 }
             }
         }
-        for i in 0..parts {
-            for j in u32::from(i == 0)..parts - i {
-                max = self.raised_off(max, to + (a - to) * part(i) + (b - to) * part(j), own);
-            }
+        if max > limit {
+            return max;
+        }
+        // Most points are nearer than `max`, so their exact distances are not needed.
+        self.lattice.fill([to, a, b], parts);
+        let own = self.shape.parent(index);
+        for old in (own..self.shape.old.len()).chain(0..own) {
+            self.lattice.drop_within(&self.shape.old[old], squared_reach(max, self.old_off[old]));
+        }
+        while max <= limit
+            && let Some(point) = self.lattice.pop()
+        {
+            let (raised, near) = self.raised_off(max, point);
+            max = raised;
+            // The next points are probably near the same triangle.
+            let (triangle, known) = match near {
+                NearTriangle::Old(old) => (&self.shape.old[old], self.old_off[old]),
+                NearTriangle::OfModel(face) => (&self.near_faces.triangles[face], 0.0),
+            };
+            self.lattice.drop_within(triangle, squared_reach(max, known));
         }
         max
     }
 
-    /// The larger of `max` and a point's distance from the model. The search starts at `own`, the old
-    /// triangle that is probably nearest.
-    fn raised_off(&self, max: f64, point: DVec3, own: usize) -> f64 {
-        let (before, after) = self.old_off.split_at(own);
-        let (old_before, old_after) = self.shape.old.split_at(own);
-        let is_within = |(old, known): (&DistanceTriangle, &f64)| {
-            let reach = max * NARROWER - known;
-            reach > 0.0 && old.at_most(point) <= reach * reach
-        };
-        // Most points are nearer than `max`, so their exact distances are not needed.
-        if old_after.iter().zip(after).any(is_within) || old_before.iter().zip(before).any(is_within) {
-            return max;
+    /// The larger of `max` and a point's distance from the model, and a triangle near the point.
+    fn raised_off(&mut self, max: f64, point: DVec3) -> (f64, NearTriangle) {
+        let olds = || self.shape.old.iter().zip(&self.old_off).enumerate();
+        for (index, (old, &known)) in olds() {
+            if old.at_most(point) < squared_reach(max, known) {
+                return (max, NearTriangle::Old(index));
+            }
         }
-        let mut min = f64::INFINITY;
-        for (old, known) in old_after.iter().zip(after).chain(old_before.iter().zip(before)) {
-            let reach = min * WIDER - known;
+        let nearest = self.nearest_model_faces(point);
+        let faces = &self.near_faces.triangles;
+        let around = || nearest.iter().flat_map(|row| row.clone());
+        let squared = squared_reach(max, 0.0);
+        if squared > 0.0
+            && let Some(face) = around().find(|face| faces[*face].at_most(point) < squared)
+        {
+            return (max, NearTriangle::OfModel(face));
+        }
+        let mut min = (f64::INFINITY, NearTriangle::Old(0));
+        for (index, (old, &known)) in self.shape.old.iter().zip(&self.old_off).enumerate() {
+            let reach = min.0 * WIDER - known;
             if reach >= 0.0 && !old.is_beyond(point, reach * reach) {
-                min = min.min(old.squared_to(point).sqrt() + known);
-            }
-            if min <= max {
-                return max;
+                let distance = old.squared_to(point).sqrt() + known;
+                if distance < min.0 {
+                    min = (distance, NearTriangle::Old(index));
+                }
             }
         }
-        if let Some(faces) = &self.model_faces {
-            return self.raised_off_faces(max, point, min, faces);
+        for face in around() {
+            if !faces[face].is_beyond(point, min.0 * min.0) {
+                let distance = faces[face].squared_to(point).sqrt();
+                if distance < min.0 {
+                    min = (distance, NearTriangle::OfModel(face));
+                }
+            }
         }
-        let points = self.points.iter().map(|near| near.point.distance_squared(point));
-        max.max(min.min(points.fold(f64::INFINITY, f64::min).sqrt()))
+        if self.model_faces.is_none() {
+            let points = self.points.iter().map(|near| near.point.distance_squared(point));
+            min.0 = min.0.min(points.fold(f64::INFINITY, f64::min).sqrt());
+        }
+        (max.max(min.0), min.1)
     }
 
-    /// The larger of `max` and a point's distance from the model. `min` is an upper bound of this distance.
-    fn raised_off_faces(&self, max: f64, point: DVec3, min: f64, faces: &ModelFaces) -> f64 {
-        let mut nearest = [(f64::INFINITY, self.hub.position); 2];
-        for &(position, at) in &self.model_points {
+    /// The model's faces around the two of the positions near the hub that are nearest to a point: ranges of
+    /// [`Self::near_faces`]. Empty with one pass.
+    fn nearest_model_faces(&mut self, point: DVec3) -> [Range<usize>; 2] {
+        let Some(faces) = &self.model_faces else { return [0..0, 0..0] };
+        let mut nearest = [(f64::INFINITY, 0); 2];
+        for (index, (_, at)) in self.model_points.iter().enumerate() {
             let squared = at.distance_squared(point);
             if squared < nearest[0].0 {
-                nearest = [(squared, position), nearest[0]];
+                nearest = [(squared, index), nearest[0]];
             } else if squared < nearest[1].0 {
-                nearest[1] = (squared, position);
+                nearest[1] = (squared, index);
             }
         }
-        let mut min = min;
-        for triangle in nearest.iter().flat_map(|&(_, position)| faces.around(&self.surface, position)) {
-            if !triangle.is_beyond(point, min * min) {
-                min = min.min(triangle.squared_to(point).sqrt());
-            }
-            if min <= max {
-                return max;
+        nearest.map(|(_, index)| {
+            let position = self.model_points[index].0;
+            self.near_faces.row(index, || faces.around(&self.surface, position))
+        })
+    }
+}
+
+/// The squared distance from a triangle within which no point raises `max`, if the triangle's own distance from the model
+/// is `known`.
+fn squared_reach(max: f64, known: f64) -> f64 {
+    let reach = (max * NARROWER - known).max(0.0);
+    reach * reach
+}
+
+/// An index of the old triangles, or of the model's triangles in [`Sequence::near_faces`].
+enum NearTriangle {
+    Old(usize),
+    OfModel(usize),
+}
+
+/// Upper limit of the points of a lattice.
+const MAX_POINTS: usize = 80;
+
+/// Points of a face, a column for each coordinate, so that the compiler computes several distances at a time.
+pub struct Lattice {
+    columns: [[f64; MAX_POINTS]; 3],
+    count: usize,
+    /// Bounds of the points' squared distances from a triangle.
+    bounds: [f64; MAX_POINTS],
+}
+
+impl Default for Lattice {
+    fn default() -> Self {
+        Lattice { columns: [[0.0; MAX_POINTS]; 3], count: 0, bounds: [0.0; MAX_POINTS] }
+    }
+}
+
+impl Lattice {
+    /// Sets the points to those of a triangle whose sides are divided into `parts`, without its corners and the side
+    /// from `a` to `b`.
+    fn fill(&mut self, [to, a, b]: [DVec3; 3], parts: u32) {
+        let part = |count: u32| f64::from(count) / f64::from(parts);
+        self.count = 0;
+        for i in 0..parts {
+            for j in u32::from(i == 0)..parts - i {
+                let point = to + (a - to) * part(i) + (b - to) * part(j);
+                for (column, coordinate) in self.columns.iter_mut().zip(point.to_array()) {
+                    column[self.count] = coordinate;
+                }
+                self.count += 1;
             }
         }
-        max.max(min)
+    }
+
+    fn pop(&mut self) -> Option<DVec3> {
+        self.count = self.count.checked_sub(1)?;
+        Some(DVec3::from_array([0, 1, 2].map(|axis| self.columns[axis][self.count])))
+    }
+
+    /// Drops the points whose squared distance from a triangle is certainly less than `squared`.
+    fn drop_within(&mut self, triangle: &DistanceTriangle, squared: f64) {
+        if squared == 0.0 || self.count == 0 {
+            return;
+        }
+        let [x, y, z] = &self.columns;
+        for (((bound, x), y), z) in self.bounds.iter_mut().zip(x).zip(y).zip(z).take(self.count) {
+            *bound = triangle.at_most(DVec3::new(*x, *y, *z));
+        }
+        let all = std::mem::take(&mut self.count);
+        for at in 0..all {
+            for column in &mut self.columns {
+                column[self.count] = column[at];
+            }
+            self.count += usize::from(self.bounds[at] >= squared);
+        }
     }
 }
 

@@ -180,11 +180,11 @@ pub fn simplify(
     options: &SimplifyOptions,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Simplified {
-    let mut sequence = sequence::Sequence::new(model, options, None);
+    let mut sequence = sequence::Sequence::new(model, options, original::PARTS, None);
     if options.effort == BuildEffort::Best {
         sequence.run(&mut |done, all| progress(done, 2 * all));
         let pace = pace::DeviationKeys::of(sequence.log());
-        sequence = sequence::Sequence::new(model, options, pace);
+        sequence = sequence::Sequence::new(model, options, original::FINE_PARTS, pace);
         sequence.run(&mut |done, all| progress(all + done, 2 * all));
     } else {
         sequence.run(progress);

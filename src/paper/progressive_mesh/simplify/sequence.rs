@@ -4,9 +4,10 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
+use super::farthest::Lattice;
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
 use super::lost::{LostPositions, squared_to_segment};
-use super::original::{FINE_PARTS, ModelFaces, PARTS};
+use super::original::{ModelFaces, NearFaces};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
@@ -45,14 +46,19 @@ pub struct Sequence<'a> {
     /// Set with [`BuildEffort::Best`]: distances from the model are measured to its own faces.
     pub(super) model_faces: Option<ModelFaces>,
     queue: Queue,
-    /// For each position whose key is the exact cost of its cheapest collapse: that collapse's target, and
-    /// the quadric part of its cost. The target is [`NOWHERE`] if the key is only a bound.
-    exact: Vec<(u32, f64)>,
+    /// For each position the collapse whose cost is its key.
+    exact: Vec<ExactKey>,
     pub(super) hub: Hub,
     /// The hub, and the vanished positions of its faces.
     pub(super) points: Vec<Near>,
     /// [`Self::points`] and the hub's neighbours; empty without [`Self::model_faces`].
     pub(super) model_points: Vec<(u32, DVec3)>,
+    /// The model's faces around each of [`Self::model_points`].
+    pub(super) near_faces: NearFaces,
+    /// The points of a new face that may be farther from the model than all points before.
+    pub(super) lattice: Lattice,
+    /// Parts into which the sides of a new face are divided when its distance is measured: see `original.rs`.
+    parts: u32,
     /// For each of the hub's corners the face's value of [`Self::off_model`].
     pub(super) old_off: Vec<f64>,
     pub(super) shape: CollapseShape,
@@ -75,6 +81,22 @@ pub struct Sequence<'a> {
     log: Vec<[f64; 2]>,
     collapses: Collapses,
     pub(super) report: SimplifyReport,
+}
+
+/// The collapse whose cost is a position's key.
+#[derive(Clone, Copy)]
+struct ExactKey {
+    /// The collapse's target; [`NOWHERE`] if the key is only a bound.
+    to: u32,
+    /// True if the key counts the new faces' distances from the model (second pass only). They are computed last,
+    /// because two of three keys become invalid before their positions reach the head of the queue.
+    is_paced: bool,
+    /// The quadric part of the cost.
+    quadrics: f64,
+}
+
+impl ExactKey {
+    const NONE: ExactKey = ExactKey { to: NOWHERE, is_paced: false, quadrics: 0.0 };
 }
 
 /// The permitted collapses. Each phase permits more than the previous one.
@@ -122,7 +144,12 @@ pub struct Near {
 }
 
 impl<'a> Sequence<'a> {
-    pub fn new(model: &'a Model, options: &SimplifyOptions, pace: Option<DeviationKeys>) -> Sequence<'a> {
+    pub fn new(
+        model: &'a Model,
+        options: &SimplifyOptions,
+        parts: u32,
+        pace: Option<DeviationKeys>,
+    ) -> Sequence<'a> {
         let curve = Curve::of(model);
         let (mut surface, units) = WorkingMesh::new(model, &curve);
         let positions = model.positions.len();
@@ -139,10 +166,13 @@ impl<'a> Sequence<'a> {
             off_model: vec![0.0; model.faces.len()],
             model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
             queue: Queue::new(positions, Ties { seed: options.seed }),
-            exact: vec![(NOWHERE, 0.0); positions],
+            exact: vec![ExactKey::NONE; positions],
             hub,
             points: Vec::new(),
             model_points: Vec::new(),
+            near_faces: NearFaces::default(),
+            lattice: Lattice::default(),
+            parts,
             old_off: Vec::new(),
             shape: CollapseShape::default(),
             border_points: Vec::new(),
@@ -180,7 +210,7 @@ impl<'a> Sequence<'a> {
 
     /// Sets a position's key to a lower bound of the costs of its collapses.
     fn renew(&mut self, position: u32) {
-        self.exact[position as usize].0 = NOWHERE;
+        self.exact[position as usize] = ExactKey::NONE;
         if self.is_heavy(position) {
             return self.queue.remove(position);
         }
@@ -217,15 +247,19 @@ impl<'a> Sequence<'a> {
         let key = self.queue.min_key();
         let (Some(position), Some(key)) = (self.queue.pop(), key) else { return self.relax() };
         let next_key = self.queue.min_key().unwrap_or(f64::INFINITY);
-        if let Some(step) = self.known(position, key) {
-            self.execute(&step);
-            return true;
+        let known = self.known(position, key);
+        let mut is_paced = known.is_some() && self.exact[position as usize].is_paced;
+        let mut step = known.or_else(|| self.best(position, false));
+        if !is_paced && step.is_some_and(|step| step.key() <= next_key && !self.keeps_pace(&step, next_key)) {
+            is_paced = true;
+            step = self.best(position, true);
         }
-        match self.best(position) {
+        match step {
             Some(step) if step.key() <= next_key => self.execute(&step),
             Some(step) => {
                 let to = step.edge.end;
-                self.exact[position as usize] = (to, self.quadric_cost(position, to));
+                let quadrics = self.quadric_cost(position, to);
+                self.exact[position as usize] = ExactKey { to, is_paced, quadrics };
                 self.queue.set(position, step.key());
             }
             None => {}
@@ -236,7 +270,7 @@ impl<'a> Sequence<'a> {
     /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are
     /// unchanged, but the faces around them may have changed.
     fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
-        let (to, quadrics) = self.exact[position as usize];
+        let ExactKey { to, quadrics, .. } = self.exact[position as usize];
         if to == NOWHERE
             || key >= MIN_PINCH
             || self.is_heavy(position)
@@ -325,7 +359,7 @@ impl<'a> Sequence<'a> {
                 // Costs rarely fall, so the neighbour's cost is recomputed only when it reaches the head of the
                 // queue. A neighbour with a pinch or without a collapse is renewed at once, because another collapse
                 // may have become possible.
-                Some(key) if key < MIN_PINCH => self.exact[neighbour as usize].0 = NOWHERE,
+                Some(key) if key < MIN_PINCH => self.exact[neighbour as usize] = ExactKey::NONE,
                 _ => self.renew(neighbour),
             }
         }
@@ -338,9 +372,9 @@ impl<'a> Sequence<'a> {
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);
         off.clear();
-        let parts = if self.model_faces.is_some() { FINE_PARTS } else { PARTS };
-        let measured = |index: usize| (self.shape.new[index].0, self.off_model(index, 0.0, parts));
-        off.extend((0..self.shape.fan).map(measured));
+        for index in 0..self.shape.fan {
+            off.push((self.shape.new[index].0, self.off_model(index, 0.0, self.parts, f64::INFINITY)));
+        }
         let appearance = self.squared_appearance_error(end, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners

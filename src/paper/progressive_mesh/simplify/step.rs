@@ -48,8 +48,8 @@ impl Sequence<'_> {
         self.hub.edges.iter().filter(move |edge| path.allows(edge.kind) && !self.is_heavy(edge.end))
     }
 
-    /// The cheapest collapse of a position.
-    pub(super) fn best(&mut self, position: u32) -> Option<AllowedCollapse> {
+    /// The cheapest collapse of a position. `is_paced`: see [`Self::paced`].
+    pub(super) fn best(&mut self, position: u32, is_paced: bool) -> Option<AllowedCollapse> {
         if self.is_heavy(position) {
             return None;
         }
@@ -77,7 +77,7 @@ impl Sequence<'_> {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            let cost = factor * self.paced(edge, *min, area, dearest / factor);
+            let cost = factor * self.paced(edge, *min, area, dearest / factor, is_paced);
             if cost >= dearest {
                 continue;
             }
@@ -110,6 +110,7 @@ impl Sequence<'_> {
             self.model_points.extend(self.points.iter().map(|near| (near.position, near.point)));
             self.model_points.extend(self.hub.edges.iter().map(|edge| of(edge.end)));
         }
+        self.near_faces.clear(self.model_points.len());
         self.border_points.clear();
         if let Some([into, _]) = self.hub.border() {
             self.border_points.push(of(position));
@@ -132,18 +133,44 @@ impl Sequence<'_> {
     }
 
     /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to
-    /// the collapse's deviation. Stops early once the cost exceeds `limit`.
-    fn paced(&self, edge: &RingEdge, min: f64, area: f64, limit: f64) -> f64 {
-        let (cost, mut max) = self.with_deviation(edge, min, area, limit);
+    /// the collapse's deviation. The distances of the new faces from the model are part of the deviation only if
+    /// `is_paced`. Stops early once the cost exceeds `limit`.
+    fn paced(&mut self, edge: &RingEdge, min: f64, area: f64, limit: f64, is_paced: bool) -> f64 {
+        let (cost, deviation) = self.with_deviation(edge, min, area, limit);
         let Some(pace) = &self.pace else { return cost };
-        let enough = pace.deviation(limit);
-        for index in 0..self.shape.fan {
-            if max > enough || cost > limit {
-                break;
-            }
-            max = max.max(self.off_model(index, max, PARTS));
+        let cost = cost.max(pace.key(deviation));
+        if !is_paced || cost > limit {
+            return cost;
         }
-        cost.max(pace.key(max))
+        let [least, enough] = [cost, limit].map(|key| pace.deviation(key));
+        let max = self.farthest_face(least, enough);
+        match &self.pace {
+            Some(pace) if max > least => cost.max(pace.key(max)),
+            _ => cost,
+        }
+    }
+
+    /// True if the distances of the new faces from the model do not raise a collapse's key above `next_key`. May be
+    /// false for the few collapses that a rule makes expensive.
+    pub(super) fn keeps_pace(&mut self, step: &AllowedCollapse, next_key: f64) -> bool {
+        let Some(pace) = &self.pace else { return true };
+        if step.flips || step.link == Link::Pinches {
+            return false;
+        }
+        let max = pace.deviation(next_key);
+        self.shape.spread(&self.hub, &self.surface, step.edge.end);
+        self.farthest_face(max, max) <= max
+    }
+
+    /// The larger of `max` and the largest distance of the new faces from the model. Stops early once it exceeds
+    /// `limit`.
+    fn farthest_face(&mut self, max: f64, limit: f64) -> f64 {
+        (0..self.shape.fan).fold(
+            max,
+            |max, face| {
+                if max > limit { max } else { self.off_model(face, max, PARTS, limit) }
+            },
+        )
     }
 
     /// The cost of a collapse including its deviation, and the deviation alone. It measures vanished positions against

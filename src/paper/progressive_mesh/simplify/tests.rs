@@ -119,12 +119,18 @@ fn two_sheets_share_an_edge_only_if_no_other_collapse_is_possible() {
         let Simplified { collapses, report } = reduced(64);
         let faces = collapses.faces_after(&model, collapses.errors.len());
         assert_eq!((report.faces, report.pinches, crowded_edges(&model, &faces)), (64, 0, 0), "{effort:?}");
-        // A closed surface with a handle has at least 14 faces.
+        // A closed surface with a handle has at least 14 faces. With 14, each two vertices share an edge, and there may
+        // be no further collapse.
         let Simplified { collapses, report } = reduced(13);
         let first = (collapses.steps_to(&model, 200)..=collapses.errors.len())
             .find(|&steps| crowded_edges(&model, &collapses.faces_after(&model, steps)) > 0);
-        let left = collapses.faces_after(&model, first.unwrap() - 1).len();
-        assert!(report.faces <= 13 && report.pinches > 0 && left <= 32, "{effort:?}: {left}, {report:?}");
+        let left = first.map(|first| collapses.faces_after(&model, first - 1).len());
+        assert_eq!(left.is_some(), report.pinches > 0, "{effort:?}: {report:?}");
+        match left {
+            Some(left) => assert!(report.faces <= 13 && left <= 32, "{effort:?}: {left}, {report:?}"),
+            None => assert_eq!(report.faces, 14, "{effort:?}: {report:?}"),
+        }
+        assert!(left.is_some() || effort == BuildEffort::Best, "one pass needs a pinch");
     }
 }
 

@@ -349,6 +349,8 @@ fn counted(gpu: &Gpu, still: &Still, ordered: &Ordered) -> anyhow::Result<u64> {
 mod tests {
     use super::*;
     use crate::figure::{CellOutcome, Results};
+    use flate2::read::GzDecoder;
+    use std::io::Read;
 
     #[test]
     fn the_model_of_an_h100_gives_the_invocations_that_the_device_counted() {
@@ -357,16 +359,22 @@ mod tests {
         let figure = measured.figures.iter().find(|figure| figure.id == DRAW.id).unwrap();
         let CellOutcome::Rows(rows) = &figure.cells[0].outcome else { panic!("the cell was not measured") };
         let of = |variant: &str| rows.iter().find(|row| row.variant == variant && row.quantity == SHADED);
-        let counts = |drawn: Drawn<'_>| {
-            let measured = of(drawn.variant).and_then(|row| row.value.number());
-            Ok((drawn.variant, measured, transforms(Cache::H100, &drawn.faces).per_vertex()))
-        };
-        let counts = orders(counts).unwrap().0;
-        let compared =
-            counts.iter().filter_map(|&(variant, measured, model)| Some((variant, measured?, model)));
-        for (variant, measured, model) in compared.clone() {
+        // The lists that the device drew: later versions of the simplifier make other ones.
+        let lists = std::fs::File::open(concat!(env!("CARGO_MANIFEST_DIR"), "/results/h100-pm-draw.txt.gz"));
+        let mut text = String::new();
+        GzDecoder::new(lists.unwrap()).read_to_string(&mut text).unwrap();
+        let mut compared = 0;
+        for line in text.lines() {
+            let (variant, indices) = line.split_once('\t').unwrap();
+            let indices: Vec<u32> = indices.split(' ').map(|index| index.parse().unwrap()).collect();
+            let (faces, []) = indices.as_chunks::<3>() else {
+                panic!("{variant}: a face without three corners")
+            };
+            let Some(measured) = of(variant).and_then(|row| row.value.number()) else { continue };
+            let model = transforms(Cache::H100, faces).per_vertex();
             assert!((measured - model).abs() < 1e-9, "{variant}: {measured}, not {model}");
+            compared += 1;
         }
-        assert_eq!(compared.count(), 16);
+        assert_eq!(compared, 16);
     }
 }

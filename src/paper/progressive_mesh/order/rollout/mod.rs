@@ -3,7 +3,7 @@
 //! next rollouts begin where these end.
 //!
 //! The paper tried a lookahead of several steps and found it much slower and hardly better (section 5).
-//! Rollouts take 16 greedy steps per face and save 0.08 transforms per vertex.
+//! Rollouts take up to 16 greedy steps per face and save 0.08 transforms per vertex.
 //!
 //! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits, and
 //! the next batch begins beside it. Within a batch, the look-back for a vertex can be limited.
@@ -12,7 +12,7 @@ mod state;
 mod undrawn;
 
 use super::patch::MAX_FACES;
-use state::{Search, Vertex};
+use state::{COPIED, Search, Vertex};
 
 /// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
@@ -34,7 +34,7 @@ const TRANSFORM: i32 = 1 << 16;
 /// The valence weight of this optimizer in percent: see [`super::Weights::valence`]. With 70, in-place-23 needs 1.248.
 const VALENCE_PERCENT: i32 = 50;
 /// All attempts but the first add noise to the scores: at most 0.15 transforms. With 0.05, orders need about 0.01 more.
-const NOISE: i32 = TRANSFORM * 15 / 100;
+const MAX_NOISE: i32 = TRANSFORM * 15 / 100;
 
 /// Cost of a vertex that left the cache with undrawn faces: a quarter of a transform. The vertex must be
 /// transformed again, but other orders may transform it twice, too, so it costs less than a transform.
@@ -71,26 +71,29 @@ impl Search {
             let kept = self.faces.len().min(self.drawn.len() + KEPT);
             let mut best: Option<(i64, Vec<u32>)> = None;
             for attempt in 0..ATTEMPTS {
-                let noise = (attempt > 0).then_some(round + attempt);
-                while self.drawn.len() < end {
+                let noise = Noise::of(attempt, round);
+                // No draw lowers the cost, so an attempt ends once its cost is not less than the best one.
+                let is_best = |cost: i64| best.as_ref().is_none_or(|(min, _)| cost < *min);
+                while self.drawn.len() < end && is_best(self.cost()) {
                     self.step(noise);
                 }
-                let cost = HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished;
-                if best.as_ref().is_none_or(|(min, _)| cost < *min) {
-                    best = Some((cost, self.drawn[start.drawn..kept].to_vec()));
+                if is_best(self.cost()) {
+                    best = Some((self.cost(), self.drawn[start.drawn..kept].to_vec()));
                 }
                 self.back(&start);
             }
             round += ATTEMPTS;
-            for face in best.expect("there are attempts").1 {
-                self.draw(face);
-                self.pass(face);
-            }
+            best.expect("the first attempt is drawn whole").1.into_iter().for_each(|face| self.draw(face));
         }
     }
 
+    /// What attempts are compared by.
+    fn cost(&self) -> i64 {
+        HALF_FINISHED_PER_TRANSFORM * self.transforms + self.half_finished
+    }
+
     /// Draws the best face. If the current batch has no room for any face nearby, a new batch begins.
-    fn step(&mut self, noise: Option<u32>) {
+    fn step(&mut self, noise: Noise) {
         let face = self.best(noise).or_else(|| {
             self.end_batch();
             self.best(noise)
@@ -99,51 +102,79 @@ impl Search {
     }
 
     /// The best of the first undrawn face and all undrawn faces around vertices of the FIFO or the batch; on a tie, the
-    /// face found first.
-    /// An empty batch takes the faces around the batch before it. `None` if the current batch has room for none.
-    fn best(&mut self, noise: Option<u32>) -> Option<u32> {
-        self.searches += 1;
-        let first = self.undrawn.first();
-        self.faces[first as usize].seen = self.searches;
-        let mut best = self.fits(first).then(|| (self.worth(first, noise), first));
+    /// first of them. An empty batch takes the faces around the batch before it. `None` if the current batch has room
+    /// for none.
+    fn best(&mut self, noise: Noise) -> Option<u32> {
         let near = match self.triangles {
             0 if self.cache.triangles.is_some() => self.previous,
             _ => self.oldest,
         };
-        for at in near..self.entered.len() {
-            let Vertex { begin, end, left, .. } = self.vertices[self.entered[at] as usize];
-            if left == 0 {
-                continue;
-            }
-            let end = end.min(begin + MAX_FACES);
-            self.looks += u64::from(end - begin);
-            for &face in &self.around[begin as usize..end as usize] {
-                let seen = &mut self.faces[face as usize].seen;
-                if *seen >= self.searches {
-                    continue;
-                }
-                *seen = self.searches;
-                let worth = self.worth(face, noise);
-                if best.is_none_or(|(max, _)| worth > max) && self.fits(face) {
-                    best = Some((worth, face));
-                }
+        self.candidates.clear();
+        self.candidates.push(self.undrawn.first());
+        for &vertex in &self.entered[near..] {
+            let Vertex { begin, left, .. } = self.vertices[vertex as usize];
+            let (begin, left) = (begin as usize, left.min(MAX_FACES) as usize);
+            let count = self.candidates.len() + left;
+            // Few vertices have more faces than this. The constant length saves a branch that is hard to predict.
+            if left <= COPIED {
+                self.candidates.extend_from_slice(&self.around[begin..begin + COPIED]);
+                self.candidates.truncate(count);
+            } else {
+                self.candidates.extend_from_slice(&self.around[begin..begin + left]);
             }
         }
-        best.map(|(_, face)| face)
-    }
-
-    fn worth(&self, face: u32, noise: Option<u32>) -> i32 {
-        let corners = self.faces[face as usize].corners;
-        let noise = noise.map_or(0, |seed| (scattered(face, seed) as i32 * NOISE) >> 15);
-        corners.map(|vertex| self.vertices[vertex as usize].score).into_iter().sum::<i32>() + noise
+        self.looks += self.candidates.len() as u64;
+        // A face around several of the vertices is compared several times: this takes less time than to find out.
+        let ranks = self.candidates.iter().map(|&face| {
+            let [a, b, c] =
+                self.faces[face as usize].corners.map(|vertex| self.vertices[vertex as usize].score);
+            rank_of(a + b + c + noise.of_face(face), face)
+        });
+        let best = match self.cache.triangles {
+            None => ranks.max(),
+            Some(_) => ranks.fold(None, |best, rank| {
+                let is_better = best.is_none_or(|best| rank > best) && self.fits(face_of(rank));
+                if is_better { Some(rank) } else { best }
+            }),
+        };
+        best.map(face_of)
     }
 }
 
-/// 15 pseudo-random bits from a face and a seed.
-fn scattered(face: u32, seed: u32) -> u32 {
-    let mut bits = face.wrapping_mul(0x9E37_79B1) ^ seed.wrapping_mul(0x85EB_CA77);
-    bits = (bits ^ bits >> 15).wrapping_mul(0x85EB_CA6B);
-    (bits ^ bits >> 13) & 0x7FFF
+/// The worth of a face, with its index in the lower bits: of two equal faces the first has the higher rank.
+fn rank_of(worth: i32, face: u32) -> i64 {
+    i64::from(worth) << 32 | i64::from(!face)
+}
+
+/// The face with this rank.
+fn face_of(rank: i64) -> u32 {
+    !(rank as u32)
+}
+
+/// The noise that an attempt adds to the scores of faces.
+#[derive(Clone, Copy)]
+struct Noise {
+    seed: u32,
+    max: i32,
+}
+
+impl Noise {
+    const NONE: Noise = Noise { seed: 0, max: 0 };
+
+    /// The first attempt of each round has none.
+    fn of(attempt: u32, round: u32) -> Noise {
+        if attempt == 0 {
+            return Noise::NONE;
+        }
+        Noise { seed: (round + attempt).wrapping_mul(0x85EB_CA77), max: MAX_NOISE }
+    }
+
+    /// A pseudo-random number from 0 to `max`.
+    fn of_face(self, face: u32) -> i32 {
+        let mut bits = face.wrapping_mul(0x9E37_79B1) ^ self.seed;
+        bits = (bits ^ bits >> 15).wrapping_mul(0x85EB_CA6B);
+        (((bits ^ bits >> 13) & 0x7FFF) as i32 * self.max) >> 15
+    }
 }
 
 #[cfg(test)]
@@ -221,7 +252,7 @@ mod tests {
     fn leaves_no_trace(mut search: Search) {
         let go = |search: &mut Search| {
             (0..100).for_each(|_| {
-                search.step(None);
+                search.step(Noise::NONE);
             });
             (search.drawn.clone(), search.transforms, search.half_finished)
         };

@@ -3,12 +3,12 @@
 use super::undrawn::Undrawn;
 use super::{MAX_LEFT, Simulated, TRANSFORM, VALENCE_PERCENT};
 
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 pub(super) struct Face {
     /// The distinct corners; a repeated corner is replaced by the dummy vertex `none`.
     pub corners: [u32; 3],
-    /// The last search that examined the face; [`IS_DRAWN`] once the face is drawn.
-    pub seen: u32,
+    /// For each corner, the index of this face in [`Search::around`].
+    places: [u32; 3],
 }
 
 /// Everything that a search reads of a vertex.
@@ -16,12 +16,11 @@ pub(super) struct Face {
 pub(super) struct Vertex {
     /// What the vertex now adds to the score of its faces.
     pub score: i32,
-    /// `around[begin .. end]` are the vertex's faces. Some faces that are already drawn and kept are missing.
+    /// `around[begin .. begin + left]` are the vertex's undrawn faces. Its drawn faces follow, the last one first.
     pub begin: u32,
-    pub end: u32,
-    /// The number of the vertex's faces, and the number of these faces that are not drawn.
-    valence: u32,
     pub left: u32,
+    /// The number of the vertex's faces.
+    valence: u32,
 }
 
 pub(super) struct Search {
@@ -29,13 +28,15 @@ pub(super) struct Search {
     /// All vertices; the last one is the dummy vertex `none`.
     pub vertices: Vec<Vertex>,
     none: u32,
+    /// The faces around each vertex, and [`COPIED`] more entries.
     pub around: Vec<u32>,
+    /// The faces among which a step chooses.
+    pub candidates: Vec<u32>,
     pub cache: Simulated,
     /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
     worths: [i32; MAX_LEFT + 1],
     /// For each vertex, true if the vertex is in the cache.
     cached: Vec<bool>,
-    pub searches: u32,
     /// The faces drawn so far, in order.
     pub drawn: Vec<u32>,
     pub undrawn: Undrawn,
@@ -60,8 +61,8 @@ pub(super) struct Search {
     pub looks: u64,
 }
 
-/// Larger than the number of any search.
-const IS_DRAWN: u32 = u32::MAX;
+/// Faces of a vertex that are copied at once.
+pub(super) const COPIED: usize = 8;
 
 /// A state to which attempts return.
 pub(super) struct Mark {
@@ -80,24 +81,26 @@ impl Search {
         let distinct = |&[a, b, c]: &[u32; 3]| {
             [a, if b == a { none } else { b }, if c == a || c == b { none } else { c }]
         };
-        let faces: Vec<Face> = faces.iter().map(|face| Face { corners: distinct(face), seen: 0 }).collect();
+        let mut faces: Vec<Face> =
+            faces.iter().map(|face| Face { corners: distinct(face), places: [0; 3] }).collect();
         let mut list = vec![Vertex::default(); vertices + 1];
-        let corners = || {
-            let all = faces.iter().enumerate().flat_map(|(n, face)| face.corners.map(|vertex| (n, vertex)));
-            all.filter(|&(_, vertex)| vertex != none)
-        };
-        corners().for_each(|(_, vertex)| list[vertex as usize].valence += 1);
+        let corners = faces.iter().flat_map(|face| face.corners).filter(|&vertex| vertex != none);
+        corners.for_each(|vertex| list[vertex as usize].valence += 1);
         let mut filled = 0;
         for vertex in &mut list {
-            (vertex.begin, vertex.end) = (filled, filled);
+            vertex.begin = filled;
             filled += vertex.valence;
         }
-        let mut around = vec![0; filled as usize];
-        for (face, vertex) in corners() {
-            let vertex = &mut list[vertex as usize];
-            around[vertex.end as usize] = face as u32;
-            vertex.end += 1;
-            vertex.left += 1;
+        let mut around = vec![0; filled as usize + COPIED];
+        for (index, face) in (0..).zip(&mut faces) {
+            for (&vertex, place) in face.corners.iter().zip(&mut face.places) {
+                if vertex != none {
+                    let vertex = &mut list[vertex as usize];
+                    *place = vertex.begin + vertex.left;
+                    around[*place as usize] = index;
+                    vertex.left += 1;
+                }
+            }
         }
         let worths = std::array::from_fn(|left| match left as i32 {
             0 => 0,
@@ -110,10 +113,10 @@ impl Search {
             vertices: list,
             none,
             around,
+            candidates: Vec::new(),
             cache,
             worths,
             cached: vec![false; vertices],
-            searches: 0,
             entered: Vec::new(),
             oldest: 0,
             previous: 0,
@@ -131,39 +134,41 @@ impl Search {
     /// True if the current batch has room for the face; a FIFO always has.
     pub fn fits(&self, face: u32) -> bool {
         self.cache.triangles.is_none_or(|max| {
-            let corners = self.faces[face as usize].corners.into_iter().enumerate();
-            let new =
-                corners.filter(|&(at, vertex)| vertex != self.none && !self.is_found(at, vertex)).count();
+            let new = self.corners(face).filter(|&(corner, vertex)| !self.is_found(corner, vertex)).count();
             self.triangles < max && self.entered.len() - self.oldest + new <= self.cache.entries
         })
     }
 
-    /// The corners of a face, without the dummy vertex.
-    fn corners(&self, face: u32) -> impl Iterator<Item = usize> + use<> {
-        let none = self.none;
-        let corners = self.faces[face as usize].corners.into_iter();
-        corners.filter(move |&vertex| vertex != none).map(|vertex| vertex as usize)
+    /// The corners of a face with their vertices, without the dummy vertex.
+    fn corners(&self, face: u32) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let none = self.none as usize;
+        let corners = self.faces[face as usize].corners.map(|vertex| vertex as usize);
+        corners.into_iter().enumerate().filter(move |&(_, vertex)| vertex != none)
     }
 
-    /// True if the next face finds a vertex in the cache, as its corner `at`.
-    fn is_found(&self, at: usize, vertex: u32) -> bool {
-        self.cached[vertex as usize] && self.is_near(at, vertex)
+    /// True if the next face finds a vertex in the cache, as this corner.
+    fn is_found(&self, corner: usize, vertex: usize) -> bool {
+        self.cached[vertex] && self.is_near(corner, vertex)
     }
 
-    /// True if the look-back from corner `at` of the next face reaches the last use of a vertex.
-    fn is_near(&self, at: usize, vertex: u32) -> bool {
-        let distance = || self.uses.len() + at - self.last_use[vertex as usize] as usize;
+    /// True if the look-back from this corner of the next face reaches the last use of a vertex.
+    fn is_near(&self, corner: usize, vertex: usize) -> bool {
+        let distance = || self.uses.len() + corner - self.last_use[vertex] as usize;
         self.cache.look_back.is_none_or(|reach| distance() <= reach)
     }
 
-    /// Skips the drawn faces at the starts of the rows of the face's vertices.
-    pub fn pass(&mut self, face: u32) {
-        for vertex in self.corners(face) {
-            let Vertex { begin, end, .. } = &mut self.vertices[vertex];
-            while *begin < *end && self.faces[self.around[*begin as usize] as usize].seen == IS_DRAWN {
-                *begin += 1;
-            }
-        }
+    /// Takes a face out of the undrawn faces of its corner's vertex: it changes places with the last one.
+    fn take(&mut self, face: u32, corner: usize) {
+        let Face { corners, places } = self.faces[face as usize];
+        let vertex = &mut self.vertices[corners[corner] as usize];
+        vertex.left -= 1;
+        let (place, last) = (places[corner], vertex.begin + vertex.left);
+        let other = self.around[last as usize];
+        self.around.swap(place as usize, last as usize);
+        let other = &mut self.faces[other as usize];
+        let others = other.corners.iter().position(|vertex| *vertex == corners[corner]);
+        other.places[others.expect("a face around a vertex has it as a corner")] = place;
+        self.faces[face as usize].places[corner] = last;
     }
 
     /// Updates what a vertex adds to the score of its faces.
@@ -179,14 +184,13 @@ impl Search {
             self.end_batch();
         }
         self.triangles += 1;
-        self.faces[face as usize].seen = IS_DRAWN;
         self.undrawn.take(face);
         self.drawn.push(face);
         if self.cache.look_back.is_some() {
             self.forget_before(face);
         }
-        for vertex in self.corners(face) {
-            self.vertices[vertex].left -= 1;
+        for (corner, vertex) in self.corners(face) {
+            self.take(face, corner);
             if !self.cached[vertex] {
                 let Vertex { left, valence, .. } = self.vertices[vertex];
                 self.half_finished -= i64::from(left + 1 < valence);
@@ -206,9 +210,9 @@ impl Search {
 
     /// Forgets the vertices of the next face whose last use is beyond the look-back.
     fn forget_before(&mut self, face: u32) {
-        for (at, vertex) in self.faces[face as usize].corners.into_iter().enumerate() {
-            if vertex != self.none && self.cached[vertex as usize] && !self.is_near(at, vertex) {
-                self.forget(vertex as usize);
+        for (corner, vertex) in self.corners(face) {
+            if self.cached[vertex] && !self.is_near(corner, vertex) {
+                self.forget(vertex);
             }
         }
     }
@@ -270,8 +274,8 @@ impl Search {
         let drawn = self.drawn.split_off(mark.drawn);
         for &face in drawn.iter().rev() {
             self.undrawn.put_back(face);
-            self.faces[face as usize].seen = 0;
-            self.corners(face).for_each(|vertex| self.vertices[vertex].left += 1);
+            // In the reverse order of the draws, each face is the first of the drawn ones around its vertices.
+            self.corners(face).for_each(|(_, vertex)| self.vertices[vertex].left += 1);
         }
         if self.cache.look_back.is_some() {
             for [vertex, before] in self.uses.split_off(3 * mark.drawn).into_iter().rev() {
@@ -281,15 +285,15 @@ impl Search {
         let entered = self.entered.split_off(mark.entered);
         entered.iter().for_each(|&vertex| self.cached[vertex as usize] = false);
         for at in mark.oldest..mark.entered {
-            let vertex = self.entered[at];
+            let vertex = self.entered[at] as usize;
             // At a mark, exactly the vertices beyond the look-back are forgotten.
-            self.cached[vertex as usize] = self.is_near(0, vertex);
-            self.score(vertex as usize);
+            self.cached[vertex] = self.is_near(0, vertex);
+            self.score(vertex);
         }
         (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
         for face in drawn {
-            self.corners(face).for_each(|vertex| self.score(vertex));
+            self.corners(face).for_each(|(_, vertex)| self.score(vertex));
         }
     }
 }
