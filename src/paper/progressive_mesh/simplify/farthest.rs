@@ -1,7 +1,7 @@
 //! The distance of a new face from the model. It is at most the distance to an old face plus that face's distance from
 //! the model. It is also at most the distance to any of the model's faces. With one pass, only the distances to
 //! vanished positions are measured. With two passes, the distances to the model's faces around the two positions
-//! nearest to the point are measured. Without these faces the sum of distances grows with each collapse. Stated errors
+//! nearest to the point are measured, or to such a face of a point measured before. Without these faces the sum of distances grows with each collapse. Stated errors
 //! are then up to 3 times the measured errors on smooth models, and a second pass that orders collapses by stated
 //! errors delays the wrong ones. In pm.continuity the Hausdorff distance of two passes is 0.79 times that of one pass;
 //! without these faces, with 20 points and a quantile of 0.6, it is 0.91 times that of one pass.
@@ -11,7 +11,6 @@
 //! distance.
 
 use super::sequence::Sequence;
-use super::triangle::DistanceTriangle;
 use glam::DVec3;
 use std::ops::Range;
 
@@ -62,8 +61,7 @@ impl Sequence<'_> {
 
     /// The larger of `max` and a point's distance from the model, and a triangle near the point.
     fn raised_off(&mut self, max: f64, point: DVec3) -> (f64, NearTriangle) {
-        let olds = || self.shape.old.iter().zip(&self.old_off).enumerate();
-        for (index, (old, &known)) in olds() {
+        for (index, (old, &known)) in self.shape.old.iter().zip(&self.old_off).enumerate() {
             if old.at_most(point) < squared_reach(max, known) {
                 return (max, NearTriangle::Old(index));
             }
@@ -133,64 +131,6 @@ fn squared_reach(max: f64, known: f64) -> f64 {
 enum NearTriangle {
     Old(usize),
     OfModel(usize),
-}
-
-/// Upper limit of the points of a lattice.
-const MAX_POINTS: usize = 80;
-
-/// Points of a face, a column for each coordinate, so that the compiler computes several distances at a time.
-pub struct Lattice {
-    columns: [[f64; MAX_POINTS]; 3],
-    count: usize,
-    /// Bounds of the points' squared distances from a triangle.
-    bounds: [f64; MAX_POINTS],
-}
-
-impl Default for Lattice {
-    fn default() -> Self {
-        Lattice { columns: [[0.0; MAX_POINTS]; 3], count: 0, bounds: [0.0; MAX_POINTS] }
-    }
-}
-
-impl Lattice {
-    /// Sets the points to those of a triangle whose sides are divided into `parts`, without its corners and the side
-    /// from `a` to `b`.
-    fn fill(&mut self, [to, a, b]: [DVec3; 3], parts: u32) {
-        let part = |count: u32| f64::from(count) / f64::from(parts);
-        self.count = 0;
-        for i in 0..parts {
-            for j in u32::from(i == 0)..parts - i {
-                let point = to + (a - to) * part(i) + (b - to) * part(j);
-                for (column, coordinate) in self.columns.iter_mut().zip(point.to_array()) {
-                    column[self.count] = coordinate;
-                }
-                self.count += 1;
-            }
-        }
-    }
-
-    fn pop(&mut self) -> Option<DVec3> {
-        self.count = self.count.checked_sub(1)?;
-        Some(DVec3::from_array([0, 1, 2].map(|axis| self.columns[axis][self.count])))
-    }
-
-    /// Drops the points whose squared distance from a triangle is certainly less than `squared`.
-    fn drop_within(&mut self, triangle: &DistanceTriangle, squared: f64) {
-        if squared == 0.0 || self.count == 0 {
-            return;
-        }
-        let [x, y, z] = &self.columns;
-        for (((bound, x), y), z) in self.bounds.iter_mut().zip(x).zip(y).zip(z).take(self.count) {
-            *bound = triangle.at_most(DVec3::new(*x, *y, *z));
-        }
-        let all = std::mem::take(&mut self.count);
-        for at in 0..all {
-            for column in &mut self.columns {
-                column[self.count] = column[at];
-            }
-            self.count += usize::from(self.bounds[at] >= squared);
-        }
-    }
 }
 
 /// The point of the first segment that is nearest to the second, if the nearest points of both lines lie between the

@@ -22,6 +22,7 @@ mod components;
 mod curve;
 mod farthest;
 mod hub;
+mod lattice;
 mod lost;
 mod original;
 mod pace;

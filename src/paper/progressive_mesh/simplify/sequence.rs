@@ -4,8 +4,8 @@
 
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::farthest::Lattice;
 use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
+use super::lattice::Lattice;
 use super::lost::{LostPositions, squared_to_segment};
 use super::original::{ModelFaces, NearFaces};
 use super::pace::DeviationKeys;
