@@ -11,15 +11,15 @@
 //! per vertex.
 //!
 //! For a FIFO, each group takes the best of several orders (`candidates.rs`), and or-opt improves it (`or_opt.rs`). The
-//! table has means of the closed models over all levels, in transforms per vertex. "Time" is that of the orders,
-//! without the simplifier:
+//! table has means of the closed models without their attributes, over all levels, in transforms per vertex. "Time" is
+//! that of the orders, without the simplifier, on one core:
 //!
 //! | | in-place-23 | in batches | in-place-10 | in batches | time |
 //! |---|---|---|---|---|---|
-//! | rollouts | 1.240 | 1.664 | 1.265 | 1.694 | 1 |
-//! | rollouts or rings | 1.237 | 1.664 | 1.256 | 1.695 | 1.1 |
-//! | rollouts with or-opt | 1.233 | 1.663 | 1.256 | 1.692 | 1.2 |
-//! | rollouts or rings, with or-opt | 1.230 | 1.663 | 1.248 | 1.693 | 1.3 |
+//! | rollouts | 1.242 | 1.661 | 1.267 | 1.688 | 1 |
+//! | rollouts or rings | 1.237 | 1.662 | 1.256 | 1.687 | 1.2 |
+//! | rollouts with or-opt | 1.235 | 1.661 | 1.258 | 1.687 | 1.3 |
+//! | rollouts or rings, with or-opt | 1.230 | 1.661 | 1.248 | 1.686 | 1.5 |
 
 use super::OrderOptions;
 use super::assemble::{Arrangement, Move};

@@ -181,11 +181,13 @@ impl<'a> Greedy<'a> {
     /// faces were in a good order before. Returning to the last vertex that has faces left would save at most 0.001
     /// transforms per vertex.
     fn best(&mut self, place: usize, lines: &Lines) -> u32 {
-        self.looks += self.cache().iter().map(|&vertex| self.around(vertex).len() as u64).sum::<u64>();
+        let mut looks = 0;
         let in_place = self.at[place];
         let mut best = (self.worth(in_place) + self.weights.in_place, in_place);
         for &vertex in self.cache() {
-            for &face in self.around(vertex).iter().filter(|&&face| !self.is_drawn[face as usize]) {
+            let around = self.around(vertex);
+            looks += around.len() as u64;
+            for &face in around.iter().filter(|&&face| !self.is_drawn[face as usize]) {
                 let mut worth = self.worth(face);
                 if self.weights.line != 0.0 && lines.known(self.place_of[face as usize] as usize) {
                     worth += self.weights.line;
@@ -195,6 +197,7 @@ impl<'a> Greedy<'a> {
                 }
             }
         }
+        self.looks += looks;
         best.1
     }
 
