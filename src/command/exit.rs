@@ -45,6 +45,7 @@ fn code_of(cause: &(dyn Error + 'static)) -> Option<u8> {
         .or_else(|| cause.downcast_ref().and_then(texture))
         .or_else(|| cause.downcast_ref().and_then(tile_file))
         .or_else(|| cause.downcast_ref().and_then(bake))
+        .or_else(|| cause.downcast_ref().and_then(bake_source))
         .or_else(|| cause.downcast_ref().and_then(pmesh))
 }
 
@@ -107,10 +108,18 @@ fn tile_file(error: &TileFileError) -> Option<u8> {
 
 fn bake(error: &BakeError) -> Option<u8> {
     match error {
-        BakeError::Source(SourceError::Damaged { .. }) | BakeError::Tile(TileError::Checksum { .. }) => {
-            Some(DATA_CORRUPT)
-        }
+        BakeError::Source(error) => bake_source(error),
+        BakeError::Settings(_) => Some(USAGE_OR_NO_DRIVER),
+        BakeError::Tile(TileError::Checksum { .. }) => Some(DATA_CORRUPT),
         BakeError::Unreadable(error) => tile_file(error),
+        _ => None,
+    }
+}
+
+fn bake_source(error: &SourceError) -> Option<u8> {
+    match error {
+        SourceError::Synthetic(_) => Some(USAGE_OR_NO_DRIVER),
+        SourceError::Damaged { .. } => Some(DATA_CORRUPT),
         _ => None,
     }
 }
@@ -198,6 +207,8 @@ mod tests {
             (1, TileFileError::Version { path: path(), found: 9, expected: 1 }.into()),
             (3, BakeError::Source(SourceError::Damaged { path: path(), reason: "cut".into() }).into()),
             (1, BakeError::Source(SourceError::Changed { path: path() }).into()),
+            (2, SourceError::Synthetic("earth:99".into()).into()),
+            (2, BakeError::Settings("--border".into()).into()),
             (3, BakeError::Tile(checksum()).into()),
             (3, BakeError::Unreadable(not_tiles()).into()),
             (1, BakeError::Busy { path: path() }.into()),

@@ -36,7 +36,7 @@ impl BakePlan {
     pub(super) fn new(settings: &BakeSettings, source: &Source) -> Result<Self, BakeError> {
         let side = settings.tile_side;
         if !side.is_power_of_two() || !(16..=1024).contains(&side) {
-            let what = format!("a tile side of {side} is not a power of two in 16 ..= 1024");
+            let what = format!("--tile {side}: the side of a tile is a power of two from 16 to 1024");
             return Err(BakeError::Settings(what));
         }
         if matches!(settings.source, SourceName::Ruler(_)) && settings.format == TileFormat::Bc1 {

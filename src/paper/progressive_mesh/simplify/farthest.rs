@@ -1,10 +1,11 @@
 //! The distance of a new face from the model. It is at most the distance to an old face plus that face's distance from
 //! the model. It is also at most the distance to any of the model's faces. With one pass, only the distances to
 //! vanished positions are measured. With two passes, the distances to the model's faces around the two positions
-//! nearest to the point are measured, or to such a face of a point measured before. Without these faces the sum of distances grows with each collapse. Stated errors
-//! are then up to 3 times the measured errors on smooth models, and a second pass that orders collapses by stated
-//! errors delays the wrong ones. In pm.continuity the Hausdorff distance of two passes is 0.79 times that of one pass;
-//! without these faces, with 20 points and a quantile of 0.6, it is 0.91 times that of one pass.
+//! nearest to the point are measured, or to such a face of a point measured before. Without these faces the sum of
+//! distances grows with each collapse. Stated errors are then up to 3 times the measured errors on smooth models, and a
+//! second pass that orders collapses by stated errors delays the wrong ones. In pm.continuity the Hausdorff distance of
+//! two passes is 0.79 times that of one pass; without these faces, with 20 points and a quantile of 0.6, it is 0.91
+//! times that of one pass.
 //!
 //! Over one old face the distance from its plane is linear, so the maximum lies at the ends of old edges or where old
 //! edges cross new ones. Both are measured. A lattice of points is measured too, because each old face adds its own
