@@ -152,36 +152,40 @@ fn invalid_bakes_are_rejected_in_one_line_and_nothing_is_written() {
         .unwrap();
     let out = path("out.tiles");
     let tile = ["--tile", "32"];
-    for (source, output, settings, expected) in [
-        ("missing.png", &out, &tile[..], "No such file"),
-        ("", &out, &tile, "not a regular file"),
-        ("text.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
-        ("empty.png", &out, &tile, "neither PNG, JPEG nor TIFF"),
-        ("deep.png", &out, &tile, "16 bits per sample: magick IN -depth 8 OUT"),
-        ("deep.tif", &out, &tile, "Gray(16)"),
-        ("good.png", &path("no/folder/out.tiles"), &tile, "folder does not exist"),
-        ("good.png", &path(""), &tile, "it is a folder"),
-        ("good.png", &out, &["--tile", "48"], "not a power of two"),
-        (
-            "good.png",
-            &out,
-            &["--tile", "128"],
-            "a tile of 2^7 texels a side is outside 2^4 .. 2^6, for a texture of 2^6 x 2^6 texels",
-        ),
-        ("good.png", &out, &["--tile", "32", "--border", "17"], "a border of 17"),
-        ("good.png", &out, &["--tile", "32", "--border", "2", "--format", "bc1"], "multiple of 4"),
-        ("good.png", &out, &["--tile", "32", "--resident-levels", "2"], "resident levels"),
-    ] {
+    let failed = |source: &str, output: &Path, settings: &[&str], expected: (i32, &str)| {
         let (code, line) = failure(&bake(&path(source), output, settings));
-        assert!(code == 1 && line.contains(expected), "{source}: {code}: {line}");
-        assert!(!output.is_file() && leftovers(output).is_empty(), "{source}: {line}");
+        assert!(code == expected.0 && line.contains(expected.1), "{source} {settings:?}: {code}: {line}");
+        assert!(!output.is_file() && leftovers(output).is_empty(), "{source} {settings:?}: {line}");
+    };
+    for (source, output, expected) in [
+        ("missing.png", &out, "No such file"),
+        ("", &out, "not a regular file"),
+        ("text.png", &out, "neither PNG, JPEG nor TIFF"),
+        ("empty.png", &out, "neither PNG, JPEG nor TIFF"),
+        ("deep.png", &out, "16 bits per sample: magick IN -depth 8 OUT"),
+        ("deep.tif", &out, "Gray(16)"),
+        ("good.png", &path("no/folder/out.tiles"), "folder does not exist"),
+        ("good.png", &path(""), "it is a folder"),
+    ] {
+        failed(source, output, &tile, (1, expected));
+    }
+    let outside = "a tile of 2^7 texels a side is outside 2^4 .. 2^6, for a texture of 2^6 x 2^6 texels";
+    for (settings, expected) in [
+        (&["--tile", "48"][..], "--tile 48: the side of a tile is a power of two"),
+        (&["--tile", "128"], outside),
+        (&["--tile", "32", "--border", "17"], "a border of 17"),
+        (&["--tile", "32", "--border", "2", "--format", "bc1"], "multiple of 4"),
+        (&["--tile", "32", "--resident-levels", "2"], "resident levels"),
+    ] {
+        failed("good.png", &out, settings, (2, expected));
     }
     assert!(!path("no").exists());
     for wrong in ["earth:25", "ruler:"] {
-        assert_eq!(failure(&bake(Path::new(wrong), &out, &tile)).0, 1);
+        assert_eq!(failure(&bake(Path::new(wrong), &out, &tile)).0, 2);
     }
     let ruler = bake(Path::new("ruler:6"), &out, &["--tile", "32", "--format", "bc1"]);
-    assert!(failure(&ruler).1.contains("hashes"));
+    let (code, line) = failure(&ruler);
+    assert!(code == 2 && line.contains("hashes"), "{code}: {line}");
 }
 
 /// The file appears by rename, which would replace the link or the device.
