@@ -11,8 +11,9 @@ use ortelius::model::Model;
 use ortelius::paper::progressive_mesh::cache::Cache;
 use ortelius::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric, FaceOrder};
 use ortelius::paper::progressive_mesh::config::DEFAULT_ORDER;
+use ortelius::paper::progressive_mesh::encoded::order_and_encode;
 use ortelius::paper::progressive_mesh::mesh::Births;
-use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions, order_or_classical};
+use ortelius::paper::progressive_mesh::order::{Groups, OrderOptions};
 use ortelius::paper::progressive_mesh::simplify::{SimplifyOptions, SimplifyReport, simplify};
 use std::path::{Path, PathBuf};
 
@@ -98,11 +99,22 @@ pub fn run(args: &BuildArgs) -> Result<()> {
     let simplified = simplify(&model, &options, &mut phase(&bar, "simplify"));
     let simplify = laps.lap();
     let options = options_of(args);
-    let mesh = order_or_classical(&model, &simplified.collapses, options.as_ref(), &mut phase(&bar, "order"));
+    let (encoded, order) = {
+        let (mut show, mut order) = (phase(&bar, "order"), None);
+        let mut progress = |done, all| {
+            show(done, all);
+            if done == all {
+                // The encoder still works on the last levels.
+                order.get_or_insert_with(|| laps.lap());
+            }
+        };
+        (order_and_encode(&model, &simplified.collapses, options.as_ref(), &mut progress), order)
+    };
     drop(bar);
-    let order = laps.lap();
-    let contents = mesh.write(&output)?;
+    encoded.write(&output)?;
+    let contents = encoded.contents;
     if let Some(path) = report {
+        let order = order.expect("the last call of `progress` has two equal numbers");
         let steps = Steps::of([load, simplify, order, laps.lap()]);
         BuildReport::new(&cleaned, &simplified.report, &contents, steps).write(&path)?;
     }
@@ -112,7 +124,7 @@ pub fn run(args: &BuildArgs) -> Result<()> {
         args.output.display(),
         contents.bytes,
         contents.whole.levels,
-        contents.bytes_per_split(&mesh)
+        contents.bytes_per_split(&encoded.mesh)
     );
     Ok(())
 }

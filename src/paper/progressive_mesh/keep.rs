@@ -3,6 +3,7 @@
 //! three.
 
 use super::choices::FaceOrder;
+use super::encoded::{EncodedMesh, order_and_encode};
 use super::file::{LoadedFile, PmeshError};
 use super::mesh::ProgressiveMesh;
 use super::order::{OrderOptions, order_or_classical};
@@ -63,9 +64,12 @@ impl Builds {
         let simplified = simplify(model, options, &mut (self.step)("simplify"));
         let options = OrderOptions::of(order);
         let progress = &mut (self.step)("order");
-        let mesh = order_or_classical(model, &simplified.collapses, options.as_ref(), progress);
-        path.iter().for_each(|path| write(path, &mesh));
-        mesh
+        let Some(path) = path else {
+            return order_or_classical(model, &simplified.collapses, options.as_ref(), progress);
+        };
+        let encoded = order_and_encode(model, &simplified.collapses, options.as_ref(), progress);
+        write(&path, &encoded);
+        encoded.mesh
     }
 }
 
@@ -108,12 +112,11 @@ fn read(path: &Path, model: &Model) -> Option<ProgressiveMesh> {
 }
 
 /// A mesh that cannot be kept is built again next time.
-fn write(path: &Path, mesh: &ProgressiveMesh) {
+fn write(path: &Path, encoded: &EncodedMesh) {
     let folder = path.parent().expect("a file in the cache folder");
-    let written =
-        std::fs::create_dir_all(folder).map_err(anyhow::Error::from).and_then(|()| Ok(mesh.write(path)?));
-    match written {
-        Ok(contents) => tracing::debug!("{}: {} bytes", path.display(), contents.bytes),
+    let made = std::fs::create_dir_all(folder).map_err(anyhow::Error::from);
+    match made.and_then(|()| Ok(encoded.write(path)?)) {
+        Ok(()) => tracing::debug!("{}: {} bytes", path.display(), encoded.bytes.len()),
         Err(error) => tracing::info!("the built mesh is not kept: {error}"),
     }
 }

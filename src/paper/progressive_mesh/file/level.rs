@@ -1,7 +1,8 @@
 //! One level of the file: its error, its splits, its new faces and its permutation.
 //!
 //! The code of this module is written once for both directions (see [`super::coder`]). When writing, the values come
-//! from `source`. When reading, the values come from the coder, and each value is checked before use.
+//! from `source`, the mesh to write. When reading, `source` is `None`: the values come from the coder, and each value is
+//! checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, Marks, RingFace};
@@ -28,9 +29,7 @@ pub(super) struct Left {
 }
 
 /// A mesh that grows level by level while it is written or read.
-pub(super) struct Growing<'a> {
-    /// The mesh to write; `None` when reading.
-    pub source: Option<&'a ProgressiveMesh>,
+pub(super) struct Growing {
     /// The levels so far.
     pub mesh: ProgressiveMesh,
     pub(super) has: Has,
@@ -59,10 +58,9 @@ pub(super) struct LevelRow {
     pub split: u32,
 }
 
-impl<'a> Growing<'a> {
-    pub(super) fn new(source: Option<&'a ProgressiveMesh>, has: Has) -> Self {
+impl Growing {
+    pub(super) fn new(has: Has) -> Self {
         Self {
-            source,
             mesh: ProgressiveMesh::default(),
             has,
             live: Live::default(),
@@ -74,39 +72,46 @@ impl<'a> Growing<'a> {
         }
     }
 
-    /// Codes the next level.
-    pub(super) fn level(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), LevelFault> {
+    /// Codes the next level. `source` needs the splits up to this level, and its permutation, if it has one.
+    pub(super) fn level(
+        &mut self,
+        coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
+        left: &mut Left,
+    ) -> Result<(), LevelFault> {
         let mut mark = coder.spent_bits();
         let mut spent = |coder: &_, sum: &mut f64| {
             let now = Coder::spent_bits(coder);
             *sum += now - std::mem::replace(&mut mark, now);
         };
         let before = self.mesh.levels.last().copied();
-        let level = self.level_counts(coder, before, left)?;
+        let level = self.level_counts(coder, source, before, left)?;
         spent(coder, &mut self.sizes.levels);
         let old = before.unwrap_or_default();
         let mut suggestions = Vec::new();
         for new in old.vertices..level.vertices {
-            let split = if before.is_some() { self.split_vertex(coder, old.vertices)? } else { NOWHERE };
+            let split =
+                if before.is_some() { self.split_vertex(coder, source, old.vertices)? } else { NOWHERE };
             self.live.add_vertex();
             if before.is_some() {
-                self.taken_faces(coder, LevelRow { new, split }, &mut suggestions)?;
+                self.taken_faces(coder, source, LevelRow { new, split }, &mut suggestions)?;
             }
             spent(coder, &mut self.sizes.splits);
-            self.position(coder, LevelRow { new, split })?;
+            self.position(coder, source, LevelRow { new, split })?;
             spent(coder, &mut self.sizes.positions);
-            self.attributes(coder, LevelRow { new, split })?;
+            self.attributes(coder, source, LevelRow { new, split })?;
             spent(coder, &mut self.sizes.attributes);
         }
         suggestions.sort_by_key(|&(doubt, _)| doubt);
-        let known = self.source.map(|_| places(&suggestions));
+        let known = source.map(|_| places(&suggestions));
         for count in 0..level.faces - old.faces {
-            self.birth(coder, &suggestions, known.as_deref(), count > 0)?;
+            let want = source.map(|source| source.faces[self.mesh.faces.len()]);
+            self.birth(coder, want.zip(known.as_deref()), &suggestions, count > 0)?;
         }
         spent(coder, &mut self.sizes.faces);
         self.mesh.levels.push(level);
         if before.is_some() {
-            self.swaps(coder, left)?;
+            self.swaps(coder, source, left)?;
         }
         spent(coder, &mut self.sizes.swaps);
         match coder.is_overrun() {
@@ -119,11 +124,12 @@ impl<'a> Growing<'a> {
     fn level_counts(
         &mut self,
         coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
         before: Option<Level>,
         left: &mut Left,
     ) -> Result<Level, LevelFault> {
         let old = before.unwrap_or(Level { error: f32::MAX, ..Level::default() });
-        let want = self.source.map_or(old, |source| source.levels[self.mesh.levels.len()]);
+        let want = source.map_or(old, |source| source.levels[self.mesh.levels.len()]);
         let models = &mut self.models;
         let vertices = models.vertices.code(coder, want.vertices - old.vertices);
         let faces = models.faces.code(coder, want.faces - old.faces);
@@ -141,8 +147,13 @@ impl<'a> Growing<'a> {
     }
 
     /// Codes `splitVert` of the next vertex: one of the `old` vertices of the previous level.
-    fn split_vertex(&mut self, coder: &mut impl Coder, old: u32) -> Result<u32, LevelFault> {
-        let want = self.source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
+    fn split_vertex(
+        &mut self,
+        coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
+        old: u32,
+    ) -> Result<u32, LevelFault> {
+        let want = source.map(|source| source.splits.split_vertices[self.mesh.splits.slots.len()]);
         let models = &mut self.models.splits;
         if coder.bit(&mut models.nowhere, want == Some(NOWHERE)) {
             return Ok(NOWHERE);
@@ -166,10 +177,11 @@ impl<'a> Growing<'a> {
     fn taken_faces(
         &mut self,
         coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
         row: LevelRow,
         suggestions: &mut Vec<(u8, [u32; 3])>,
     ) -> Result<(), LevelFault> {
-        let slots = self.source.map(|source| source.splits.slots.row(self.mesh.splits.slots.len()));
+        let slots = source.map(|source| source.splits.slots.row(self.mesh.splits.slots.len()));
         let ring = if row.split == NOWHERE { Vec::new() } else { self.live.ring(row.split) };
         let (mut changes, mut last) = (0, 2);
         let mut taken = Vec::with_capacity(ring.len());
@@ -204,21 +216,20 @@ impl<'a> Growing<'a> {
         Ok(())
     }
 
-    /// Codes the corners of a new face. `known`: the result of [`places`] when writing, `None` when reading. `later` is
-    /// false for the level's first new face.
+    /// Codes the corners of a new face. `source`: the corners and the result of [`places`] when writing, `None` when
+    /// reading. `later` is false for the level's first new face.
     fn birth(
         &mut self,
         coder: &mut impl Coder,
+        source: Option<([u32; 3], &[Place])>,
         suggestions: &[(u8, [u32; 3])],
-        known: Option<&[([u32; 3], u32)]>,
         later: bool,
     ) -> Result<(), LevelFault> {
-        let want = self.source.map(|source| source.faces[self.mesh.faces.len()]);
         let models = &mut self.models.births;
-        let found = want.zip(known).and_then(|(want, known)| {
+        let found = source.and_then(|(want, places)| {
             let lowest = turned(want);
-            let at = known.partition_point(|&(corners, _)| corners < lowest);
-            let &(_, place) = known.get(at).filter(|(corners, _)| *corners == lowest)?;
+            let at = places.partition_point(|&(corners, _)| corners < lowest);
+            let &(_, place) = places.get(at).filter(|(corners, _)| *corners == lowest)?;
             let [a, b, c] = suggestions[place as usize].1;
             let rotation = [[a, b, c], [b, c, a], [c, a, b]].iter().position(|&corners| corners == want);
             Some((place as usize, rotation.expect("the suggestion has the same corners")))
@@ -234,7 +245,8 @@ impl<'a> Growing<'a> {
             }
             None => {
                 let mut corner = |at: usize| {
-                    let age = models.corner.code(coder, want.map_or(0, |want| vertices - 1 - want[at]));
+                    let age =
+                        models.corner.code(coder, source.map_or(0, |(want, _)| vertices - 1 - want[at]));
                     vertices.checked_sub(1)?.checked_sub(age)
                 };
                 let corners = [corner(0), corner(1), corner(2)];
@@ -260,9 +272,12 @@ fn turned(mut corners: [u32; 3]) -> [u32; 3] {
     corners
 }
 
+/// The corners of a suggestion, the lowest first, and its index.
+type Place = ([u32; 3], u32);
+
 /// The suggestions with their indices, sorted by corners. The split of a hub may suggest tens of thousands of faces,
 /// too many for a linear search for each new face.
-fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<([u32; 3], u32)> {
+fn places(suggestions: &[(u8, [u32; 3])]) -> Vec<Place> {
     let numbered = (0..).zip(suggestions);
     let mut places: Vec<_> = numbered.map(|(place, &(_, corners))| (turned(corners), place)).collect();
     places.sort_unstable();

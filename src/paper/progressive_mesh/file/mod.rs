@@ -26,6 +26,7 @@ mod write;
 
 pub use models::Sizes;
 pub use read::{FileFlaw, PmeshError};
+pub use write::MeshEncoder;
 
 use super::mesh::{Births, ProgressiveMesh};
 use serde::Serialize;

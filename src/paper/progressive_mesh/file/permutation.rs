@@ -9,13 +9,19 @@ use super::level::{Growing, Left, LevelFault};
 use super::live::NONE;
 use super::models::SUGGESTIONS;
 use super::moving::Moving;
+use crate::paper::progressive_mesh::mesh::ProgressiveMesh;
 
-impl Growing<'_> {
+impl Growing {
     /// Codes whether the level has a permutation, and the permutation.
-    pub(super) fn swaps(&mut self, coder: &mut impl Coder, left: &mut Left) -> Result<(), LevelFault> {
+    pub(super) fn swaps(
+        &mut self,
+        coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
+        left: &mut Left,
+    ) -> Result<(), LevelFault> {
         let level = self.mesh.levels.len() as u32 - 1;
         let at = self.mesh.swaps.levels.len();
-        let swaps = self.source.map(|source| &source.swaps);
+        let swaps = source.map(|source| &source.swaps);
         let swaps = swaps.filter(|swaps| swaps.levels.get(at) == Some(&level));
         if !coder.bit(&mut self.models.permutation.is_there, swaps.is_some()) {
             return Ok(());

@@ -70,7 +70,7 @@ impl ProgressiveMesh {
         if let Some(longer) = (bytes.len() as u64).checked_sub(header.length).filter(|&longer| longer > 0) {
             return Err(FileFlaw::Longer(longer));
         }
-        let mut growing = Growing::new(None, header.has);
+        let mut growing = Growing::new(header.has);
         growing.mesh.vertices.centre = header.centre;
         (growing.mesh.births, growing.mesh.metric) = (header.births, header.metric);
         let (mut rest, mut chunks) = (&bytes[HEADER_BYTES..], 0);
@@ -152,7 +152,7 @@ fn read_chunk(growing: &mut Growing, chunk: &[u8], whole: Extent) -> Result<(), 
     growing.room = CORNERS_PER_BYTE * u64::from(payload_bytes);
     let mut coder = Decoder::new(&chunk[CHUNK_HEAD_BYTES..]);
     for _ in 0..levels {
-        growing.level(&mut coder, &mut left).map_err(|fault| fault.0)?;
+        growing.level(&mut coder, None, &mut left).map_err(|fault| fault.0)?;
     }
     if left != Left::default() {
         return Err("its head declares more items than it holds");

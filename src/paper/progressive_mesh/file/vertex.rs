@@ -5,13 +5,18 @@
 
 use super::coder::{Coder, Number};
 use super::level::{Growing, LevelFault, LevelRow};
-use crate::paper::progressive_mesh::mesh::NOWHERE;
+use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
 
-impl Growing<'_> {
+impl Growing {
     /// Encodes or decodes the index of the first vertex that has the new vertex's position. If that is the new vertex
     /// itself, also codes the position.
-    pub(super) fn position(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
-        let vertices = self.source.map(|source| &source.vertices);
+    pub(super) fn position(
+        &mut self,
+        coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
+        row: LevelRow,
+    ) -> Result<(), LevelFault> {
+        let vertices = source.map(|source| &source.vertices);
         let want = vertices.map_or(row.new, |vertices| vertices.welded[row.new as usize]);
         // 0 if no earlier vertex has this position.
         let back = self.models.welded.code(coder, row.new - want);
@@ -36,9 +41,14 @@ impl Growing<'_> {
     }
 
     /// Codes the file's attributes.
-    pub(super) fn attributes(&mut self, coder: &mut impl Coder, row: LevelRow) -> Result<(), LevelFault> {
+    pub(super) fn attributes(
+        &mut self,
+        coder: &mut impl Coder,
+        source: Option<&ProgressiveMesh>,
+        row: LevelRow,
+    ) -> Result<(), LevelFault> {
         let (has, new) = (self.has, row.new as usize);
-        let want = self.source.map(|source| &source.vertices.attributes);
+        let want = source.map(|source| &source.vertices.attributes);
         let (built, models) = (&mut self.mesh.vertices.attributes, &mut self.models);
         if has.normals {
             let near = predecessor(&built.normals, row);

@@ -1,11 +1,12 @@
-//! Writes a progressive mesh as bytes.
+//! Encodes a progressive mesh as bytes.
 
-use super::coder::{Coder, Encoder};
+use super::coder::Encoder;
 use super::level::{Growing, Has, Left};
 use super::{
     APPEARANCE, CHUNK_HEAD_BYTES, CORNERS_PER_BYTE, Contents, Extent, HEADER_BYTES, IN_PLACE, ITEMS_PER_BYTE,
     MAGIC, version,
 };
+use crate::model::Attributes;
 use crate::paper::progressive_mesh::choices::ErrorMetric;
 use crate::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
 use crate::picture::write::{FileError, write_bytes};
@@ -25,7 +26,7 @@ impl ProgressiveMesh {
     /// [`FileError`] names the path.
     ///
     /// # Panics
-    /// As [`Self::to_bytes`].
+    /// As [`MeshEncoder`].
     pub fn write(&self, path: &Path) -> Result<Contents, FileError> {
         let (bytes, contents) = self.to_bytes();
         write_bytes(path, &bytes)?;
@@ -35,38 +36,105 @@ impl ProgressiveMesh {
     /// The bytes of a `.pmesh` file, and its contents.
     ///
     /// # Panics
-    /// If the mesh breaks a rule of its type. Such a mesh is detected because the encoder rebuilds the mesh, and the
-    /// result is compared with the original.
+    /// As [`MeshEncoder`].
     pub fn to_bytes(&self) -> (Vec<u8>, Contents) {
-        let attributes = &self.vertices.attributes;
-        let has = Has {
-            normals: !attributes.normals.is_empty(),
-            coordinates: !attributes.coordinates.is_empty(),
-            colors: !attributes.colors.is_empty(),
-        };
-        let mut growing = Growing::new(Some(self), has);
-        growing.mesh.vertices.centre = self.vertices.centre;
-        (growing.mesh.births, growing.mesh.metric) = (self.births, self.metric);
-        let chunks = chunks(&self.levels);
-        let mut bytes = vec![0; HEADER_BYTES];
-        for (number, levels) in chunks.iter().enumerate() {
-            push_chunk(&mut growing, number, levels.clone(), &mut bytes);
+        let mut encoder = MeshEncoder::new(self);
+        encoder.encode(self, self.levels.len());
+        encoder.finish(self)
+    }
+}
+
+/// Encodes a mesh from the coarsest level to the finest. It can follow a builder that does not know the splits and
+/// permutations of the finer levels yet.
+///
+/// Its methods panic if the mesh breaks a rule of its type. Such a mesh is detected because the encoder rebuilds the
+/// mesh, and [`MeshEncoder::finish`] compares the result with the original.
+pub struct MeshEncoder {
+    growing: Growing,
+    chunks: Vec<Range<usize>>,
+    /// Number of finished chunks.
+    finished: usize,
+    /// The payload of the chunk in progress, and the items that its head may still declare.
+    coder: Encoder,
+    left: Left,
+    bytes: Vec<u8>,
+}
+
+impl MeshEncoder {
+    /// An encoder of `mesh`, whose splits and permutations may still be missing.
+    pub fn new(mesh: &ProgressiveMesh) -> Self {
+        let mut growing = Growing::new(Has::of(mesh));
+        growing.mesh.vertices.centre = mesh.vertices.centre;
+        (growing.mesh.births, growing.mesh.metric) = (mesh.births, mesh.metric);
+        growing.room = u64::MAX;
+        Self {
+            growing,
+            chunks: chunks(&mesh.levels),
+            finished: 0,
+            coder: Encoder::new(),
+            left: MOST,
+            bytes: vec![0; HEADER_BYTES],
         }
-        assert!(growing.mesh == *self, "the progressive mesh to write breaks a rule of its type");
+    }
+
+    /// Encodes the first `levels` levels as far as they are not encoded yet. `mesh` needs their splits and
+    /// permutations.
+    pub fn encode(&mut self, mesh: &ProgressiveMesh, levels: usize) {
+        for level in self.growing.mesh.levels.len()..levels {
+            if let Err(fault) = self.growing.level(&mut self.coder, Some(mesh), &mut self.left) {
+                panic!("level {level} of a progressive mesh breaks a rule of its type: {}", fault.0);
+            }
+            if level + 1 == self.chunks[self.finished].end {
+                self.finish_chunk();
+            }
+        }
+    }
+
+    /// The bytes of the file, and its contents. All levels of `mesh` must be encoded.
+    pub fn finish(self, mesh: &ProgressiveMesh) -> (Vec<u8>, Contents) {
+        let MeshEncoder { growing: Growing { mesh: built, has, sizes, .. }, chunks, mut bytes, .. } = self;
+        assert!(built == *mesh, "the progressive mesh to write breaks a rule of its type");
         let whole = Extent {
             chunks: u32::try_from(chunks.len()).expect("fewer than 2^32 chunks"),
-            levels: self.last_level() + 1,
-            vertices: self.vertices.positions.len() as u32,
-            faces: self.faces.len() as u32,
+            levels: mesh.last_level() + 1,
+            vertices: mesh.vertices.positions.len() as u32,
+            faces: mesh.faces.len() as u32,
         };
         let length = bytes.len() as u64;
-        bytes[..HEADER_BYTES].copy_from_slice(&header(self, has, whole, length));
-        let sizes = growing.sizes;
+        bytes[..HEADER_BYTES].copy_from_slice(&header(mesh, has, whole, length));
         let named: f64 = sizes.named().iter().map(|(_, bits)| bits / 8.0).sum();
         let frame_bytes = length as f64 - named;
         (bytes, Contents { bytes: length, frame_bytes, sizes, whole, read: whole })
     }
+
+    /// Appends the chunk in progress to the file.
+    fn finish_chunk(&mut self) {
+        let levels = self.chunks[self.finished].len() as u32;
+        let left = std::mem::replace(&mut self.left, MOST);
+        let declared = Left {
+            vertices: MOST.vertices - left.vertices,
+            faces: MOST.faces - left.faces,
+            moved: MOST.moved - left.moved,
+        };
+        let corners = u64::MAX - std::mem::replace(&mut self.growing.room, u64::MAX);
+        let mut payload = std::mem::replace(&mut self.coder, Encoder::new()).finish();
+        let min = declared.items(levels).div_ceil(ITEMS_PER_BYTE).max(corners.div_ceil(CORNERS_PER_BYTE));
+        payload.resize(payload.len().max(min as usize), 0);
+        let length = u32::try_from(payload.len()).expect("fewer than 2^32 bytes in a chunk");
+        let at = self.bytes.len();
+        let bytes = &mut self.bytes;
+        let numbers = [length, levels, declared.vertices, declared.faces, declared.moved];
+        numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        bytes.extend([0; 8]);
+        bytes.extend(payload);
+        let checksum = chunk_checksum(self.finished as u32, &bytes[at..]);
+        bytes[at + CHUNK_HEAD_BYTES - 8..at + CHUNK_HEAD_BYTES].copy_from_slice(&checksum.to_le_bytes());
+        self.finished += 1;
+    }
 }
+
+/// What the head of a chunk can declare.
+const MOST: Left = Left { vertices: u32::MAX, faces: u32::MAX, moved: u32::MAX };
 
 /// The levels of each chunk; the first chunk holds only level 0.
 fn chunks(levels: &[Level]) -> Vec<Range<usize>> {
@@ -82,43 +150,6 @@ fn chunks(levels: &[Level]) -> Vec<Range<usize>> {
         }
     }
     chunks
-}
-
-fn push_chunk(growing: &mut Growing, number: usize, levels: Range<usize>, bytes: &mut Vec<u8>) {
-    let mesh = growing.source.expect("written from a mesh");
-    let start = levels.start.checked_sub(1).map_or(Level::default(), |before| mesh.levels[before]);
-    let end = mesh.levels[levels.end - 1];
-    let moved =
-        |at: usize| mesh.swaps.cycles_of(at).map(|cycle| mesh.swaps.cycles.row(cycle).len()).sum::<usize>();
-    let carries = |&at: &usize| levels.contains(&(mesh.swaps.levels[at] as usize));
-    let first = growing.mesh.swaps.levels.len();
-    let moved = (first..mesh.swaps.levels.len()).take_while(carries).map(moved).sum::<usize>();
-    let declared = Left {
-        vertices: end.vertices - start.vertices,
-        faces: end.faces - start.faces,
-        moved: u32::try_from(moved).expect("fewer than 2^32 moved faces in a chunk"),
-    };
-    let (mut coder, mut left) = (Encoder::new(), declared);
-    growing.room = u64::MAX;
-    for level in levels.clone() {
-        if let Err(fault) = growing.level(&mut coder, &mut left) {
-            panic!("level {level} of a progressive mesh breaks a rule of its type: {}", fault.0);
-        }
-    }
-    assert!(!coder.is_overrun() && left == Left::default(), "{left:?} of {declared:?}");
-    let mut payload = coder.finish();
-    let items = declared.items(levels.len() as u32);
-    let corners = u64::MAX - growing.room;
-    let min = items.div_ceil(ITEMS_PER_BYTE).max(corners.div_ceil(CORNERS_PER_BYTE));
-    payload.resize(payload.len().max(min as usize), 0);
-    let length = u32::try_from(payload.len()).expect("fewer than 2^32 bytes in a chunk");
-    let at = bytes.len();
-    let numbers = [length, levels.len() as u32, declared.vertices, declared.faces, declared.moved];
-    numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-    bytes.extend([0; 8]);
-    bytes.extend(payload);
-    let checksum = chunk_checksum(number as u32, &bytes[at..]);
-    bytes[at + CHUNK_HEAD_BYTES - 8..at + CHUNK_HEAD_BYTES].copy_from_slice(&checksum.to_le_bytes());
 }
 
 /// The checksum of a chunk: its number, its head (without the checksum) and its payload.
@@ -155,6 +186,11 @@ impl Left {
 }
 
 impl Has {
+    fn of(mesh: &ProgressiveMesh) -> Has {
+        let Attributes { normals, coordinates, colors } = &mesh.vertices.attributes;
+        Has { normals: !normals.is_empty(), coordinates: !coordinates.is_empty(), colors: !colors.is_empty() }
+    }
+
     /// The header's attribute bits: 0 normals, 1 coordinates, 2 colours.
     pub(super) fn flags(self) -> u32 {
         u32::from(self.normals) | u32::from(self.coordinates) << 1 | u32::from(self.colors) << 2

@@ -4,19 +4,20 @@
 use super::descent::Descent;
 use crate::math::ragged::Ragged;
 use crate::model::{Attributes, Model};
-use crate::paper::progressive_mesh::mesh::{
-    Births, Level, NOWHERE, ProgressiveMesh, Splits, Swaps, Vertices,
-};
+use crate::paper::progressive_mesh::mesh::{Births, Level, NOWHERE, ProgressiveMesh, Vertices};
 use crate::paper::progressive_mesh::simplify::Collapses;
 use glam::DVec3;
 
-/// The slot of every face at every level. Faces have the model's numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Arrangement {
-    /// The faces in the order of their first slots: the faces of level 0, then the faces that each split appends.
-    pub births: Vec<u32>,
-    /// Permutations, coarsest level first: the level and its moves.
-    pub moves: Vec<(u32, Vec<Move>)>,
+/// A part of an arrangement of faces. The steps run from level 0 to the full mesh; the first step is [`Step::Base`].
+/// Faces have the model's numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Step {
+    /// The faces of level 0, in the order of their slots. Each split appends its faces.
+    Base(Vec<u32>),
+    /// All splits that lead to this level. No permutation of a lower level follows.
+    Splits(u32),
+    /// A permutation at the level that the splits have reached. Each level has at most one.
+    Moves(Vec<Move>),
 }
 
 /// `slot` receives `face`, which was in another slot.
@@ -26,23 +27,59 @@ pub(super) struct Move {
     pub face: u32,
 }
 
-/// `model` at all levels, with its faces arranged by `arrangement`.
+/// `model` at all levels, with its faces arranged by `steps`. `grown` is called with the unfinished mesh and the number
+/// of its levels that are final: the splits and permutations of the other levels are missing. The last call has all
+/// levels.
 ///
 /// # Panics
-/// If `arrangement` does not list the faces of level 0 before the faces of the splits, or if moves are not a
-/// permutation.
-pub(super) fn assemble(model: &Model, collapses: &Collapses, arrangement: &Arrangement) -> ProgressiveMesh {
-    let order = VertexOrder::new(model, collapses, &arrangement.births);
-    let levels = levels(collapses, &order, model.faces.len());
-    // The descent comes first: it finds each face's corners at its first level, and the faces that each
-    // collapse changes.
+/// If the steps do not begin with the faces of level 0, or if moves are not a permutation.
+pub(super) fn assemble(
+    model: &Model,
+    collapses: &Collapses,
+    births: Births,
+    steps: impl IntoIterator<Item = Step>,
+    grown: &mut dyn FnMut(&ProgressiveMesh, usize),
+) -> ProgressiveMesh {
+    // The descent finds each face's corners at its first level, and the faces that each collapse changes.
     let down = Descent::new(model, collapses);
-    let faces = arrangement.births.iter();
-    let faces =
-        faces.map(|&face| down.faces[face as usize].map(|wedge| order.vertex[wedge as usize])).collect();
-    let (splits, swaps) = slots(collapses, arrangement, &order, &down.changed, &levels);
-    let vertices = vertices(model, &order.wedges);
-    ProgressiveMesh { vertices, faces, levels, splits, swaps, births: Births::Tail, metric: collapses.metric }
+    let mut steps = steps.into_iter();
+    let Some(Step::Base(mut faces)) = steps.next() else {
+        panic!("an arrangement begins with the faces of level 0");
+    };
+    faces.extend(collapses.faces.rows().rev().flatten());
+    let VertexOrder { wedges, vertex } = VertexOrder::new(model, collapses, &faces);
+    let mut slot_of: Vec<u32> = vec![NOWHERE; faces.len()];
+    for (slot, &face) in faces.iter().enumerate() {
+        let twice = std::mem::replace(&mut slot_of[face as usize], slot as u32);
+        assert_eq!(twice, NOWHERE, "face {face} has slots {twice} and {slot}");
+    }
+    let corners = faces.iter().map(|&face| down.faces[face as usize].map(|wedge| vertex[wedge as usize]));
+    let mesh = ProgressiveMesh {
+        vertices: vertices(model, &wedges),
+        faces: corners.collect(),
+        levels: levels(collapses, wedges.len(), faces.len()),
+        births,
+        metric: collapses.metric,
+        ..ProgressiveMesh::default()
+    };
+    let last = mesh.last_level();
+    let source = vec![NOWHERE; slot_of.len()];
+    let row = down.changed.len();
+    let mut assembly =
+        Assembly { collapses, changed: down.changed, vertex, mesh, level: 0, row, slot_of, source };
+    for step in steps {
+        match step {
+            Step::Base(_) => panic!("an arrangement has the faces of level 0 twice"),
+            Step::Splits(level) => {
+                assembly.split_to(level);
+                grown(&assembly.mesh, level as usize);
+            }
+            Step::Moves(moves) => assembly.swap(&moves),
+        }
+    }
+    assembly.split_to(last);
+    grown(&assembly.mesh, last as usize + 1);
+    assembly.mesh
 }
 
 /// Wedges in the order of appearance.
@@ -83,8 +120,8 @@ impl VertexOrder {
     }
 }
 
-fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level> {
-    let mut level = Level { vertices: order.wedges.len() as u32, faces: faces as u32, error: 0.0 };
+fn levels(collapses: &Collapses, vertices: usize, faces: usize) -> Vec<Level> {
+    let mut level = Level { vertices: vertices as u32, faces: faces as u32, error: 0.0 };
     let mut levels = vec![level];
     for collapse in 0..collapses.wedges.len() {
         level.vertices -= collapses.wedges.row(collapse).len() as u32;
@@ -99,77 +136,82 @@ fn levels(collapses: &Collapses, order: &VertexOrder, faces: usize) -> Vec<Level
     levels
 }
 
-/// Walks up from level 0: finds the slots that each split writes, and converts the moves to cycles.
-fn slots(
-    collapses: &Collapses,
-    arrangement: &Arrangement,
-    order: &VertexOrder,
-    changed: &Ragged<u32>,
-    levels: &[Level],
-) -> (Splits, Swaps) {
-    let mut slot_of: Vec<u32> = vec![NOWHERE; arrangement.births.len()];
-    for (slot, &face) in arrangement.births.iter().enumerate() {
-        let twice = std::mem::replace(&mut slot_of[face as usize], slot as u32);
-        assert_eq!(twice, NOWHERE, "face {face} has slots {twice} and {slot}");
-    }
-    let (mut splits, mut swaps) = (Splits::default(), Swaps::default());
-    let mut source = vec![NOWHERE; slot_of.len()];
-    let mut moves = arrangement.moves.iter().peekable();
-    let mut row = changed.len();
-    for level in 0..levels.len() as u32 {
-        if level > 0 {
-            let collapse = levels.len() - 1 - level as usize;
-            let wedges = collapses.wedges.row(collapse);
-            row -= wedges.len();
-            let births = levels[level as usize - 1].faces..levels[level as usize].faces;
-            for &face in collapses.faces.row(collapse) {
-                assert!(births.contains(&slot_of[face as usize]), "face {face} is not born at level {level}");
-            }
-            for (n, &[_, target]) in wedges.iter().enumerate() {
-                let vertex = if target == NOWHERE { NOWHERE } else { order.vertex[target as usize] };
-                splits.split_vertices.push(vertex);
-                let mut slots: Vec<u32> =
-                    changed.row(row + n).iter().map(|&face| slot_of[face as usize]).collect();
-                slots.sort_unstable();
-                splits.slots.push(slots);
-            }
-        }
-        while let Some((_, moved)) = moves.next_if(|(at, _)| *at == level) {
-            swap(&mut swaps, level, moved, &mut slot_of, &mut source);
-        }
-    }
-    assert_eq!(moves.next(), None, "moves at a missing level, or levels not in order");
-    (splits, swaps)
+/// A mesh on the way up from level 0.
+struct Assembly<'a> {
+    collapses: &'a Collapses,
+    /// See [`Descent::changed`].
+    changed: Ragged<u32>,
+    /// The vertex of each wedge.
+    vertex: Vec<u32>,
+    /// Complete except for the splits and permutations above `level`.
+    mesh: ProgressiveMesh,
+    level: u32,
+    /// The number of rows of `changed` that belong to the splits above `level`.
+    row: usize,
+    slot_of: Vec<u32>,
+    /// Scratch memory of [`Assembly::swap`], by slot. Between calls it holds only [`NOWHERE`]. It is a vector, because a
+    /// hash map takes seconds for the 10 million moves of a dragon.
+    source: Vec<u32>,
 }
 
-/// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot gets the face of
-/// the first slot. `source` (by slot) holds only [`NOWHERE`] on entry and on return. `source` is a vector, because a
-/// hash map takes seconds for the 10 million moves of a dragon.
-fn swap(swaps: &mut Swaps, level: u32, moved: &[Move], slot_of: &mut [u32], source: &mut [u32]) {
-    let mut slots = Vec::with_capacity(moved.len());
-    for &Move { slot, face } in moved {
-        let from = slot_of[face as usize];
-        if from != slot {
-            source[slot as usize] = from;
-            slots.push(slot);
+impl Assembly<'_> {
+    /// Finds the slots that the splits up to `to` write.
+    fn split_to(&mut self, to: u32) {
+        while self.level < to {
+            self.level += 1;
+            let [before, level] = [self.level - 1, self.level].map(|level| self.mesh.levels[level as usize]);
+            let collapse = self.mesh.levels.len() - 1 - self.level as usize;
+            let wedges = self.collapses.wedges.row(collapse);
+            self.row -= wedges.len();
+            for &face in self.collapses.faces.row(collapse) {
+                let slot = self.slot_of[face as usize];
+                assert!(
+                    (before.faces..level.faces).contains(&slot),
+                    "face {face} is not born at level {}",
+                    self.level
+                );
+            }
+            for (n, &[_, target]) in wedges.iter().enumerate() {
+                let vertex = if target == NOWHERE { NOWHERE } else { self.vertex[target as usize] };
+                self.mesh.splits.split_vertices.push(vertex);
+                let changed = self.changed.row(self.row + n).iter();
+                let mut slots: Vec<u32> = changed.map(|&face| self.slot_of[face as usize]).collect();
+                slots.sort_unstable();
+                self.mesh.splits.slots.push(slots);
+            }
         }
     }
-    slots.sort_unstable();
-    let mut cycle = Vec::new();
-    for first in slots {
-        let mut slot = first;
-        while source[slot as usize] != NOWHERE {
-            cycle.push(slot);
-            slot = std::mem::replace(&mut source[slot as usize], NOWHERE);
+
+    /// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot gets the face of
+    /// the first slot.
+    fn swap(&mut self, moved: &[Move]) {
+        let Assembly { level, slot_of, source, mesh: ProgressiveMesh { swaps, .. }, .. } = self;
+        assert!(swaps.levels.last() != Some(level), "two permutations at level {level}");
+        let mut slots = Vec::with_capacity(moved.len());
+        for &Move { slot, face } in moved {
+            let from = slot_of[face as usize];
+            if from != slot {
+                source[slot as usize] = from;
+                slots.push(slot);
+            }
         }
-        assert!(cycle.is_empty() || slot == first, "the moves at level {level} are not a permutation");
-        if !cycle.is_empty() {
-            swaps.cycles.push(cycle.drain(..));
+        slots.sort_unstable();
+        let mut cycle = Vec::new();
+        for first in slots {
+            let mut slot = first;
+            while source[slot as usize] != NOWHERE {
+                cycle.push(slot);
+                slot = std::mem::replace(&mut source[slot as usize], NOWHERE);
+            }
+            assert!(cycle.is_empty() || slot == first, "the moves at level {level} are not a permutation");
+            if !cycle.is_empty() {
+                swaps.cycles.push(cycle.drain(..));
+            }
         }
+        moved.iter().for_each(|m| slot_of[m.face as usize] = m.slot);
+        swaps.levels.push(*level);
+        swaps.cycle_ends.push(swaps.cycles.len() as u32);
     }
-    moved.iter().for_each(|m| slot_of[m.face as usize] = m.slot);
-    swaps.levels.push(level);
-    swaps.cycle_ends.push(swaps.cycles.len() as u32);
 }
 
 fn vertices(model: &Model, wedges: &[u32]) -> Vertices {

@@ -22,7 +22,7 @@
 //! | rollouts or rings, with or-opt | 1.230 | 1.661 | 1.248 | 1.686 | 1.5 |
 
 use super::OrderOptions;
-use super::assemble::{Arrangement, Move};
+use super::assemble::{Move, Step};
 use super::candidates::{Levels, best};
 use super::greedy::{Lines, greedy};
 use super::groups::group_ends;
@@ -36,38 +36,42 @@ use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use rayon::prelude::*;
 
-/// The orders of all groups, as moves at each group's last level: see [`super::super::mesh::Births`]. Groups
-/// are independent, so their orders are computed in parallel.
+/// Arranges the faces. Each group's order is a permutation at the group's last level: see [`super::super::mesh::Births`].
+/// Groups are independent, so their orders are computed in parallel.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,
     options: &OrderOptions,
     base: Vec<u32>,
+    steps: &mut dyn FnMut(Step),
     progress: &mut dyn FnMut(usize, usize),
-) -> Arrangement {
+) {
     let layout = GroupLayout::new(model, collapses, options);
     let ends = group_ends(options.groups, collapses, model.faces.len());
     let groups: Vec<[u32; 2]> =
         ends.iter().enumerate().map(|(n, &end)| [n.checked_sub(1).map_or(0, |n| ends[n]), end]).collect();
-    let mut orders = Vec::new();
-    for some in groups.chunks(rayon::current_num_threads()) {
-        orders.par_extend(some.par_iter().map(|&[start, end]| layout.order(start, end)));
+    if groups.is_empty() {
+        steps(Step::Base(base));
+    }
+    let mut at: Vec<u32> = Vec::new();
+    for (n, some) in groups.chunks(rayon::current_num_threads()).enumerate() {
+        let orders: Vec<Vec<u32>> = some.par_iter().map(|&[start, end]| layout.order(start, end)).collect();
+        if n == 0 {
+            at.extend(orders[0].iter().filter(|&&face| layout.born[face as usize] == 0));
+            steps(Step::Base(at.clone()));
+            at.extend(collapses.faces.rows().rev().flatten());
+        }
+        for (order, &[_, end]) in orders.iter().zip(some) {
+            let new = order.iter().enumerate().filter(|&(slot, face)| at[slot] != *face);
+            let moves: Vec<Move> = new.map(|(slot, &face)| Move { slot: slot as u32, face }).collect();
+            if !moves.is_empty() {
+                steps(Step::Splits(end));
+                steps(Step::Moves(moves));
+            }
+            at[..order.len()].copy_from_slice(order);
+        }
         progress(orders.last().map_or(0, Vec::len), model.faces.len());
     }
-    let mut births = base;
-    if let Some(first) = orders.first() {
-        births = first.iter().copied().filter(|&face| layout.born[face as usize] == 0).collect();
-    }
-    births.extend(collapses.faces.rows().rev().flatten());
-    let mut moves = Vec::new();
-    let mut at = births.clone();
-    for (order, end) in orders.into_iter().zip(ends) {
-        let new = order.iter().enumerate().filter(|&(slot, face)| at[slot] != *face);
-        moves.push((end, new.map(|(slot, &face)| Move { slot: slot as u32, face }).collect()));
-        at[..order.len()].copy_from_slice(&order);
-    }
-    moves.retain(|(_, moves): &(u32, Vec<Move>)| !moves.is_empty());
-    Arrangement { births, moves }
 }
 
 /// Data shared by the orders of all groups.

@@ -67,8 +67,9 @@ use super::mesh::{Births, ProgressiveMesh};
 use super::simplify::Collapses;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::FaceOrder;
-use assemble::{Arrangement, assemble};
+use assemble::{Step, assemble};
 use rollout::Simulated;
+use std::sync::mpsc;
 
 pub use greedy::Weights;
 pub use groups::Groups;
@@ -211,15 +212,7 @@ pub fn order(
     options: &OrderOptions,
     progress: &mut dyn FnMut(usize, usize),
 ) -> ProgressiveMesh {
-    let plan = match options.births {
-        Births::Tail => {
-            assert_eq!(options.cache.triangles(), None, "the greedy optimizer simulates a FIFO only");
-            plan::plan
-        }
-        Births::InPlace => births::plan,
-    };
-    let arrangement = plan(model, collapses, options, base(model, collapses), progress);
-    ProgressiveMesh { births: options.births, ..assemble(model, collapses, &arrangement) }
+    order_or_classical(model, collapses, Some(options), progress)
 }
 
 /// As [`order()`]; the classical order without options.
@@ -229,10 +222,42 @@ pub fn order_or_classical(
     options: Option<&OrderOptions>,
     progress: &mut dyn FnMut(usize, usize),
 ) -> ProgressiveMesh {
-    match options {
-        Some(options) => order(model, collapses, options, progress),
-        None => classical(model, collapses),
-    }
+    order_growing(model, collapses, options, progress, &mut |_, _| ())
+}
+
+/// As [`order_or_classical`]. `grown` runs on a second thread beside the ordering. It receives the mesh several times,
+/// each time with the number of levels that are final. The splits and permutations of the other levels are missing. The
+/// last call has all levels. `progress` is called with two equal numbers as soon as all faces are ordered, which is
+/// before the last call of `grown`.
+pub fn order_growing(
+    model: &Model,
+    collapses: &Collapses,
+    options: Option<&OrderOptions>,
+    progress: &mut dyn FnMut(usize, usize),
+    grown: &mut (dyn FnMut(&ProgressiveMesh, usize) + Send),
+) -> ProgressiveMesh {
+    let (base, faces) = (base(model, collapses), model.faces.len());
+    let Some(options) = options else {
+        progress(faces, faces);
+        return assemble(model, collapses, Births::Tail, [Step::Base(base)], grown);
+    };
+    let plan = match options.births {
+        Births::Tail => {
+            assert_eq!(options.cache.triangles(), None, "the greedy optimizer simulates a FIFO only");
+            plan::plan
+        }
+        Births::InPlace => births::plan,
+    };
+    std::thread::scope(|scope| {
+        let (sender, steps) = mpsc::channel();
+        let mesh = scope.spawn(move || assemble(model, collapses, options.births, steps, grown));
+        // If the other thread has panicked, nobody receives the steps, and `join` reports the panic.
+        let mut send = move |step| drop(sender.send(step));
+        plan(model, collapses, options, base, &mut send, progress);
+        drop(send);
+        progress(faces, faces);
+        mesh.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }
 
 /// The standard order (section 4): faces in the reverse order of their removal, no tswaps.
@@ -241,13 +266,7 @@ pub fn order_or_classical(
 /// If `collapses` do not belong to `model`: a wedge or face is removed twice, or a face remains without a
 /// vertex.
 pub fn classical(model: &Model, collapses: &Collapses) -> ProgressiveMesh {
-    assemble(model, collapses, &Arrangement { births: births(model, collapses), moves: Vec::new() })
-}
-
-/// The model's faces in the order of appearance: the faces of level 0 in the model's order, then the faces of each
-/// split.
-fn births(model: &Model, collapses: &Collapses) -> Vec<u32> {
-    base(model, collapses).into_iter().chain(collapses.faces.rows().rev().flatten().copied()).collect()
+    order_or_classical(model, collapses, None, &mut |_, _| ())
 }
 
 /// The faces of level 0 in the model's order.

@@ -1,7 +1,7 @@
 //! The order with new faces at the tail. Walks up from level 0 group by group: executes the splits, then
 //! reorders the faces. [`super::turns`] reorders one region at a time.
 
-use super::assemble::{Arrangement, Move};
+use super::assemble::{Move, Step};
 use super::descent::Descent;
 use super::greedy::{Lines, Stretch, greedy};
 use super::groups::group_ends;
@@ -32,30 +32,37 @@ pub(super) struct RefinementState<'a> {
     pub at: Vec<u32>,
     pub slot_of: Vec<u32>,
     numbering: Numbering,
-    /// The number of splits executed, and the arrangement so far.
+    /// The number of splits executed.
     done: u32,
-    arrangement: Arrangement,
+    /// Receives the arrangement.
+    steps: &'a mut dyn FnMut(Step),
 }
 
-/// The order of all faces at all levels, with new faces at the tail.
+/// Arranges the faces of all levels, with new faces at the tail.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,
     options: &OrderOptions,
     base: Vec<u32>,
+    steps: &mut dyn FnMut(Step),
     progress: &mut dyn FnMut(usize, usize),
-) -> Arrangement {
-    let mut plan = RefinementState::new(model, collapses, options, base);
+) {
+    let mut plan = RefinementState::new(model, collapses, options, base, steps);
     let mut progress = |done| progress(done, model.faces.len());
     match options.regions {
         1 => plan.groups(&mut progress),
         _ => plan.turns(&mut progress),
     }
-    plan.arrangement
 }
 
 impl<'a> RefinementState<'a> {
-    fn new(model: &'a Model, collapses: &'a Collapses, options: &'a OrderOptions, base: Vec<u32>) -> Self {
+    fn new(
+        model: &'a Model,
+        collapses: &'a Collapses,
+        options: &'a OrderOptions,
+        base: Vec<u32>,
+        steps: &'a mut dyn FnMut(Step),
+    ) -> Self {
         let down = Descent::new(model, collapses);
         let first_wedge = (0..collapses.wedges.len())
             .map(|collapse| collapses.wedges.range(collapse).start as u32)
@@ -74,14 +81,15 @@ impl<'a> RefinementState<'a> {
             slot_of,
             numbering: Numbering::new(model.wedge_positions.len()),
             done: 0,
-            arrangement: Arrangement::default(),
+            steps,
         }
     }
 
     /// Level 0 needs no tswap: its faces get their final order at once.
     pub fn begin(&mut self) {
-        self.sort(slice::from_ref(&(0..self.at.len())), &mut Lines::new(self.at.len()));
-        self.arrangement = Arrangement { births: self.at.clone(), moves: Vec::new() };
+        let moves = self.sorted(slice::from_ref(&(0..self.at.len())), &mut Lines::new(self.at.len()));
+        self.place(&moves);
+        (self.steps)(Step::Base(self.at.clone()));
     }
 
     /// Reorders all live faces at the end of each group.
@@ -92,6 +100,7 @@ impl<'a> RefinementState<'a> {
         for (n, &end) in ends.iter().enumerate() {
             let start = self.done;
             (start..end).for_each(|level| self.split(self.collapse(level)));
+            (self.steps)(Step::Splits(end));
             let mut lines = Lines::new(self.at.len());
             if self.options.weights.line != 0.0 {
                 // The splits touch the lines of the faces that they write.
@@ -144,7 +153,6 @@ impl<'a> RefinementState<'a> {
         for &face in self.collapses.faces.row(collapse as usize) {
             self.slot_of[face as usize] = self.at.len() as u32;
             self.at.push(face);
-            self.arrangement.births.push(face);
         }
     }
 
@@ -242,12 +250,18 @@ impl<'a> RefinementState<'a> {
 
     /// Moves faces to other slots at the current level.
     pub fn execute(&mut self, moves: Vec<Move>) {
-        for &Move { slot, face } in &moves {
+        self.place(&moves);
+        if !moves.is_empty() {
+            (self.steps)(Step::Splits(self.done));
+            (self.steps)(Step::Moves(moves));
+        }
+    }
+
+    /// As [`RefinementState::execute`], but the moves are not a step of the arrangement.
+    pub fn place(&mut self, moves: &[Move]) {
+        for &Move { slot, face } in moves {
             self.at[slot as usize] = face;
             self.slot_of[face as usize] = slot;
-        }
-        if !moves.is_empty() {
-            self.arrangement.moves.push((self.done, moves));
         }
     }
 }

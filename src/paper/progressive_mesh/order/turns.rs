@@ -77,12 +77,6 @@ impl RefinementState<'_> {
             progress(live);
         }
     }
-
-    /// Puts a face into a slot.
-    fn place(&mut self, slot: usize, face: u32) {
-        self.at[slot] = face;
-        self.slot_of[face as usize] = slot as u32;
-    }
 }
 
 impl Tail {
@@ -142,12 +136,11 @@ impl Tail {
         let pairs: Vec<(usize, usize)> = coming.zip(leaving).collect();
         for (from, to) in pairs {
             let (coming, other) = (plan.at[from], plan.at[to]);
-            plan.place(to, coming);
-            plan.place(from, other);
+            plan.place(&[Move { slot: to as u32, face: coming }, Move { slot: from as u32, face: other }]);
         }
         let ranges = [region.clone(), self.start..end];
         let mut moves = plan.sorted(&ranges, &mut Lines::new(plan.at.len()));
-        moves.iter().for_each(|&Move { slot, face }| plan.place(slot as usize, face));
+        plan.place(&moves);
         moves.retain(|moved| (moved.slot as usize) < self.start);
         let tail = plan.at[self.start..].iter().zip(self.start as u32..).zip(&before);
         moves.extend(

@@ -15,8 +15,11 @@
 //! The last step permits two sheets to share an edge, where a handle or neck is thin. If no collapse is possible even
 //! then, the smallest component is removed.
 //!
-//! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. The
-//! orders with births in place, which are computed afterwards, use all cores.
+//! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. A
+//! trial examined the next 256 positions of the queue on two cores and found the same collapses, but in the same time
+//! (one pass over the dragon: 19 to 21 s in both cases). It visited 17 % more corners, because collapses made findings
+//! invalid, and the two cores had to exchange what each collapse changed. The orders with births in place, which are
+//! computed afterwards, use all cores.
 
 mod components;
 mod curve;
