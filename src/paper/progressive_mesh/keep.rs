@@ -79,7 +79,7 @@ pub fn ordered(model: &Model, collapses: &Collapses, face_order: FaceOrder) -> P
 }
 
 /// The file's name: a hash of everything that the mesh depends on.
-fn file_name(model: &Model, options: &SimplifyOptions, order: FaceOrder) -> String {
+pub(super) fn file_name(model: &Model, options: &SimplifyOptions, order: FaceOrder) -> String {
     let Model { positions, wedge_positions, attributes, faces } = model;
     let Attributes { normals, coordinates, colors } = attributes;
     let lengths =

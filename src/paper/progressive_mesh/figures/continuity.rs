@@ -3,8 +3,8 @@
 use super::super::choices::BuildEffort;
 use super::super::mesh::{Level, ProgressiveMesh};
 use super::super::run::level_for_error;
-use super::super::simplify::{SimplifyOptions, simplify};
-use super::orders::{number, ordered};
+use super::super::simplify::SimplifyOptions;
+use super::orders::{collapses, number, ordered};
 use super::surfaces::{Size, distances};
 use super::{models, scans};
 use crate::figure::prelude::*;
@@ -93,7 +93,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     for &effort in BuildEffort::ALL {
         let name = effort.name();
         let options = SimplifyOptions { effort, ..SimplifyOptions::default() };
-        let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
+        let collapses = collapses(&model, &options);
         let mesh = ordered(&model, &collapses, None);
         let curve = curve(&mesh, diagonal);
         let [max, none] = changes(&curve).context("errors between 90 % and 1000 faces")?;

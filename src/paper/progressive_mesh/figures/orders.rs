@@ -2,6 +2,7 @@
 
 use super::super::baselines::BASELINES;
 use super::super::check::MeshFlaw;
+use super::super::keep;
 use super::super::mesh::ProgressiveMesh;
 use super::super::order::{OrderOptions, order_or_classical};
 use super::super::run::Program;
@@ -10,6 +11,8 @@ use super::scans;
 use crate::figure::Row;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 /// The shipped closed models; each has at least 3000 faces.
 pub const CLOSED: [&str; 5] = ["bunny", "sphere", "torus", "knot", "solid"];
@@ -72,16 +75,34 @@ impl Executable {
 }
 
 /// A shipped or fetched model and its collapses down to 64 faces.
-pub fn simplified(name: &str) -> anyhow::Result<(Model, Collapses)> {
+pub fn simplified(name: &str) -> anyhow::Result<(Model, Arc<Collapses>)> {
     simplified_with(name, BuildEffort::Best)
 }
 
 /// As [`simplified`], with another effort.
-pub fn simplified_with(name: &str, effort: BuildEffort) -> anyhow::Result<(Model, Collapses)> {
+pub fn simplified_with(name: &str, effort: BuildEffort) -> anyhow::Result<(Model, Arc<Collapses>)> {
     let model = scans::open(name)?;
-    let options = SimplifyOptions { effort, ..SimplifyOptions::default() };
-    let collapses = simplify(&model, &options, &mut |_, _| {}).collapses;
+    let collapses = collapses(&model, &SimplifyOptions { effort, ..SimplifyOptions::default() });
     Ok((model, collapses))
+}
+
+/// Maximum number of faces of a model whose collapses [`collapses`] keeps: 200 bytes per face.
+const KEPT_FACES: usize = 50_000;
+
+/// The collapses of a model. Many cells simplify the same models, so the collapses of small models are kept until the
+/// process ends.
+pub fn collapses(model: &Model, options: &SimplifyOptions) -> Arc<Collapses> {
+    static KEPT: Mutex<BTreeMap<String, Arc<Collapses>>> = Mutex::new(BTreeMap::new());
+    let kept = || KEPT.lock().expect("no thread panics while it holds the lock");
+    let name = keep::file_name(model, options, FaceOrder::Classical);
+    if let Some(known) = kept().get(&name) {
+        return known.clone();
+    }
+    let collapses = Arc::new(simplify(model, options, &mut |_, _| {}).collapses);
+    if model.faces.len() <= KEPT_FACES {
+        kept().insert(name, collapses.clone());
+    }
+    collapses
 }
 
 /// A model in an order.

@@ -8,9 +8,10 @@ use super::super::load::LoadedMesh;
 use super::super::mesh::{Level, ProgressiveMesh, Vertices};
 use super::super::place::{Bounds, Placement};
 use super::super::run::level_for_error;
-use super::super::simplify::{SimplifyOptions, simplify};
+use super::super::simplify::SimplifyOptions;
 use super::super::stand::stands;
 use super::super::surface::vertices::{face_normals, normals};
+use super::orders::collapses;
 use super::pop::{INVISIBLE, SAMPLES, averaged};
 use super::surfaces::distances;
 use super::{metrics, scans, seen};
@@ -138,8 +139,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let [plain, aware] = [ErrorMetric::Geometry, ErrorMetric::Appearance].map(|metric| {
         let options = SimplifyOptions { metric, ..SimplifyOptions::default() };
         let of = if metric == ErrorMetric::Appearance { &bare } else { &model };
-        let collapses = simplify(of, &options, &mut |_, _| {}).collapses;
-        ordered(&model, &collapses, FaceOrder::Classical)
+        ordered(&model, &collapses(of, &options), FaceOrder::Classical)
     });
     let [at_plain, at_aware] = [&plain, &aware].map(|mesh| stage.level(mesh, wanted));
     let faces = |mesh: &ProgressiveMesh, level: u32| mesh.levels[level as usize].faces;
@@ -369,7 +369,7 @@ mod tests {
     #[test]
     fn normals_of_the_full_level_are_near_the_models_and_creases_stay() {
         let model = named("solid:8").unwrap();
-        let collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| {}).collapses;
+        let collapses = collapses(&model, &SimplifyOptions::default());
         let mesh = ordered(&model, &collapses, FaceOrder::Classical);
         let full = live_faces(&mesh, mesh.last_level());
         let own = normals(&mesh, &full);
