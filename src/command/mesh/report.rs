@@ -31,7 +31,7 @@ pub struct BuildReport<'a> {
 pub struct Steps {
     load_and_clean: f64,
     simplify: f64,
-    /// Until all faces are ordered. Most of the file is encoded at the same time.
+    /// Until all faces are ordered. The file is encoded at the same time, as far as its levels are final.
     order: f64,
     /// Encoding the rest of the file, and writing it.
     write: f64,

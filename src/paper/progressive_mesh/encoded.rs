@@ -81,6 +81,6 @@ mod tests {
         let model = named("sphere:2").expect("a generated model");
         let mut collapses = simplify(&model, &SimplifyOptions::default(), &mut |_, _| ()).collapses;
         collapses.faces = collapses.faces.rows().map(|_| [0]).collect();
-        order_and_encode(&model, &collapses, Some(&OrderOptions::TAIL_23), &mut |_, _| ());
+        order_and_encode(&model, &collapses, Some(&OrderOptions::IN_PLACE_23), &mut |_, _| ());
     }
 }

@@ -20,11 +20,12 @@
 //! Each step is one file or folder. [`simplify`] finds the collapses, and [`order`] arranges the faces and finds the
 //! tswaps. The result is a [`mesh`]. [`check`] validates the mesh. [`run`] changes its level on the CPU, and [`apply`]
 //! changes its level on the GPU. [`cache`] counts what an order costs; [`baselines`] has other methods to draw a mesh
-//! at every level. [`reference`](mod@reference) rebuilds a level from scratch. [`file`](mod@file) is the storage format,
-//! and [`encoded`] encodes a file while its mesh is still being ordered. [`load`](mod@load) builds the meshes of a scene,
-//! and [`keep`] keeps the built meshes for the next run. [`stand`], [`ground`] and [`place`] position the instances of a mesh. A [`surface`] draws many instances,
-//! [`technique`] is the paper's part of a frame, and the [`governor`] keeps the frame's time budget. [`faces`] exposes
-//! the faces of a frame, and [`misses`] counts the cache misses of these faces.
+//! at every level. [`reference`](mod@reference) rebuilds a level from scratch. [`file`](mod@file) is the storage
+//! format, and [`encoded`] encodes a file while its mesh is still being ordered. [`load`](mod@load) builds the meshes
+//! of a scene, and [`keep`] keeps the built meshes for the next run. [`stand`], [`ground`] and [`place`] position the
+//! instances of a mesh. A [`surface`] draws many instances, [`technique`] is the paper's part of a frame, and the
+//! [`governor`] keeps the frame's time budget. [`faces`] exposes the faces of a frame, and [`misses`] counts the cache
+//! misses of these faces.
 
 pub mod apply;
 pub mod baselines;

@@ -61,8 +61,8 @@ const LOAD: &str = "load and clean";
 const STEPS: [&str; 5] = [LOAD, "simplify", "order", "write", "read again"];
 /// Number of [`STEPS`] that [`WHOLE`] includes: all except the last.
 const OF_THE_BUILD: usize = 4;
-/// The builds: the name of each build's total time, and its options of `mesh build`. Only the dragon in full runs has all
-/// builds.
+/// The builds: the name of each build's total time, and its options of `mesh build`. Only the dragon in full runs has
+/// all builds.
 const SETTINGS: [(&str, &[&str]); 3] = [
     (WHOLE, &[]),
     (BEST, &["--effort", "best", "--order", FaceOrder::InPlace23.name()]),

@@ -86,7 +86,7 @@ pub fn simplified_with(name: &str, effort: BuildEffort) -> anyhow::Result<(Model
     Ok((model, collapses))
 }
 
-/// Maximum number of faces of a model whose collapses [`collapses`] keeps: 200 bytes per face.
+/// Maximum number of faces of a model whose collapses are kept. They take about 20 bytes per face.
 const KEPT_FACES: usize = 50_000;
 
 /// The collapses of a model. Many cells simplify the same models, so the collapses of small models are kept until the

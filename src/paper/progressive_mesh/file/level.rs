@@ -1,8 +1,8 @@
 //! One level of the file: its error, its splits, its new faces and its permutation.
 //!
 //! The code of this module is written once for both directions (see [`super::coder`]). When writing, the values come
-//! from `source`, the mesh to write. When reading, `source` is `None`: the values come from the coder, and each value is
-//! checked before use.
+//! from `source`, the mesh to write. When reading, `source` is `None`: the values come from the coder, and each value
+//! is checked before use.
 
 use super::coder::{Coder, tree};
 use super::live::{Live, Marks, RingFace};

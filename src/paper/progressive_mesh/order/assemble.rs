@@ -10,7 +10,6 @@ use glam::DVec3;
 
 /// A part of an arrangement of faces. The steps run from level 0 to the full mesh; the first step is [`Step::Base`].
 /// Faces have the model's numbers.
-#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
     /// The faces of level 0, in the order of their slots. Each split appends its faces.
     Base(Vec<u32>),
@@ -41,10 +40,13 @@ pub(super) fn assemble(
     grown: &mut dyn FnMut(&ProgressiveMesh, usize),
 ) -> ProgressiveMesh {
     // The descent finds each face's corners at its first level, and the faces that each collapse changes.
-    let down = Descent::new(model, collapses);
+    let Descent { faces: corners, changed, .. } = Descent::new(model, collapses);
     let mut steps = steps.into_iter();
-    let Some(Step::Base(mut faces)) = steps.next() else {
-        panic!("an arrangement begins with the faces of level 0");
+    let mut faces = match steps.next() {
+        Some(Step::Base(faces)) => faces,
+        Some(_) => panic!("an arrangement begins with the faces of level 0"),
+        // The planner has panicked, and nobody receives the mesh.
+        None => return ProgressiveMesh::default(),
     };
     faces.extend(collapses.faces.rows().rev().flatten());
     let VertexOrder { wedges, vertex } = VertexOrder::new(model, collapses, &faces);
@@ -53,20 +55,20 @@ pub(super) fn assemble(
         let twice = std::mem::replace(&mut slot_of[face as usize], slot as u32);
         assert_eq!(twice, NOWHERE, "face {face} has slots {twice} and {slot}");
     }
-    let corners = faces.iter().map(|&face| down.faces[face as usize].map(|wedge| vertex[wedge as usize]));
+    let first = faces.iter().map(|&face| corners[face as usize].map(|wedge| vertex[wedge as usize]));
     let mesh = ProgressiveMesh {
         vertices: vertices(model, &wedges),
-        faces: corners.collect(),
+        faces: first.collect(),
         levels: levels(collapses, wedges.len(), faces.len()),
         births,
         metric: collapses.metric,
         ..ProgressiveMesh::default()
     };
+    drop((corners, faces));
     let last = mesh.last_level();
     let source = vec![NOWHERE; slot_of.len()];
-    let row = down.changed.len();
-    let mut assembly =
-        Assembly { collapses, changed: down.changed, vertex, mesh, level: 0, row, slot_of, source };
+    let row = changed.len();
+    let mut assembly = Assembly { collapses, changed, vertex, mesh, level: 0, row, slot_of, source };
     for step in steps {
         match step {
             Step::Base(_) => panic!("an arrangement has the faces of level 0 twice"),
@@ -92,7 +94,7 @@ struct VertexOrder {
 impl VertexOrder {
     /// Wedges of level 0 come first, in the order in which the faces of level 0 use them, so that drawing level 0
     /// fetches the vertices in sequence.
-    fn new(model: &Model, collapses: &Collapses, births: &[u32]) -> Self {
+    fn new(model: &Model, collapses: &Collapses, faces: &[u32]) -> Self {
         let mut place: Vec<u32> = vec![NOWHERE; model.wedge_positions.len()];
         let removed: Vec<u32> = (0..collapses.wedges.len())
             .rev()
@@ -104,7 +106,7 @@ impl VertexOrder {
             assert!(std::mem::take(&mut stays[wedge as usize]), "wedge {wedge} is removed twice");
         }
         let mut wedges = Vec::with_capacity(place.len());
-        let used = births.iter().flat_map(|&face| model.faces[face as usize]);
+        let used = faces.iter().flat_map(|&face| model.faces[face as usize]);
         // Wedges of level 0 that no face of level 0 uses come after the used wedges of level 0.
         for wedge in used.chain(0..place.len() as u32) {
             if stays[wedge as usize] && place[wedge as usize] == NOWHERE {
@@ -149,8 +151,8 @@ struct Assembly<'a> {
     /// The number of rows of `changed` that belong to the splits above `level`.
     row: usize,
     slot_of: Vec<u32>,
-    /// Scratch memory of [`Assembly::swap`], by slot. Between calls it holds only [`NOWHERE`]. It is a vector, because a
-    /// hash map takes seconds for the 10 million moves of a dragon.
+    /// Scratch memory of [`Assembly::swap`], by slot. Between calls it holds only [`NOWHERE`]. It is a vector, because
+    /// a hash map takes seconds for the 10 million moves of a dragon.
     source: Vec<u32>,
 }
 
@@ -182,8 +184,8 @@ impl Assembly<'_> {
         }
     }
 
-    /// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot gets the face of
-    /// the first slot.
+    /// Converts moves to cycles: each slot of a cycle gets the face of the next slot, and the last slot gets the face
+    /// of the first slot.
     fn swap(&mut self, moved: &[Move]) {
         let Assembly { level, slot_of, source, mesh: ProgressiveMesh { swaps, .. }, .. } = self;
         assert!(swaps.levels.last() != Some(level), "two permutations at level {level}");

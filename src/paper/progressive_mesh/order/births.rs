@@ -36,8 +36,8 @@ use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use rayon::prelude::*;
 
-/// Arranges the faces. Each group's order is a permutation at the group's last level: see [`super::super::mesh::Births`].
-/// Groups are independent, so their orders are computed in parallel.
+/// Arranges the faces. Each group's order is a permutation at the group's last level: see
+/// [`super::super::mesh::Births`]. Groups are independent, so their orders are computed in parallel.
 pub(super) fn plan(
     model: &Model,
     collapses: &Collapses,

@@ -225,10 +225,10 @@ pub fn order_or_classical(
     order_growing(model, collapses, options, progress, &mut |_, _| ())
 }
 
-/// As [`order_or_classical`]. `grown` runs on a second thread beside the ordering. It receives the mesh several times,
-/// each time with the number of levels that are final. The splits and permutations of the other levels are missing. The
-/// last call has all levels. `progress` is called with two equal numbers as soon as all faces are ordered, which is
-/// before the last call of `grown`.
+/// As [`order_or_classical`]. `grown` receives the mesh several times, each time with the number of levels that are
+/// final. The splits and permutations of the other levels are missing. The last call has all levels. With options,
+/// `grown` runs on a second thread beside the ordering. `progress` is called with two equal numbers as soon as all
+/// faces are ordered; the last calls of `grown` follow.
 pub fn order_growing(
     model: &Model,
     collapses: &Collapses,
@@ -254,8 +254,8 @@ pub fn order_growing(
         // If the other thread has panicked, nobody receives the steps, and `join` reports the panic.
         let mut send = move |step| drop(sender.send(step));
         plan(model, collapses, options, base, &mut send, progress);
-        drop(send);
         progress(faces, faces);
+        drop(send);
         mesh.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }

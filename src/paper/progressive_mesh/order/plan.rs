@@ -34,7 +34,7 @@ pub(super) struct RefinementState<'a> {
     numbering: Numbering,
     /// The number of splits executed.
     done: u32,
-    /// Receives the arrangement.
+    /// Receives the steps of the arrangement.
     steps: &'a mut dyn FnMut(Step),
 }
 

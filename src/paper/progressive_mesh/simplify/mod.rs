@@ -17,9 +17,9 @@
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. A
 //! trial examined the next 256 positions of the queue on two cores and found the same collapses, but in the same time
-//! (one pass over the dragon: 19 to 21 s in both cases). It visited 17 % more corners, because collapses made findings
-//! invalid, and the two cores had to exchange what each collapse changed. The orders with births in place, which are
-//! computed afterwards, use all cores.
+//! (one pass over the dragon: 19 to 21 s in both cases). It visited 17 % more corners, because collapses changed
+//! positions after they were examined. What each collapse changed had to reach both cores. The orders with births in
+//! place, which are computed afterwards, use all cores.
 
 mod components;
 mod curve;
