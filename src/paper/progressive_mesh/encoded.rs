@@ -60,10 +60,9 @@ mod tests {
             let model = named(name).expect("a generated model");
             let options = SimplifyOptions { target_faces, ..SimplifyOptions::default() };
             let collapses = simplify(&model, &options, &mut |_, _| ()).collapses;
-            let named = FaceOrder::ALL.iter().filter(|order| !order.is_baseline());
-            for options in
-                named.flat_map(|&order| [OrderOptions::of(order), OrderOptions::of(order).map(few)])
-            {
+            let orders = FaceOrder::ALL.iter().filter(|order| !order.is_baseline());
+            let options = orders.map(|&order| OrderOptions::of(order));
+            for options in options.flat_map(|options| [options.clone(), options.map(few)]) {
                 let (options, mut last) = (options.as_ref(), None);
                 let progress = &mut |done, all| last = Some((done, all));
                 let found = order_and_encode(&model, &collapses, options, progress);
