@@ -46,7 +46,8 @@ pub fn lesser_components(surface: &WorkingMesh, positions: usize) -> Vec<Compone
     components
 }
 
-fn root(parents: &mut [u32], mut at: u32) -> u32 {
+/// The root of `at` in a forest of parents; the paths become shorter.
+pub fn root(parents: &mut [u32], mut at: u32) -> u32 {
     while parents[at as usize] != at {
         let above = parents[parents[at as usize] as usize];
         parents[at as usize] = above;

@@ -1,5 +1,6 @@
 //! The one-ring of a position that may be collapsed: its edges, its faces, and the allowed collapses.
 
+use super::borders::BorderRadii;
 use super::surface::{HubCorner, WorkingMesh};
 
 /// An edge of the one-ring: from the hub to a neighbour.
@@ -18,11 +19,11 @@ pub struct RingEdge {
 /// The kind of an edge, by its faces. It decides what a collapse along the edge would do to borders and seams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EdgeKind {
-    /// Two faces with the same wedges at both ends.
+    /// Two faces with the same wedges at both ends, or one face at a small hole (see `borders.rs`).
     Plain,
     /// Two faces with different wedges: attributes are discontinuous here.
     Seam,
-    /// One face.
+    /// One face, at a border that restricts collapses.
     Border,
     /// Anything else: not manifold.
     Complex,
@@ -41,6 +42,7 @@ pub struct Hub {
     /// For each position the `turn` in which it was last a neighbour, and the index of its edge in that turn.
     seen: Vec<(u32, u32)>,
     turn: u32,
+    pub borders: BorderRadii,
 }
 
 impl Hub {
@@ -53,6 +55,7 @@ impl Hub {
             ends: Vec::new(),
             seen: vec![(0, 0); count],
             turn: 0,
+            borders: BorderRadii::none(count),
         }
     }
 
@@ -104,6 +107,7 @@ impl Hub {
 
     fn kind(&self, surface: &WorkingMesh, edge: &RingEdge) -> EdgeKind {
         match (edge.faces, edge.ahead, edge.behind) {
+            (1, ..) if self.borders.is_free([self.position, edge.end]) => EdgeKind::Plain,
             (1, ..) => EdgeKind::Border,
             (2, Some(_), Some(_)) if !surface.has_seams() => EdgeKind::Plain,
             (2, Some(ahead), Some(behind)) => {
@@ -171,41 +175,50 @@ impl Hub {
     }
 
     /// The link condition. A collapse is forbidden if two faces would become equal, or if a position would lose its
-    /// last face. If the hub and the end share a neighbour that belongs to none of the edge's faces, the collapse
-    /// closes a hole or pinches the surface. Otherwise the topology is unchanged.
+    /// last face. If the hub and the end share a neighbour that belongs to none of the edge's faces, their edges to it
+    /// become one edge. This closes a hole if the result has two faces, in opposite directions, and otherwise pinches
+    /// the surface.
     pub fn link(&self, surface: &WorkingMesh, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();
-        let common = |position: u32| known(position) && !self.has_face_with(end, position);
         let stays = surface.valence(end) + self.corners.len() > 2 * edge.faces as usize;
         if !stays || self.opposites(end).any(|position| surface.valence(position) < 2) {
             return Link::Forbidden;
         }
-        let (mut meets, mut closes) = (false, self.closing(surface, edge));
+        let mut link = Link::Unchanged;
         for corner in surface.corners(end).filter(|x| self.is_not(x)) {
             if known(corner.a) && known(corner.b) && self.has_face_with(corner.a, corner.b) {
                 return Link::Forbidden;
             }
-            for position in [corner.a, corner.b].into_iter().filter(|&position| common(position)) {
-                meets = true;
-                closes = closes.filter(|&last| last == position);
+            for position in [corner.a, corner.b] {
+                if link != Link::Pinches && known(position) && !self.has_face_with(end, position) {
+                    link = if self.closes(surface, end, position) { Link::Closes } else { Link::Pinches };
+                }
             }
         }
-        match (meets, closes) {
-            (false, _) => Link::Unchanged,
-            (true, Some(_)) => Link::Closes,
-            (true, None) => Link::Pinches,
-        }
+        link
     }
 
-    /// The third position of a hole with three edges: this edge, the border's other edge at the hub, and the
-    /// edge between their ends.
-    fn closing(&self, surface: &WorkingMesh, edge: &RingEdge) -> Option<u32> {
-        let [into, out] = if edge.kind == EdgeKind::Border { self.border()? } else { return None };
-        let (last, ahead) = if edge.end == out.end { (into.end, true) } else { (out.end, false) };
-        let mut along = surface.corners(edge.end).filter(|x| x.a == last || x.b == last);
-        let one = along.next().filter(|x| (x.a == last) == ahead)?;
-        (along.next().is_none() && self.is_not(&one)).then_some(last)
+    /// True if the edges of the hub and of `end` to a common neighbour are border edges of opposite directions.
+    fn closes(&self, surface: &WorkingMesh, end: u32, neighbour: u32) -> bool {
+        let mut along = surface.corners(end).filter(|x| x.a == neighbour || x.b == neighbour);
+        let (Some(one), None) = (along.next(), along.next()) else { return false };
+        self.edge_to(neighbour)
+            .is_some_and(|edge| edge.faces == 1 && edge.ahead.is_some() == (one.b == neighbour))
+    }
+
+    /// The perimeter of the longest loop that a collapse onto `end` pinches. Its edges lead from the hub to `end`,
+    /// on to a common neighbour, and back.
+    pub fn pinched_loop(&self, surface: &WorkingMesh, end: u32) -> f64 {
+        let length = |a: u32, b: u32| surface.point(a).distance(surface.point(b));
+        let neighbours = surface.corners(end).filter(|x| self.is_not(x)).flat_map(|x| [x.a, x.b]);
+        let pinched = neighbours.filter(|&position| {
+            self.edge_to(position).is_some()
+                && !self.has_face_with(end, position)
+                && !self.closes(surface, end, position)
+        });
+        let rest = pinched.map(|position| length(end, position) + length(position, self.position));
+        length(self.position, end) + rest.fold(0.0, f64::max)
     }
 
     /// True if the face of a corner at another position does not touch the hub.
@@ -252,7 +265,7 @@ impl MoveConstraint {
 pub enum Link {
     /// The topology stays.
     Unchanged,
-    /// Closes a hole of three edges.
+    /// Two border edges become one edge of two faces: closes a hole, or narrows it.
     Closes,
     /// Two sheets come to share an edge: a handle or a neck becomes a pinch.
     Pinches,

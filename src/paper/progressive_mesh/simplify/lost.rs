@@ -9,10 +9,13 @@ use glam::DVec3;
 /// The end of a list.
 const END: u32 = u32::MAX;
 
-/// Maximum length of a list; positions beyond it share one bound. Lists become this long when a mesh of a
-/// million faces is reduced to 500. On a straight border one edge may receive all other positions, and the
-/// limit keeps the work linear.
-const MAX: u32 = 1024;
+/// Maximum length of a face's list; positions beyond it share one bound, which grows by a distance with each collapse.
+/// Lists become this long when a mesh of a million faces is reduced to a few hundred.
+pub const MAX_AT_FACE: u32 = 4096;
+
+/// As [`MAX_AT_FACE`], for border edges. On a straight border one edge may receive all other positions; the limit keeps
+/// the work linear.
+pub const MAX_AT_BORDER: u32 = 1024;
 
 /// Lists of vanished positions: one for each face, or one for each border edge (indexed by the edge's start
 /// in the direction of its face).
@@ -23,16 +26,19 @@ pub struct LostPositions {
     /// An upper bound of the distances of all positions that are assigned here but not in the list; negative
     /// if there are none.
     dropped: Vec<f64>,
+    /// Maximum length of a list.
+    max: u32,
 }
 
 impl LostPositions {
-    /// Empty lists for `positions` positions.
-    pub fn new(positions: usize, lists: usize) -> LostPositions {
+    /// Empty lists of at most `max` positions each, for `positions` positions.
+    pub fn new(positions: usize, lists: usize, max: u32) -> LostPositions {
         LostPositions {
             first: vec![END; lists],
             next: vec![END; positions],
             count: vec![0; lists],
             dropped: vec![-1.0; lists],
+            max,
         }
     }
 
@@ -59,7 +65,7 @@ impl LostPositions {
 
     /// Assigns a position at this distance to a list. A full list keeps only the distance.
     pub fn give(&mut self, position: u32, list: u32, distance: f64) {
-        if self.count[list as usize] == MAX {
+        if self.count[list as usize] == self.max {
             return self.inherit(list, distance);
         }
         self.count[list as usize] += 1;
@@ -87,8 +93,8 @@ mod tests {
 
     #[test]
     fn a_full_list_keeps_the_largest_distance_of_the_rest() {
-        let mut lists = LostPositions::new(2000, 2);
-        (0..MAX).for_each(|position| lists.give(position, 1, 9.0));
+        let mut lists = LostPositions::new(2000, 2, 1024);
+        (0..1024).for_each(|position| lists.give(position, 1, 9.0));
         assert_eq!((lists.of(1).count(), lists.dropped(1)), (1024, None));
         [3.0, 5.0, 4.0]
             .into_iter()

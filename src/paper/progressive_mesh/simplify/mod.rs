@@ -9,11 +9,16 @@
 //! With [`ErrorMetric::Appearance`] the distance is at least the radius of the region in which normals differ visibly
 //! (`shading`), and the distance by which texture coordinates shift (`texture`).
 //!
-//! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay.
-//! Small holes close. A component vanishes as a whole once the deviation of the mesh reaches the component's extent. If
-//! no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of each.
-//! The last step permits two sheets to share an edge, where a handle or neck is thin. If no collapse is possible even
-//! then, the smallest component is removed.
+//! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay. Parts that are
+//! narrower than the deviation of the mesh hold nothing back. A component vanishes as a whole once the deviation reaches
+//! its extent. A border restricts no collapse once the deviation reaches half of its extent (`borders`), so small holes
+//! close. Two sheets may share an edge where three edges around a handle or neck are together no longer than the
+//! deviation. On the dragon of 871,414 faces, 250 of the last 2,000 faces would otherwise lie around small holes and
+//! handles, and the deviation at 1,000 faces would be three times as large.
+//!
+//! If no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of
+//! each. The last step permits sheets to share edges everywhere. If no collapse is possible even then, the smallest
+//! component is removed.
 //!
 //! One core runs it: each collapse changes the keys of its neighbours, so the next one is known only afterwards. A
 //! trial examined the next 256 positions of the queue on two cores and found the same collapses, but in the same time
@@ -21,12 +26,14 @@
 //! positions after they were examined. What each collapse changed had to reach both cores. The orders with births in
 //! place, which are computed afterwards, use all cores.
 
+mod borders;
 mod components;
 mod curve;
 mod farthest;
 mod hub;
 mod lattice;
 mod lost;
+mod measure;
 mod original;
 mod pace;
 mod quadric;
@@ -51,8 +58,8 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
     /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of
-    /// distances. Each of the model's positions is measured to the nearest of the faces near it. The
-    /// remaining faces are measured at sample points: the distance to the model's faces near the point, or to a
+    /// distances. Each of the model's positions, and the middle of each crease, is measured to the nearest of the faces
+    /// near it. The remaining faces are measured at sample points: the distance to the model's faces near the point, or to a
     /// replaced face plus that face's own distance from the model, whichever is less. A component that vanishes counts
     /// with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading error
     /// and the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every
@@ -163,7 +170,7 @@ pub struct SimplifyReport {
     pub collapses: usize,
     /// Components that vanished as a whole.
     pub components: usize,
-    /// Collapses that closed a hole of three edges.
+    /// Collapses that closed or narrowed a hole: two border edges became one edge of two faces.
     pub closed_holes: usize,
     /// Collapses that made two sheets share an edge.
     pub pinches: usize,

@@ -2,17 +2,18 @@
 //! cost reaches the head of the queue. Costs rarely fall, so few collapses come late. Lazy updates need three fifths of
 //! the cost evaluations of immediate updates.
 
+use super::borders::BorderRadii;
 use super::components::{Component, lesser_components};
 use super::curve::Curve;
-use super::hub::{EdgeKind, Hub, Link, RingEdge, WedgePairs};
+use super::hub::{Hub, Link, RingEdge, WedgePairs};
 use super::lattice::Lattice;
-use super::lost::{LostPositions, squared_to_segment};
+use super::lost::{LostPositions, MAX_AT_BORDER, MAX_AT_FACE};
 use super::original::{ModelFaces, NearFaces};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
 use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
-use super::start::{ShadingAttributes, WedgeLists, nearest_wedge, normals, quadrics};
+use super::start::{ShadingAttributes, SpecialEdges, WedgeLists, nearest_wedge, normals, quadrics};
 use super::stated::stated;
 use super::surface::{HubCorner, Normalisation, WorkingMesh};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
@@ -38,7 +39,7 @@ pub struct Sequence<'a> {
     pub(super) quadrics: Vec<Quadric>,
     /// Set if errors count normals and texture coordinates.
     pub(super) shading: Option<ShadingAttributes>,
-    /// Vanished positions by face, and by border edge.
+    /// Vanished positions and middles of creases by face, and vanished positions by border edge.
     pub(super) lost: LostPositions,
     pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
@@ -46,6 +47,8 @@ pub struct Sequence<'a> {
     /// Set with [`BuildEffort::Best`]: distances from the model are measured to its own faces.
     pub(super) model_faces: Option<ModelFaces>,
     queue: Queue,
+    /// Positions that have more collapses from a deviation on, which is their key here.
+    waiting: Queue,
     /// For each position the collapse whose cost is its key.
     exact: Vec<ExactKey>,
     pub(super) hub: Hub,
@@ -58,21 +61,19 @@ pub struct Sequence<'a> {
     /// The points of a new face that may be farther from the model than all points before.
     pub(super) lattice: Lattice,
     /// Parts into which the sides of a new face are divided when its distance is measured: see `original.rs`.
-    parts: u32,
+    pub(super) parts: u32,
     /// For each of the hub's corners the face's value of [`Self::off_model`].
     pub(super) old_off: Vec<f64>,
     pub(super) shape: CollapseShape,
     /// The hub, and the vanished positions of its border edges.
     pub(super) border_points: Vec<(u32, DVec3)>,
     pub(super) candidates: Vec<(f64, RingEdge)>,
-    off: Vec<(u32, f64)>,
+    pub(super) off: Vec<(u32, f64)>,
     /// Positions whose keys must be renewed.
     around: Vec<u32>,
     pub(super) wedges: WedgeLists,
     /// The components that have not vanished, in order of decreasing extent, without the largest one.
     components: Vec<Component>,
-    /// The largest deviation so far, in the simplifier's units.
-    pub(super) worst: f64,
     /// Faces left after each collapse.
     left: Vec<usize>,
     /// Set in the second pass (see `pace.rs`).
@@ -109,11 +110,11 @@ pub enum Rules {
     /// Also collapses that leave a border or seam, and collapses of positions where borders or seams end or
     /// cross.
     Crossing,
-    /// Also collapses that make two sheets share an edge; every other collapse comes first.
+    /// Also collapses that make two sheets share an edge where they are far apart; every other collapse comes first.
     Pinching,
 }
 
-/// The least key of a pinch. Costs are squared distances times areas, in units in which the model has a size of about 1,
+/// The least key of a pinch of a wide loop. Costs are squared distances times areas, in units in which the model has a size of about 1,
 /// and far less than this.
 const MIN_PINCH: f64 = 1e50;
 
@@ -125,16 +126,18 @@ pub struct AllowedCollapse {
     pub pairs: WedgePairs,
     pub link: Link,
     pub flips: bool,
+    /// True for a pinch of a loop that is wider than the deviation.
+    pub comes_last: bool,
 }
 
 impl AllowedCollapse {
-    /// The key in the queue: the cost. All pinches come after all other collapses, in order of their costs.
+    /// The key in the queue: the cost. All pinches of wide loops come after all other collapses, in order of their costs.
     pub fn key(&self) -> f64 {
-        if self.link == Link::Pinches { self.cost.max(1e-50) * (MIN_PINCH * 1e50) } else { self.cost }
+        if self.comes_last { self.cost.max(1e-50) * (MIN_PINCH * 1e50) } else { self.cost }
     }
 }
 
-/// A position that has vanished, or is about to.
+/// A position that has vanished or is about to, or the middle of a crease.
 #[derive(Clone, Copy, Debug)]
 pub struct Near {
     pub position: u32,
@@ -154,18 +157,29 @@ impl<'a> Sequence<'a> {
         let (mut surface, units) = WorkingMesh::new(model, &curve);
         let positions = model.positions.len();
         let mut hub = Hub::new(positions);
+        let normals = normals(&surface);
+        let edges = SpecialEdges::of(&mut surface, &mut hub, positions, &normals);
+        let quadrics = quadrics(&mut surface, &mut hub, positions);
+        hub.borders = BorderRadii::new(&edges.borders, &surface, positions);
+        surface.add_points(edges.crease_middles.iter().map(|(_, point)| *point));
+        let mut lost =
+            LostPositions::new(positions + edges.crease_middles.len(), model.faces.len(), MAX_AT_FACE);
+        (positions as u32..)
+            .zip(&edges.crease_middles)
+            .for_each(|(point, (face, _))| lost.give(point, *face, 0.0));
         let mut sequence = Sequence {
             model,
             options: *options,
             rules: Rules::Strict,
-            quadrics: quadrics(&mut surface, &mut hub, positions),
+            quadrics,
             shading: (options.metric == ErrorMetric::Appearance)
                 .then(|| ShadingAttributes::of(model, &surface, positions)),
-            lost: LostPositions::new(positions, model.faces.len()),
-            lost_of_border: LostPositions::new(positions, positions),
+            lost,
+            lost_of_border: LostPositions::new(positions, positions, MAX_AT_BORDER),
             off_model: vec![0.0; model.faces.len()],
             model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
             queue: Queue::new(positions, Ties { seed: options.seed }),
+            waiting: Queue::new(positions, Ties { seed: options.seed }),
             exact: vec![ExactKey::NONE; positions],
             hub,
             points: Vec::new(),
@@ -182,10 +196,9 @@ impl<'a> Sequence<'a> {
             wedges: WedgeLists::new(model, &curve),
             curve,
             components: lesser_components(&surface, positions),
-            normals: normals(&surface),
+            normals,
             surface,
             units,
-            worst: 0.0,
             left: Vec::new(),
             pace,
             log: Vec::new(),
@@ -196,8 +209,28 @@ impl<'a> Sequence<'a> {
                 ..SimplifyReport::default()
             },
         };
+        edges.borders.iter().for_each(|&[position, _]| sequence.wait(position, f64::INFINITY));
         sequence.renew_all();
         sequence
+    }
+
+    /// Has a position renewed once the deviation reaches `enough` or the radius of its borders.
+    pub(super) fn wait(&mut self, position: u32, enough: f64) {
+        let radius = Some(self.hub.borders.at(position)).filter(|radius| *radius > self.deviation());
+        let enough = enough.min(radius.unwrap_or(f64::INFINITY));
+        if enough < f64::INFINITY {
+            self.waiting.set(position, enough);
+        }
+    }
+
+    /// The largest deviation so far, in the simplifier's units.
+    pub(super) fn deviation(&self) -> f64 {
+        self.hub.borders.deviation
+    }
+
+    fn raise_deviation(&mut self, deviation: f64) {
+        let max = &mut self.hub.borders.deviation;
+        *max = max.max(deviation);
     }
 
     fn renew_all(&mut self) {
@@ -218,7 +251,10 @@ impl<'a> Sequence<'a> {
         self.report.looks += self.hub.corners.len();
         match self.ways().map(|edge| self.quadric_cost(position, edge.end)).min_by(f64::total_cmp) {
             Some(min) => self.queue.set(position, min),
-            None => self.queue.remove(position),
+            None => {
+                self.queue.remove(position);
+                self.wait(position, f64::INFINITY);
+            }
         }
     }
 
@@ -240,8 +276,13 @@ impl<'a> Sequence<'a> {
 
     /// One step towards the target; false if none is possible.
     fn next(&mut self) -> bool {
-        if self.components.last().is_some_and(|component| component.extent <= self.worst) {
+        if self.components.last().is_some_and(|component| component.extent <= self.deviation()) {
             self.remove_component();
+            return true;
+        }
+        if self.waiting.min_key().is_some_and(|enough| enough <= self.deviation()) {
+            let waiting = self.waiting.pop().filter(|&position| self.surface.valence(position) > 0);
+            waiting.into_iter().for_each(|position| self.renew(position));
             return true;
         }
         let key = self.queue.min_key();
@@ -281,7 +322,7 @@ impl<'a> Sequence<'a> {
         self.look(position);
         let edge = *self.hub.edge_to(to)?;
         self.shape.spread(&self.hub, &self.surface, to);
-        let step = self.allowed(&edge, key, self.shape.flips)?;
+        let step = self.allowed(&edge, key, self.shape.flips).ok()?;
         self.gather_points();
         (step.link == Link::Unchanged).then_some(step)
     }
@@ -306,7 +347,7 @@ impl<'a> Sequence<'a> {
     }
 
     fn push_deviation(&mut self) {
-        self.collapses.errors.push(self.worst);
+        self.collapses.errors.push(self.deviation());
         self.left.push(self.surface.live());
     }
 
@@ -327,7 +368,7 @@ impl<'a> Sequence<'a> {
         live.iter().for_each(|&face| self.surface.remove(face));
         positions.iter().for_each(|&position| self.queue.remove(position));
         self.collapses.faces.push(live.iter().map(|&face| self.curve.faces[face as usize]));
-        self.worst = self.worst.max(component.extent);
+        self.raise_deviation(component.extent);
         self.push_deviation();
         self.report.components += 1;
     }
@@ -336,7 +377,7 @@ impl<'a> Sequence<'a> {
     fn execute(&mut self, step: &AllowedCollapse) {
         let (position, end) = (self.hub.position, step.edge.end);
         let deviation = self.measure(step);
-        self.worst = self.worst.max(deviation);
+        self.raise_deviation(deviation);
         let key = self.log.last().map_or(0.0, |last| last[0]);
         self.log.push([key.max(step.cost), deviation]);
         let (gone, stay): (Vec<HubCorner>, Vec<HubCorner>) =
@@ -352,6 +393,7 @@ impl<'a> Sequence<'a> {
         self.collapses.wedges.push(self.wedges.of(position).iter().map(|&wedge| [wedge, target(wedge)]));
         self.collapses.faces.push(gone.iter().map(|corner| self.curve.faces[corner.face as usize]));
         self.push_deviation();
+        self.hub.borders.pass_on(position, end);
         self.report.count(step, self.rules);
         self.around.extend(self.hub.edges.iter().map(|edge| edge.end));
         while let Some(neighbour) = self.around.pop() {
@@ -363,70 +405,6 @@ impl<'a> Sequence<'a> {
                 _ => self.renew(neighbour),
             }
         }
-    }
-
-    /// Assigns the hub and its vanished positions to their nearest faces. Returns the deviation of the
-    /// collapse.
-    fn measure(&mut self, step: &AllowedCollapse) -> f64 {
-        let end = step.edge.end;
-        let mut off = std::mem::take(&mut self.off);
-        self.shape.spread(&self.hub, &self.surface, end);
-        off.clear();
-        for index in 0..self.shape.fan {
-            off.push((self.shape.new[index].0, self.off_model(index, 0.0, self.parts, f64::INFINITY)));
-        }
-        let appearance = self.squared_appearance_error(end, |_| false).sqrt();
-        let corners = self.hub.corners.iter().enumerate();
-        let dropped: Vec<(u32, f64)> = corners
-            .filter_map(|(at, corner)| {
-                let bound = self.lost.dropped(corner.face)?;
-                let (face, distance) = self.shape.heir(at);
-                Some((face, bound + distance))
-            })
-            .collect();
-        self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
-        let mut max = appearance;
-        for (face, bound) in dropped {
-            max = max.max(bound);
-            self.lost.inherit(face, bound);
-        }
-        for near in &self.points {
-            let (squared, index) = self.shape.nearest(near.point, near.corner);
-            let face = self.shape.new[index].0;
-            max = max.max(squared.sqrt());
-            self.lost.give(near.position, face, squared.sqrt());
-        }
-        for &(face, distance) in &off {
-            let known = &mut self.off_model[face as usize];
-            *known = distance;
-            max = max.max(distance);
-        }
-        self.off = off;
-        if let (EdgeKind::Border, Some([into, out])) = (step.edge.kind, self.hub.border()) {
-            max = max.max(self.measure_border(into.end, out.end));
-        }
-        max
-    }
-
-    /// Assigns the hub and the vanished positions of its two border edges to the new border edge from `start`
-    /// to `end`. Returns the largest distance from it.
-    fn measure_border(&mut self, start: u32, end: u32) -> f64 {
-        let segment = [start, end].map(|position| self.surface.point(position));
-        let off = |point| squared_to_segment(point, segment).sqrt();
-        let lists = &mut self.lost_of_border;
-        let old = [self.hub.position, start];
-        let dropped = old.iter().filter_map(|&list| lists.dropped(list)).reduce(f64::max);
-        old.iter().for_each(|&list| lists.clear(list));
-        let mut max: f64 = 0.0;
-        if let Some(bound) = dropped {
-            max = bound + off(self.surface.point(self.hub.position));
-            lists.inherit(start, max);
-        }
-        for &(position, point) in &self.border_points {
-            max = max.max(off(point));
-            lists.give(position, start, off(point));
-        }
-        max
     }
 
     pub fn finish(mut self) -> Simplified {

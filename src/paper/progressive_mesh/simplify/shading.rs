@@ -41,7 +41,7 @@ impl Sequence<'_> {
         let choices = self.wedges.of(end);
         let target = |wedge| pairs.target(wedge).unwrap_or_else(|| nearest_wedge(self.model, wedge, choices));
         let (mut error, mut shift): (f64, f64) = (0.0, 0.0);
-        for near in &self.points {
+        for near in self.points.iter().filter(|near| self.surface.is_position(near.position)) {
             if enough(error.max(shift)) {
                 break;
             }

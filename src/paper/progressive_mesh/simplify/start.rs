@@ -48,6 +48,43 @@ pub fn quadrics(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize) -> V
     quadrics
 }
 
+/// Edges of the model with a role of their own.
+#[derive(Default)]
+pub struct SpecialEdges {
+    /// Every border edge, from both ends.
+    pub borders: Vec<[u32; 2]>,
+    /// The middles of creases, each with one of the faces there.
+    pub crease_middles: Vec<(u32, DVec3)>,
+}
+
+/// Cosine of the smallest angle between the normals of a crease: 45 degrees.
+const CREASE_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+impl SpecialEdges {
+    /// `normals` are those of the faces.
+    pub fn of(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize, normals: &[DVec3]) -> SpecialEdges {
+        let mut found = SpecialEdges::default();
+        for position in 0..positions as u32 {
+            hub.look(surface, position);
+            for edge in &hub.edges {
+                if edge.kind == EdgeKind::Border {
+                    found.borders.push([position, edge.end]);
+                } else if edge.end > position {
+                    let corners = hub.corners.iter().filter(|x| x.a == edge.end || x.b == edge.end);
+                    let mut faces = corners.map(|corner| corner.face);
+                    let (Some(one), Some(other)) = (faces.next(), faces.next()) else { continue };
+                    let cosine = normals[one as usize].dot(normals[other as usize]);
+                    if cosine < CREASE_COSINE || faces.next().is_some() {
+                        let [from, to] = [position, edge.end].map(|end| surface.point(end));
+                        found.crease_middles.push((one, (from + to) / 2.0));
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
 /// Unit normals of all faces; zero for degenerate faces.
 pub fn normals(surface: &WorkingMesh) -> Vec<DVec3> {
     let normal = |face| {
@@ -149,4 +186,26 @@ pub fn nearest_wedge(model: &Model, wedge: u32, choices: &[u32]) -> u32 {
     };
     let min = choices.iter().copied().min_by(|&x, &y| difference(x).total_cmp(&difference(y)));
     min.expect("a position has a wedge")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tetrahedron_without_a_face_has_three_creases_and_three_border_edges() {
+        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]];
+        let model = Model { positions, wedge_positions: (0..4).collect(), faces, ..Model::default() };
+        let (mut surface, _) = WorkingMesh::new(&model, &Curve::of(&model));
+        let normals = normals(&surface);
+        let found = SpecialEdges::of(&mut surface, &mut Hub::new(4), 4, &normals);
+        assert_eq!((found.borders.len(), found.crease_middles.len()), (6, 3));
+        assert!(found.borders.iter().all(|&[a, b]| found.borders.contains(&[b, a])));
+        for (face, middle) in found.crease_middles {
+            let corners = surface.triangle(face);
+            let sides = [[0, 1], [1, 2], [2, 0]].map(|side| side.map(|corner| corners[corner]));
+            assert!(sides.iter().any(|[a, b]| (*a + *b) / 2.0 == middle), "{face}: {middle}");
+        }
+    }
 }

@@ -2,9 +2,13 @@
 
 /// Smallest and largest power of (faces before / faces after a collapse) by which the stated error grows. On
 /// a smooth surface the deviation grows with power 1. With at least 0.5, a requested error 1 % larger
-/// removes at most 2 % of the faces plus those of one collapse. With at most 4, it gives at least one collapse from
-/// 1000 faces on.
+/// removes at most 2 % of the faces plus those of one collapse. With at most 4, it gives at least one collapse at
+/// 1000 faces.
 const GROWTH: [f64; 2] = [0.5, 4.0];
+
+/// With more faces the stated error may grow by this factor in one collapse: a requested error 1 % larger still gives at
+/// least one.
+const STEP: f64 = 1.008;
 
 /// Largest factor by which errors before a jump are raised to even out the jump. The error is small while a flat part
 /// of the surface is simplified, and jumps at its end. With 1.5, 12.8 % of the steps of 1 % change nothing on `solid`,
@@ -24,7 +28,7 @@ pub fn stated(deviations: &[f64], left: &[usize]) -> Vec<f64> {
         errors[at] = errors[at].max(errors[at - 1] * grown(at, GROWTH[0]));
     }
     for at in (1..errors.len()).rev() {
-        let even = errors[at] / grown(at, GROWTH[1]);
+        let even = errors[at] / grown(at, GROWTH[1]).max(STEP);
         errors[at - 1] = errors[at - 1].max(even.min(errors[at - 1] * MAX_RAISED));
     }
     errors
@@ -35,15 +39,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_stated_error_is_not_below_the_deviation_and_rises_within_its_powers() {
+    fn the_stated_error_is_not_below_the_deviation_and_rises_evenly() {
         let left: Vec<usize> = (0..2000).map(|n| 5000 - 2 * n).collect();
         // Constant for 500 collapses, then a jump by a quarter.
         let deviations: Vec<f64> = (0..2000).map(|n| 1.25_f64.powi(n / 500)).collect();
         let errors = stated(&deviations, &left);
         assert!(errors.iter().zip(&deviations).all(|(error, deviation)| error >= deviation));
         for at in 1..errors.len() {
-            let power = (errors[at] / errors[at - 1]).ln() / (left[at - 1] as f64 / left[at] as f64).ln();
-            assert!((0.5 - 1e-6..4.0 + 1e-6).contains(&power), "collapse {at}: power {power}");
+            let (factor, faces) = (errors[at] / errors[at - 1], left[at - 1] as f64 / left[at] as f64);
+            let range = faces.powf(0.5) - 1e-9..faces.powf(4.0).max(1.008) + 1e-9;
+            assert!(range.contains(&factor), "collapse {at}: {factor}, not in {range:?}");
         }
         assert_eq!(errors[1999], errors[1998] * (left[1998] as f64 / left[1999] as f64).sqrt());
     }

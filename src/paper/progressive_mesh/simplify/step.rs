@@ -64,6 +64,7 @@ impl Sequence<'_> {
         self.gather_points();
         candidates.truncate((MAX_FACES * MAX_FACES / self.hub.corners.len()).max(1));
         let mut best: Option<AllowedCollapse> = None;
+        let mut enough = f64::INFINITY;
         let area = self.shape.area();
         for (min, edge) in &candidates {
             let dearest = best.map_or(f64::INFINITY, |best| best.key());
@@ -81,9 +82,16 @@ impl Sequence<'_> {
             if cost >= dearest {
                 continue;
             }
-            best = self.allowed(edge, cost, flips).filter(|step| step.key() < dearest).or(best);
+            match self.allowed(edge, cost, flips) {
+                Ok(step) if step.key() < dearest => best = Some(step),
+                Ok(_) => {}
+                Err(deviation) => enough = enough.min(deviation),
+            }
         }
         self.candidates = candidates;
+        if best.is_none() {
+            self.wait(position, enough);
+        }
         best
     }
 
@@ -107,7 +115,8 @@ impl Sequence<'_> {
         self.old_off.extend(self.hub.corners.iter().map(|corner| self.off_model[corner.face as usize]));
         self.model_points.clear();
         if self.model_faces.is_some() {
-            self.model_points.extend(self.points.iter().map(|near| (near.position, near.point)));
+            let positions = self.points.iter().filter(|near| self.surface.is_position(near.position));
+            self.model_points.extend(positions.map(|near| (near.position, near.point)));
             self.model_points.extend(self.hub.edges.iter().map(|edge| of(edge.end)));
         }
         self.near_faces.clear(self.model_points.len());
@@ -120,16 +129,21 @@ impl Sequence<'_> {
         self.report.looks += self.points.len() + self.border_points.len();
     }
 
-    /// The collapse along an edge; `None` if it is forbidden.
-    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Option<AllowedCollapse> {
+    /// The collapse along an edge. If it is not allowed now, the error is the deviation from which on it is: infinite if
+    /// no deviation is enough.
+    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Result<AllowedCollapse, f64> {
         let link = self.hub.link(&self.surface, edge);
-        let is_allowed = match link {
-            Link::Unchanged | Link::Closes => true,
-            Link::Pinches => self.rules == Rules::Pinching,
-            Link::Forbidden => false,
+        let enough = match link {
+            Link::Unchanged | Link::Closes => 0.0,
+            Link::Pinches => self.hub.pinched_loop(&self.surface, edge.end),
+            Link::Forbidden => f64::INFINITY,
         };
-        let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear())?;
-        is_allowed.then_some(AllowedCollapse { edge: *edge, cost, pairs, link, flips })
+        let comes_last = enough > self.deviation();
+        if comes_last && (link == Link::Forbidden || self.rules < Rules::Pinching) {
+            return Err(enough);
+        }
+        let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear()).ok_or(f64::INFINITY)?;
+        Ok(AllowedCollapse { edge: *edge, cost, pairs, link, flips, comes_last })
     }
 
     /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to

@@ -13,7 +13,7 @@ const GONE: [u32; 3] = [u32::MAX; 3];
 /// Any set of triangles over the model's positions. Positions and faces are numbered along a [`Curve`].
 /// Corner `3 f + k` is corner k of face f.
 pub struct WorkingMesh {
-    /// In the simplifier's own units: see [`Normalisation`].
+    /// First the positions, then points of [`Self::add_points`], in the simplifier's own units: see [`Normalisation`].
     points: Vec<DVec3>,
     /// Positions of each face's corners.
     faces: Vec<[u32; 3]>,
@@ -101,6 +101,16 @@ impl WorkingMesh {
             surface.valence[position] += 1;
         }
         (surface, units)
+    }
+
+    /// Adds points that belong to no face, numbered from the positions on.
+    pub fn add_points(&mut self, points: impl Iterator<Item = DVec3>) {
+        self.points.extend(points);
+    }
+
+    /// True for a position, false for an added point.
+    pub fn is_position(&self, point: u32) -> bool {
+        (point as usize) < self.valence.len()
     }
 
     /// The number of live faces.
