@@ -1,6 +1,6 @@
 //! Small holes. Once the deviation reaches half the diagonal of the box around a hole, the hole's border no longer
-//! restricts collapses: moving all of the border to the middle of the box would be no larger error. Borders that share a
-//! position count as one.
+//! restricts collapses: even moving all of it to the middle of the box would not be a larger error. Borders that share
+//! a position count as one.
 
 use super::components::root;
 use super::surface::WorkingMesh;

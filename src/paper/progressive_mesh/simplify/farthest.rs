@@ -121,8 +121,8 @@ impl Sequence<'_> {
     }
 }
 
-/// The squared distance from a triangle within which no point raises `max`, if the triangle's own distance from the model
-/// is `known`.
+/// The squared distance from a triangle within which no point raises `max`, if the triangle's own distance from the
+/// model is `known`.
 fn squared_reach(max: f64, known: f64) -> f64 {
     let reach = (max * NARROWER - known).max(0.0);
     reach * reach

@@ -9,11 +9,13 @@ use glam::DVec3;
 /// The end of a list.
 const END: u32 = u32::MAX;
 
-/// Maximum length of a face's list; positions beyond it share one bound, which grows by a distance with each collapse.
-/// Lists become this long when a mesh of a million faces is reduced to a few hundred.
-pub const MAX_AT_FACE: u32 = 4096;
+/// Maximum length of a face's list for a model of this many positions. Positions beyond it share one bound, which grows
+/// by a distance with each collapse. The average of 64 faces has such a list.
+pub fn max_at_face(positions: usize) -> u32 {
+    (positions / 64).max(1024) as u32
+}
 
-/// As [`MAX_AT_FACE`], for border edges. On a straight border one edge may receive all other positions; the limit keeps
+/// As [`max_at_face`], for border edges. On a straight border one edge may receive all other positions; the limit keeps
 /// the work linear.
 pub const MAX_AT_BORDER: u32 = 1024;
 

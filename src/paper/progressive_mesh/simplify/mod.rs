@@ -9,12 +9,12 @@
 //! With [`ErrorMetric::Appearance`] the distance is at least the radius of the region in which normals differ visibly
 //! (`shading`), and the distance by which texture coordinates shift (`texture`).
 //!
-//! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay. Parts that are
-//! narrower than the deviation of the mesh hold nothing back. A component vanishes as a whole once the deviation reaches
-//! its extent. A border restricts no collapse once the deviation reaches half of its extent (`borders`), so small holes
-//! close. Two sheets may share an edge where three edges around a handle or neck are together no longer than the
-//! deviation. On the dragon of 871,414 faces, 250 of the last 2,000 faces would otherwise lie around small holes and
-//! handles, and the deviation at 1,000 faces would be three times as large.
+//! Positions on a border or seam move only along it; where borders or seams end or cross, positions stay. Parts that
+//! are narrower than the deviation of the mesh hold nothing back. A component vanishes as a whole once the deviation
+//! reaches its extent. A border restricts no collapse once the deviation reaches half of its extent (`borders`), so
+//! small holes close. Two sheets may share an edge where three edges around a handle or neck are together no longer
+//! than the deviation. On the dragon of 871,414 faces, 250 of the last 2,000 faces would otherwise lie around small
+//! holes and handles, and the deviation at 1,000 faces would be three times as large.
 //!
 //! If no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of
 //! each. The last step permits sheets to share edges everywhere. If no collapse is possible even then, the smallest
@@ -58,12 +58,12 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
     /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of
-    /// distances. Each of the model's positions, and the middle of each crease, is measured to the nearest of the faces
-    /// near it. The remaining faces are measured at sample points: the distance to the model's faces near the point, or to a
-    /// replaced face plus that face's own distance from the model, whichever is less. A component that vanishes counts
-    /// with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading error
-    /// and the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every
-    /// level can be selected by its error.
+    /// distances. Each of the model's positions, and the middle of each fold, is measured to the nearest of the faces
+    /// near it. The remaining faces are measured at sample points: the distance to the model's faces near the point, or
+    /// to a replaced face plus that face's own distance from the model, whichever is less. A component that vanishes
+    /// counts with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading
+    /// error and the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so
+    /// every level can be selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one

@@ -7,7 +7,7 @@ use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{Hub, Link, RingEdge, WedgePairs};
 use super::lattice::Lattice;
-use super::lost::{LostPositions, MAX_AT_BORDER, MAX_AT_FACE};
+use super::lost::{LostPositions, MAX_AT_BORDER, max_at_face};
 use super::original::{ModelFaces, NearFaces};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
@@ -39,7 +39,7 @@ pub struct Sequence<'a> {
     pub(super) quadrics: Vec<Quadric>,
     /// Set if errors count normals and texture coordinates.
     pub(super) shading: Option<ShadingAttributes>,
-    /// Vanished positions and middles of creases by face, and vanished positions by border edge.
+    /// Vanished positions and middles of folds by face, and vanished positions by border edge.
     pub(super) lost: LostPositions,
     pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
@@ -114,8 +114,8 @@ pub enum Rules {
     Pinching,
 }
 
-/// The least key of a pinch of a wide loop. Costs are squared distances times areas, in units in which the model has a size of about 1,
-/// and far less than this.
+/// The least key of a pinch of a wide loop. Costs are squared distances times areas, in units in which the model has a
+/// size of about 1, and far less than this.
 const MIN_PINCH: f64 = 1e50;
 
 /// An allowed collapse.
@@ -131,13 +131,13 @@ pub struct AllowedCollapse {
 }
 
 impl AllowedCollapse {
-    /// The key in the queue: the cost. All pinches of wide loops come after all other collapses, in order of their costs.
+    /// The key in the queue: the cost. Pinches of wide loops come after all other collapses, in order of their costs.
     pub fn key(&self) -> f64 {
         if self.comes_last { self.cost.max(1e-50) * (MIN_PINCH * 1e50) } else { self.cost }
     }
 }
 
-/// A position that has vanished or is about to, or the middle of a crease.
+/// A position that has vanished or is about to, or the middle of a fold.
 #[derive(Clone, Copy, Debug)]
 pub struct Near {
     pub position: u32,
@@ -161,11 +161,14 @@ impl<'a> Sequence<'a> {
         let edges = SpecialEdges::of(&mut surface, &mut hub, positions, &normals);
         let quadrics = quadrics(&mut surface, &mut hub, positions);
         hub.borders = BorderRadii::new(&edges.borders, &surface, positions);
-        surface.add_points(edges.crease_middles.iter().map(|(_, point)| *point));
-        let mut lost =
-            LostPositions::new(positions + edges.crease_middles.len(), model.faces.len(), MAX_AT_FACE);
+        surface.add_points(edges.fold_middles.iter().map(|(_, point)| *point));
+        let mut lost = LostPositions::new(
+            positions + edges.fold_middles.len(),
+            model.faces.len(),
+            max_at_face(positions),
+        );
         (positions as u32..)
-            .zip(&edges.crease_middles)
+            .zip(&edges.fold_middles)
             .for_each(|(point, (face, _))| lost.give(point, *face, 0.0));
         let mut sequence = Sequence {
             model,

@@ -53,12 +53,13 @@ pub fn quadrics(surface: &mut WorkingMesh, hub: &mut Hub, positions: usize) -> V
 pub struct SpecialEdges {
     /// Every border edge, from both ends.
     pub borders: Vec<[u32; 2]>,
-    /// The middles of creases, each with one of the faces there.
-    pub crease_middles: Vec<(u32, DVec3)>,
+    /// The middles of folds, each with one of the faces there. The farthest points of a fold are often there.
+    pub fold_middles: Vec<(u32, DVec3)>,
 }
 
-/// Cosine of the smallest angle between the normals of a crease: 45 degrees.
-const CREASE_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Cosine of the smallest angle between the normals at a fold: 100 degrees. With 45 degrees, the mean distances of the
+/// bunny and of `dragon_res4` are up to 5 % larger at a twentieth of the faces.
+const FOLD_COSINE: f64 = -0.17;
 
 impl SpecialEdges {
     /// `normals` are those of the faces.
@@ -74,9 +75,9 @@ impl SpecialEdges {
                     let mut faces = corners.map(|corner| corner.face);
                     let (Some(one), Some(other)) = (faces.next(), faces.next()) else { continue };
                     let cosine = normals[one as usize].dot(normals[other as usize]);
-                    if cosine < CREASE_COSINE || faces.next().is_some() {
+                    if cosine < FOLD_COSINE || faces.next().is_some() {
                         let [from, to] = [position, edge.end].map(|end| surface.point(end));
-                        found.crease_middles.push((one, (from + to) / 2.0));
+                        found.fold_middles.push((one, (from + to) / 2.0));
                     }
                 }
             }
@@ -193,16 +194,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tetrahedron_without_a_face_has_three_creases_and_three_border_edges() {
-        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    fn a_low_tetrahedron_without_a_side_has_two_folds_and_three_border_edges() {
+        let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.3, 0.3, 0.1)];
         let faces = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]];
         let model = Model { positions, wedge_positions: (0..4).collect(), faces, ..Model::default() };
         let (mut surface, _) = WorkingMesh::new(&model, &Curve::of(&model));
         let normals = normals(&surface);
         let found = SpecialEdges::of(&mut surface, &mut Hub::new(4), 4, &normals);
-        assert_eq!((found.borders.len(), found.crease_middles.len()), (6, 3));
+        assert_eq!((found.borders.len(), found.fold_middles.len()), (6, 2));
         assert!(found.borders.iter().all(|&[a, b]| found.borders.contains(&[b, a])));
-        for (face, middle) in found.crease_middles {
+        for (face, middle) in found.fold_middles {
             let corners = surface.triangle(face);
             let sides = [[0, 1], [1, 2], [2, 0]].map(|side| side.map(|corner| corners[corner]));
             assert!(sides.iter().any(|[a, b]| (*a + *b) / 2.0 == middle), "{face}: {middle}");

@@ -129,8 +129,8 @@ impl Sequence<'_> {
         self.report.looks += self.points.len() + self.border_points.len();
     }
 
-    /// The collapse along an edge. If it is not allowed now, the error is the deviation from which on it is: infinite if
-    /// no deviation is enough.
+    /// The collapse along an edge. If it is not allowed, the error is the deviation at which it will be: infinite if no
+    /// deviation is enough.
     pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Result<AllowedCollapse, f64> {
         let link = self.hub.link(&self.surface, edge);
         let enough = match link {
