@@ -11,7 +11,7 @@ const END: u32 = u32::MAX;
 
 /// Maximum length of a face's list for a model of this many positions. Positions beyond it share one bound, which grows
 /// by a distance with each collapse. The average of 64 faces has such a list.
-pub fn max_at_face(positions: usize) -> u32 {
+fn max_at_face(positions: usize) -> u32 {
     (positions / 64).max(1024) as u32
 }
 
@@ -42,6 +42,14 @@ impl LostPositions {
             dropped: vec![-1.0; lists],
             max,
         }
+    }
+
+    /// One list for each of `faces` faces. They begin with the points that are numbered from `positions` on, each with its
+    /// face.
+    pub fn at_faces(positions: usize, faces: usize, points: &[(u32, DVec3)]) -> LostPositions {
+        let mut lost = LostPositions::new(positions + points.len(), faces, max_at_face(positions));
+        (positions as u32..).zip(points).for_each(|(point, (face, _))| lost.give(point, *face, 0.0));
+        lost
     }
 
     /// The positions of a list.

@@ -7,7 +7,7 @@ use super::components::{Component, lesser_components};
 use super::curve::Curve;
 use super::hub::{Hub, Link, RingEdge, WedgePairs};
 use super::lattice::Lattice;
-use super::lost::{LostPositions, MAX_AT_BORDER, max_at_face};
+use super::lost::{LostPositions, MAX_AT_BORDER};
 use super::original::{ModelFaces, NearFaces};
 use super::pace::DeviationKeys;
 use super::quadric::Quadric;
@@ -162,14 +162,6 @@ impl<'a> Sequence<'a> {
         let quadrics = quadrics(&mut surface, &mut hub, positions);
         hub.borders = BorderRadii::new(&edges.borders, &surface, positions);
         surface.add_points(edges.fold_middles.iter().map(|(_, point)| *point));
-        let mut lost = LostPositions::new(
-            positions + edges.fold_middles.len(),
-            model.faces.len(),
-            max_at_face(positions),
-        );
-        (positions as u32..)
-            .zip(&edges.fold_middles)
-            .for_each(|(point, (face, _))| lost.give(point, *face, 0.0));
         let mut sequence = Sequence {
             model,
             options: *options,
@@ -177,7 +169,7 @@ impl<'a> Sequence<'a> {
             quadrics,
             shading: (options.metric == ErrorMetric::Appearance)
                 .then(|| ShadingAttributes::of(model, &surface, positions)),
-            lost,
+            lost: LostPositions::at_faces(positions, model.faces.len(), &edges.fold_middles),
             lost_of_border: LostPositions::new(positions, positions, MAX_AT_BORDER),
             off_model: vec![0.0; model.faces.len()],
             model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
