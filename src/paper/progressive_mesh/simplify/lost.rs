@@ -44,8 +44,8 @@ impl LostPositions {
         }
     }
 
-    /// One list for each of `faces` faces. They begin with the points that are numbered from `positions` on, each with its
-    /// face.
+    /// One list for each of `faces` faces. They begin with the points that are numbered from `positions` on, each with
+    /// its face.
     pub fn at_faces(positions: usize, faces: usize, points: &[(u32, DVec3)]) -> LostPositions {
         let mut lost = LostPositions::new(positions + points.len(), faces, max_at_face(positions));
         (positions as u32..).zip(points).for_each(|(point, (face, _))| lost.give(point, *face, 0.0));
