@@ -16,8 +16,8 @@ pub const ERROR: Figure = Figure {
             000) and from all vertices to the exact nearest point of the other surface. The figure also \
             shows the error that each simplifier states. Ours estimates the Hausdorff distance. It measures \
             77 points of each face, the points where edges of the two meshes cross, all vertices and the \
-            middles of folds, and adds 3 %. The extent of a component that vanishes is its error. meshoptimizer states its quadric \
-            error. Both get the same vertices, including seams. Of the shipped models `bunny`, `sphere`, \
+            middles of folds, and adds 3 %. The extent of a component that vanishes is its error. \
+            meshoptimizer states its quadric error. Both get the same vertices, including seams. Of the shipped models `bunny`, `sphere`, \
             `torus`, `knot` and `solid` are closed, and `grid` is open. The scans `dragon_res4` and (with \
             --full) `dragon` are measured if they have been fetched. They are not included in the means over \
             models.",

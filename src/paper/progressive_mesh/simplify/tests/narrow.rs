@@ -113,7 +113,7 @@ fn holes_and_handles_narrower_than_the_deviation_do_not_hold_the_rest_back() {
             assert_eq!((report.flips, report.crossing), (0, 0), "{effort:?}: {report:?}");
             (error, report)
         };
-        // The corner of one triangle of the net may be left.
+        // One triangle of the net may be left.
         let (alone, with_net) = (reduced(&sheet, 60).0, reduced(&sheet_with_net(), 61).0);
         assert!(with_net < 1.5 * alone, "{effort:?}: {with_net} with the net, {alone} without");
         // Before pinches were allowed at narrow handles, the error was at least 0.11.
