@@ -177,18 +177,25 @@ impl Hub {
     /// The link condition. A collapse is forbidden if two faces would become equal, or if a position would lose its
     /// last face. If the hub and the end share a neighbour that belongs to none of the edge's faces, their edges to it
     /// become one edge. This closes a hole if the result has two faces, in opposite directions, and otherwise pinches
-    /// the surface.
+    /// the surface. It is also a pinch if two faces come to lie back to back. This happens where a tunnel has become
+    /// flat. A later collapse along one of their edges removes both.
     pub fn link(&self, surface: &WorkingMesh, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();
-        let stays = surface.valence(end) + self.corners.len() > 2 * edge.faces as usize;
-        if !stays || self.opposites(end).any(|position| surface.valence(position) < 2) {
+        let faces_left = surface.valence(end) + self.corners.len() - 2 * edge.faces as usize;
+        if faces_left == 0
+            || self.opposites(end).any(|third| surface.valence(third) <= self.shared(end, third))
+        {
             return Link::Forbidden;
         }
         let mut link = Link::Unchanged;
         for corner in surface.corners(end).filter(|x| self.is_not(x)) {
             if known(corner.a) && known(corner.b) && self.has_face_with(corner.a, corner.b) {
-                return Link::Forbidden;
+                let is_equal = self.corners.iter().any(|x| x.a == corner.a && x.b == corner.b);
+                if is_equal || faces_left <= 2 {
+                    return Link::Forbidden;
+                }
+                link = Link::Pinches;
             }
             for position in [corner.a, corner.b] {
                 if link != Link::Pinches && known(position) && !self.has_face_with(end, position) {
@@ -219,6 +226,24 @@ impl Hub {
         });
         let rest = pinched.map(|position| length(end, position) + length(position, self.position));
         length(self.position, end) + rest.fold(0.0, f64::max)
+    }
+
+    /// A collapse onto `end` uncovers an edge if it removes all faces of the edge. The result is an upper bound of the
+    /// distance of such an edge's points from the remaining surface; 0 if there is none. One end of the edge stays, and
+    /// the other moves at most by the length of the collapsed edge.
+    pub fn uncovered(&self, surface: &WorkingMesh, end: u32) -> f64 {
+        let vanishes = |third: &u32| {
+            self.edge_to(*third).is_some_and(|edge| edge.faces as usize == self.shared(end, *third))
+                && !surface.corners(end).any(|x| self.is_not(&x) && (x.a == *third || x.b == *third))
+        };
+        let length = |to: u32| surface.point(self.position).distance(surface.point(to));
+        let bounds = self.opposites(end).filter(vanishes).map(|third| (length(third) + length(end)) / 2.0);
+        bounds.fold(0.0, f64::max)
+    }
+
+    /// How many faces the hub, `end` and a third position have in common.
+    fn shared(&self, end: u32, third: u32) -> usize {
+        self.opposites(end).filter(|&position| position == third).count()
     }
 
     /// True if the face of a corner at another position does not touch the hub.

@@ -26,7 +26,7 @@ impl Sequence<'_> {
             })
             .collect();
         self.hub.corners.iter().for_each(|corner| self.lost.clear(corner.face));
-        let mut max = appearance;
+        let mut max = appearance.max(self.hub.uncovered(&self.surface, end));
         for (face, bound) in dropped {
             max = max.max(bound);
             self.lost.inherit(face, bound);

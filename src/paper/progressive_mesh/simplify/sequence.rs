@@ -39,7 +39,7 @@ pub struct Sequence<'a> {
     pub(super) quadrics: Vec<Quadric>,
     /// Set if errors count normals and texture coordinates.
     pub(super) shading: Option<ShadingAttributes>,
-    /// Vanished positions and middles of folds by face, and vanished positions by border edge.
+    /// Vanished positions and points of special edges by face, and vanished positions by border edge.
     pub(super) lost: LostPositions,
     pub(super) lost_of_border: LostPositions,
     /// For each face an upper bound of its distance from the model.
@@ -110,13 +110,14 @@ pub enum Rules {
     /// Also collapses that leave a border or seam, and collapses of positions where borders or seams end or
     /// cross.
     Crossing,
-    /// Also collapses that make two sheets share an edge where they are far apart; every other collapse comes first.
+    /// Also collapses that make two sheets share an edge where they are far apart, or that uncover a long edge; every
+    /// other collapse comes first.
     Pinching,
 }
 
-/// The least key of a pinch of a wide loop. Costs are squared distances times areas, in units in which the model has a
+/// The least key of a collapse that comes last. Costs are squared distances times areas, in units in which the model has a
 /// size of about 1, and far less than this.
-const MIN_PINCH: f64 = 1e50;
+const MIN_LAST: f64 = 1e50;
 
 /// An allowed collapse.
 #[derive(Clone, Copy, Debug)]
@@ -126,18 +127,18 @@ pub struct AllowedCollapse {
     pub pairs: WedgePairs,
     pub link: Link,
     pub flips: bool,
-    /// True for a pinch of a loop that is wider than the deviation.
+    /// True if it pinches a loop that is wider than the deviation, or uncovers an edge by more than the deviation.
     pub comes_last: bool,
 }
 
 impl AllowedCollapse {
-    /// The key in the queue: the cost. Pinches of wide loops come after all other collapses, in order of their costs.
+    /// The key in the queue: the cost. Collapses that come last are in order of their costs.
     pub fn key(&self) -> f64 {
-        if self.comes_last { self.cost.max(1e-50) * (MIN_PINCH * 1e50) } else { self.cost }
+        if self.comes_last { self.cost.max(1e-50) * (MIN_LAST * 1e50) } else { self.cost }
     }
 }
 
-/// A position that has vanished or is about to, or the middle of a fold.
+/// A position that has vanished or is about to, or a point of a special edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Near {
     pub position: u32,
@@ -161,7 +162,7 @@ impl<'a> Sequence<'a> {
         let edges = SpecialEdges::of(&mut surface, &mut hub, positions, &normals);
         let quadrics = quadrics(&mut surface, &mut hub, positions);
         hub.borders = BorderRadii::new(&edges.borders, &surface, positions);
-        surface.add_points(edges.fold_middles.iter().map(|(_, point)| *point));
+        surface.add_points(edges.points.iter().map(|(_, point)| *point));
         let mut sequence = Sequence {
             model,
             options: *options,
@@ -169,7 +170,7 @@ impl<'a> Sequence<'a> {
             quadrics,
             shading: (options.metric == ErrorMetric::Appearance)
                 .then(|| ShadingAttributes::of(model, &surface, positions)),
-            lost: LostPositions::at_faces(positions, model.faces.len(), &edges.fold_middles),
+            lost: LostPositions::at_faces(positions, model.faces.len(), &edges.points),
             lost_of_border: LostPositions::new(positions, positions, MAX_AT_BORDER),
             off_model: vec![0.0; model.faces.len()],
             model_faces: (options.effort == BuildEffort::Best).then(|| ModelFaces::of(&surface, positions)),
@@ -308,7 +309,7 @@ impl<'a> Sequence<'a> {
     fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
         let ExactKey { to, quadrics, .. } = self.exact[position as usize];
         if to == NOWHERE
-            || key >= MIN_PINCH
+            || key >= MIN_LAST
             || self.is_heavy(position)
             || self.quadric_cost(position, to) != quadrics
         {
@@ -394,9 +395,9 @@ impl<'a> Sequence<'a> {
         while let Some(neighbour) = self.around.pop() {
             match self.queue.key(neighbour) {
                 // Costs rarely fall, so the neighbour's cost is recomputed only when it reaches the head of the
-                // queue. A neighbour with a pinch or without a collapse is renewed at once, because another collapse
-                // may have become possible.
-                Some(key) if key < MIN_PINCH => self.exact[neighbour as usize] = ExactKey::NONE,
+                // queue. A neighbour whose collapse comes last, or that has none, is renewed at once, because another
+                // collapse may have become possible.
+                Some(key) if key < MIN_LAST => self.exact[neighbour as usize] = ExactKey::NONE,
                 _ => self.renew(neighbour),
             }
         }

@@ -133,13 +133,14 @@ impl Sequence<'_> {
     /// deviation is enough.
     pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Result<AllowedCollapse, f64> {
         let link = self.hub.link(&self.surface, edge);
-        let enough = match link {
+        let pinched = match link {
             Link::Unchanged | Link::Closes => 0.0,
             Link::Pinches => self.hub.pinched_loop(&self.surface, edge.end),
-            Link::Forbidden => f64::INFINITY,
+            Link::Forbidden => return Err(f64::INFINITY),
         };
+        let enough = pinched.max(self.hub.uncovered(&self.surface, edge.end));
         let comes_last = enough > self.deviation();
-        if comes_last && (link == Link::Forbidden || self.rules < Rules::Pinching) {
+        if comes_last && self.rules < Rules::Pinching {
             return Err(enough);
         }
         let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear()).ok_or(f64::INFINITY)?;
@@ -168,7 +169,7 @@ impl Sequence<'_> {
     /// false for the few collapses that a rule makes expensive.
     pub(super) fn keeps_pace(&mut self, step: &AllowedCollapse, next_key: f64) -> bool {
         let Some(pace) = &self.pace else { return true };
-        if step.flips || step.link == Link::Pinches {
+        if step.flips || step.comes_last || step.link == Link::Pinches {
             return false;
         }
         let max = pace.deviation(next_key);

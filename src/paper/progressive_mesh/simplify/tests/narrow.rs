@@ -1,6 +1,7 @@
 //! Tests of holes, handles and pinches.
 
 use super::*;
+use crate::reference::distance::{Triangles, compare_surfaces};
 
 /// Edges of more than two faces.
 fn crowded_edges(model: &Model, faces: &[[u32; 3]]) -> usize {
@@ -121,5 +122,22 @@ fn holes_and_handles_narrower_than_the_deviation_do_not_hold_the_rest_back() {
         assert_eq!(crowded_edges(&block, &block.faces), 0);
         let (error, report) = reduced(&block, 400);
         assert!(error < 0.02 && report.pinches >= 25, "{effort:?}: {error}, {report:?}");
+    }
+}
+
+#[test]
+fn flat_tunnels_vanish_and_count_with_their_length() {
+    let block = block_with_tunnels();
+    for effort in [BuildEffort::Fast, BuildEffort::Best] {
+        let options = SimplifyOptions { effort, ..SimplifyOptions::default() };
+        let Simplified { collapses, report } = simplify(&block, &options, &mut |_, _| {});
+        assert!(report.faces <= 64 && report.shortfall.is_none(), "{effort:?}: {report:?}");
+        for wanted in [400, 200, 100, 64] {
+            let (faces, error) = left(&block, &collapses, wanted);
+            let [whole, left] =
+                [&block.faces, &faces].map(|faces| Triangles { positions: &block.positions, faces });
+            let found = compare_surfaces(whole, left, 5000, 1).unwrap().hausdorff;
+            assert!(found <= error, "{effort:?}: {found} found, {error} stated at {wanted} faces");
+        }
     }
 }
