@@ -13,7 +13,8 @@
 //! are narrower than the deviation of the mesh hold nothing back. A component vanishes as a whole once the deviation
 //! reaches its extent. A border restricts no collapse once the deviation reaches half of its extent (`borders`), so
 //! small holes close. Two sheets may share an edge where three edges around a handle or neck are together no longer
-//! than the deviation. On the dragon of 871,414 faces, 250 of the last 2,000 faces would otherwise lie around small
+//! than the deviation. A tunnel becomes flat in this way: its faces lie back to back, and a collapse along one of their
+//! edges removes both. On the dragon of 871,414 faces, 250 of the last 2,000 faces would otherwise lie around small
 //! holes and handles, and the deviation at 1,000 faces would be three times as large.
 //!
 //! If no collapse satisfies these rules, they are relaxed in three steps; [`SimplifyReport`] counts the collapses of
@@ -58,12 +59,13 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collapses {
     /// The deviation from the full model after each collapse, in object units: the maximum of three kinds of
-    /// distances. Each of the model's positions, and the middle of each fold, is measured to the nearest of the faces
-    /// near it. The remaining faces are measured at sample points: the distance to the model's faces near the point, or
-    /// to a replaced face plus that face's own distance from the model, whichever is less. A component that vanishes
-    /// counts with its extent, regardless of its distance from the rest. With [`ErrorMetric::Appearance`] the shading
-    /// error and the shift of the texture count too. Positive errors rise evenly with every collapse (`stated`), so
-    /// every level can be selected by its error.
+    /// distances. Each of the model's positions, and points of folds and long edges, are measured to the nearest of
+    /// the faces near them. The remaining faces are measured at sample points: the distance to the model's faces near
+    /// the point, or to a replaced face plus that face's own distance from the model, whichever is less. A component
+    /// that vanishes counts with its extent, regardless of its distance from the rest, and an edge that loses all
+    /// faces counts with half of its length or more. With [`ErrorMetric::Appearance`] the shading error and the shift
+    /// of the texture count too. Positive errors rise evenly with every collapse (`stated`), so every level can be
+    /// selected by its error.
     pub errors: Vec<f64>,
     /// For each collapse the wedges that it removes, each with its replacement in the remaining faces. The
     /// replacement is [`NOWHERE`] if a component vanishes as a whole. A collapse removes all wedges of one
