@@ -177,8 +177,8 @@ impl Hub {
     /// The link condition. A collapse is forbidden if two faces would become equal, or if a position would lose its
     /// last face. If the hub and the end share a neighbour that belongs to none of the edge's faces, their edges to it
     /// become one edge. This closes a hole if the result has two faces, in opposite directions, and otherwise pinches
-    /// the surface. It is also a pinch if two faces come to lie back to back. This happens where a tunnel has become
-    /// flat. A later collapse along one of their edges removes both.
+    /// the surface. It is also a pinch if two faces come to lie back to back and others are left around `end`. This
+    /// happens where a tunnel has become flat. A later collapse along one of their edges removes both.
     pub fn link(&self, surface: &WorkingMesh, edge: &RingEdge) -> Link {
         let end = edge.end;
         let known = |position: u32| position != self.position && self.edge_to(position).is_some();
@@ -292,7 +292,7 @@ pub enum Link {
     Unchanged,
     /// Two border edges become one edge of two faces: closes a hole, or narrows it.
     Closes,
-    /// Two sheets come to share an edge: a handle or a neck becomes a pinch.
+    /// Two sheets come to share an edge, or two faces: a handle or a neck becomes a pinch, or a tunnel becomes flat.
     Pinches,
     /// Would merge two faces into one, or leave a position without faces.
     Forbidden,
@@ -313,5 +313,33 @@ impl WedgePairs {
     /// The replacement of a wedge, if it has one here.
     pub fn target(&self, wedge: u32) -> Option<u32> {
         self.pairs[..self.count].iter().find(|pair| pair[0] == wedge).map(|pair| pair[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::Curve;
+    use super::*;
+    use crate::model::Model;
+    use glam::DVec3;
+
+    #[test]
+    fn an_edge_is_uncovered_if_a_collapse_removes_all_of_its_faces() {
+        let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 4.0, 0.0], [1.0, 5.0, 0.0], [0.0, 5.0, 0.0]];
+        // A triangle that hangs from another one, then also from a second one.
+        for (faces, bound) in [
+            (vec![[0, 1, 2], [2, 3, 4]], 2.5),
+            (vec![[0, 1, 2], [2, 3, 4], [1, 3, 2]], 0.0),
+            (vec![[0, 1, 2], [2, 3, 4], [0, 2, 4]], 0.0),
+        ] {
+            let positions = points.map(DVec3::from_array).to_vec();
+            let model = Model { positions, wedge_positions: (0..5).collect(), faces, ..Model::default() };
+            let curve = Curve::of(&model);
+            let (mut surface, units) = WorkingMesh::new(&model, &curve);
+            let mut hub = Hub::new(5);
+            hub.look(&mut surface, curve.places[0]);
+            let found = units.outside(hub.uncovered(&surface, curve.places[1]));
+            assert!((found - bound).abs() < 1e-12, "{:?}: {found}", model.faces);
+        }
     }
 }

@@ -115,8 +115,8 @@ pub enum Rules {
     Pinching,
 }
 
-/// The least key of a collapse that comes last. Costs are squared distances times areas, in units in which the model has a
-/// size of about 1, and far less than this.
+/// The least key of a collapse that comes last. Costs are squared distances times areas, in units in which the model
+/// has a size of about 1, and far less than this.
 const MIN_LAST: f64 = 1e50;
 
 /// An allowed collapse.

@@ -62,8 +62,8 @@ pub struct SpecialEdges {
 /// bunny and of `dragon_res4` are up to 5 % larger at a twentieth of the faces.
 const FOLD_COSINE: f64 = -0.17;
 
-/// Longest part of an edge between two of its points, relative to the mean length of an edge. On scans less than one edge
-/// of a hundred is longer.
+/// Longest part of an edge between two of its points, relative to the mean length of an edge. On scans fewer than one
+/// edge in a hundred are longer.
 const LONGEST_PART: f64 = 2.0;
 
 impl SpecialEdges {
