@@ -115,8 +115,11 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
         diagonals(RMS, found.rms);
         diagonals(HAUSDORFF, found.hausdorff);
         if name == OURS {
-            let [whole, left] = [&remaining, &faces].map(|faces| Triangles { positions: &wedges, faces });
-            let forth = Size::of(&model).distances(whole, left, samples).context("no face is left")?.forth;
+            let mut forth = found.forth;
+            if remaining.len() < model.faces.len() {
+                let [whole, left] = [&remaining, &faces].map(|faces| Triangles { positions: &wedges, faces });
+                forth = Size::of(&model).distances(whole, left, samples).context("no face is left")?.forth;
+            }
             diagonals(REMAINING, forth.max(found.back));
         }
         rows.push(Row::number(name, STATED, "diagonals", stated / diagonal));
