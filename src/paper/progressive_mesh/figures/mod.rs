@@ -5,6 +5,7 @@ mod build;
 mod change;
 mod continuity;
 mod cpu;
+mod difference;
 mod draw;
 mod equal_memory;
 mod error;

@@ -43,7 +43,7 @@ pub fn version(mesh: &ProgressiveMesh) -> u32 {
     }
 }
 
-/// The header's flags beyond [`Has`], from version 3 on: new faces are born in place; the errors have the metric
+/// The header's flags beyond [`level::Has`], from version 3 on: new faces are born in place; the errors have the metric
 /// `appearance`.
 const IN_PLACE: u32 = 1 << 3;
 const APPEARANCE: u32 = 1 << 4;

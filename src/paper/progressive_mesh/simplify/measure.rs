@@ -16,7 +16,7 @@ impl Sequence<'_> {
         for index in 0..self.shape.fan {
             off.push((self.shape.new[index].0, self.off_model(index, 0.0, self.parts, f64::INFINITY)));
         }
-        let appearance = self.squared_appearance_error(end, |_| false).sqrt();
+        let appearance = self.squared_appearance_error(end, self.parts, |_| false).sqrt();
         let corners = self.hub.corners.iter().enumerate();
         let dropped: Vec<(u32, f64)> = corners
             .filter_map(|(at, corner)| {

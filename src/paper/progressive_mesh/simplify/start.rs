@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::hub::{EdgeKind, Hub};
 use super::quadric::Quadric;
 use super::surface::WorkingMesh;
-use super::texture::TextureShift;
+use super::texture::ModelTexture;
 use crate::model::Model;
 use glam::DVec3;
 
@@ -120,7 +120,7 @@ pub struct ShadingAttributes {
     /// A third of the area of each position's faces in the model.
     pub areas: Vec<f64>,
     /// Set if the model has texture coordinates.
-    pub texture: Option<TextureShift>,
+    pub texture: Option<ModelTexture>,
 }
 
 impl ShadingAttributes {
@@ -146,7 +146,7 @@ impl ShadingAttributes {
                 }
             }
         }
-        ShadingAttributes { normals, areas, texture: TextureShift::of(model, surface) }
+        ShadingAttributes { normals, areas, texture: ModelTexture::of(model, surface) }
     }
 }
 

@@ -15,6 +15,10 @@ const DEVIATION_WEIGHT: f64 = 3.0;
 /// Cost factor of a collapse that turns a face too far, in phases that allow it.
 const FLIP_FACTOR: f64 = 100.0;
 
+/// Parts into which the sides of a new face are divided when the shift of the texture is measured for a key: the points
+/// are the middles of two sides. With 3 parts, stated errors at equal numbers of faces are as large.
+const KEY_PARTS: u32 = 2;
+
 /// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
 /// cylinder a few hundred.
 const MAX_FACES: usize = 256;
@@ -158,7 +162,7 @@ impl Sequence<'_> {
             return cost;
         }
         let [least, enough] = [cost, limit].map(|key| pace.deviation(key));
-        let max = self.farthest_face(least, enough);
+        let max = self.farthest_face(edge.end, least, enough);
         match &self.pace {
             Some(pace) if max > least => cost.max(pace.key(max)),
             _ => cost,
@@ -174,18 +178,16 @@ impl Sequence<'_> {
         }
         let max = pace.deviation(next_key);
         self.shape.spread(&self.hub, &self.surface, step.edge.end);
-        self.farthest_face(max, max) <= max
+        self.farthest_face(step.edge.end, max, max) <= max
     }
 
-    /// The larger of `max` and the largest distance of the new faces from the model. Stops early once it exceeds
-    /// `limit`.
-    fn farthest_face(&mut self, max: f64, limit: f64) -> f64 {
-        (0..self.shape.fan).fold(
-            max,
-            |max, face| {
-                if max > limit { max } else { self.off_model(face, max, PARTS, limit) }
-            },
-        )
+    /// The larger of `max`, the largest distance of the new faces from the model, and the largest shift of the texture
+    /// there. Stops early once it exceeds `limit`.
+    fn farthest_face(&mut self, end: u32, max: f64, limit: f64) -> f64 {
+        let shift = self.squared_shift(end, PARTS, |squared| squared > limit * limit).sqrt();
+        (0..self.shape.fan).fold(max.max(shift), |max, face| {
+            if max > limit { max } else { self.off_model(face, max, PARTS, limit) }
+        })
     }
 
     /// The cost of a collapse including its deviation, and the deviation alone. It measures vanished positions against
@@ -214,7 +216,7 @@ impl Sequence<'_> {
             }
         }
         if self.shading.is_some() && !enough(max) {
-            max = max.max(self.squared_appearance_error(edge.end, enough));
+            max = max.max(self.squared_appearance_error(edge.end, KEY_PARTS, enough));
         }
         (min + factor * max, max.sqrt())
     }

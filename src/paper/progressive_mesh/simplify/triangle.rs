@@ -32,7 +32,7 @@ pub struct DistanceTriangle {
     ab_squared: f64,
     ac_squared: f64,
     ab_dot_ac: f64,
-    /// Squared length of [`Self::cross`].
+    /// Squared length of the cross product of `ab` and `ac`.
     cross_squared: f64,
     /// 1 / `cross_squared`; 0 for a thin triangle or a needle.
     inverse: f64,
@@ -45,7 +45,7 @@ impl DistanceTriangle {
         DistanceTriangle::with_cross([a, b, c], (b - a).cross(c - a))
     }
 
-    /// As [`Triangle::new`], with the cross product of the sides at the first corner already known.
+    /// As [`DistanceTriangle::new`], with the cross product of the sides at the first corner already known.
     pub fn with_cross([a, b, c]: [DVec3; 3], cross: DVec3) -> DistanceTriangle {
         let (ab, ac) = (b - a, c - a);
         let (ab_squared, ac_squared) = (ab.length_squared(), ac.length_squared());
@@ -84,12 +84,6 @@ impl DistanceTriangle {
         let v = min(max(v, 0.0), 1.0);
         let w = min(max(w, 0.0), 1.0 - v);
         [1.0 - v - w, v, w]
-    }
-
-    /// True if the triangle is so thin, or the sides at the first corner are so different, that [`Self::weights`] are
-    /// those of this corner.
-    pub fn is_thin(&self) -> bool {
-        self.inverse == 0.0
     }
 
     /// An upper bound of the squared distance: that to some point of the triangle, found without a branch.
