@@ -32,7 +32,7 @@ pub const TEXTURE: Figure = Figure {
     sweep: Some(Sweep { name: "faces left, %", quick: &[25.0, 5.0], full: &[50.0, 25.0, 10.0, 5.0, 2.0] }),
     show: Show::views(views).variants(|| metrics([BY_DISTANCE, AWARE])),
     measure,
-    plots: &[Plot::sweep(PIXELS).log_x().log_y(), Plot::sweep(SHIFT).log_x().log_y()],
+    plots: &[Plot::sweep(LARGEST).log_x().log_y(), Plot::sweep(SHIFT).log_x().log_y()],
     claims: &[
         Claim::ours(
             "distance-bounds",
