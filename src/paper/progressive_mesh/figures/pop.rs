@@ -46,15 +46,16 @@ pub const POP: Figure = Figure {
             not change, so every change is a pop. In the paper a new vertex appears at its position at once. With \
             `geomorph` it moves there from its split vertex while the wanted error falls by the last octave to its \
             level's error; this draws about twice the faces. `pixels_per_second` limits how fast the error drawn \
-            follows the wanted one. Its default is 2.58, and a frame lasts 1/60 second. A limited picture is late: the \
-            figure reports the frames after the approach until the wanted error is drawn, and counts their changes too. Each pixel is the mean of 16 samples in linear \
-            light: with one sample, an outline that moves by a hundredth of a pixel would switch whole pixels and \
-            count as a pop in all variants. The change of a frame is the root mean square over the pixels that any \
-            frame covers. A change of more than 8 levels of 8-bit sRGB is visible. The figure reports the worst of \
-            all frames, and the worst of the frames with an error of at most one pixel, as scenes use it. The \
-            difference from the full mesh is measured in the frames of the approach. The limit was chosen on the \
-            bunny; `knot/near`, `torus/near`, `solid/near` and `dragon_res4/near` (if it has been fetched) are the \
-            scene `bunny/near` with models on which it was not chosen.",
+            follows the wanted one. Its default is 2.58, and a frame lasts 1/60 second. A limited picture is late: \
+            the figure reports the frames after the approach until the wanted error is drawn, and counts their \
+            changes too. Each pixel is the mean of 16 samples in linear light: with one sample, an outline that \
+            moves by a hundredth of a pixel would switch whole pixels and count as a pop in all variants. The change \
+            of a frame is the root mean square over the pixels that any frame covers. A change of more than 8 levels \
+            of 8-bit sRGB is visible. The figure reports the worst of all frames, and the worst of the frames with \
+            an error of at most one pixel, as scenes use it. The difference from the full mesh is measured in the \
+            frames of the approach. The limit was chosen on the bunny; `knot/near`, `torus/near`, `solid/near` and \
+            `dragon_res4/near` (if it has been fetched) are the scene `bunny/near` with models on which it was not \
+            chosen.",
     scenes: &["bunny/near", "bunny/above", UNSEEN[0], UNSEEN[1], UNSEEN[2], UNSEEN[3]],
     variants: || VARIANTS.map(|(name, ..)| name.to_string()).into(),
     paper: &[AT_ONCE],
