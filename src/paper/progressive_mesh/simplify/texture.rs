@@ -8,8 +8,8 @@
 //! Simplification", SIGGRAPH 1998) measure the same shift, where edges of the model and of the level cross in this
 //! plane.
 //!
-//! Until version 7 the shift was estimated to first order at vanished positions. The largest shift was then up to 2.6
-//! times the stated error (globe, at 75 % of the faces), because it often lies between these positions.
+//! Before, the shift was estimated to first order at vanished positions. The largest shift was then 1.44 times the stated
+//! error (pm.texture, globe, a quarter of the faces), because it often lies between these positions.
 
 use super::surface::WorkingMesh;
 use crate::model::Model;
