@@ -174,5 +174,12 @@ mod tests {
         // The spot is brighter than all pixels of the other picture.
         let [there, back] = beyond(0, [90, 255], 3.0);
         assert_eq!((there, back), (255 - 150, 0));
+        // Either direction counts. The first column has the background's level, 66 pixels are covered.
+        for spots in [[90, 255], [255, 90]] {
+            let found = LevelDifference::between(&ramp(0, spots[0]), &ramp(0, spots[1]), 2.0);
+            assert_eq!((found.beyond, found.widest_beyond), (100.0 / 66.0, 1.0));
+            let row = found.rows("x", 2.0).into_iter().find(|row| row.quantity == WIDEST_BEYOND).unwrap();
+            assert_eq!(row.value.number(), Some(0.5));
+        }
     }
 }

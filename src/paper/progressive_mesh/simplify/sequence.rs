@@ -89,8 +89,9 @@ pub struct Sequence<'a> {
 struct ExactKey {
     /// The collapse's target; [`NOWHERE`] if the key is only a bound.
     to: u32,
-    /// True if the key counts the new faces' distances from the model (second pass only). They are computed last,
-    /// because two of three keys become invalid before their positions reach the head of the queue.
+    /// True if the key counts the new faces' distances from the model and the shift of the texture at many of their
+    /// points (second pass only). They are computed last, because two of three keys become invalid before their
+    /// positions reach the head of the queue.
     is_paced: bool,
     /// The quadric part of the cost.
     quadrics: f64,
@@ -162,6 +163,7 @@ impl<'a> Sequence<'a> {
         let edges = SpecialEdges::of(&mut surface, &mut hub, positions, &normals);
         let quadrics = quadrics(&mut surface, &mut hub, positions);
         hub.borders = BorderRadii::new(&edges.borders, &surface, positions);
+        let wedges = WedgeLists::new(model, &curve);
         surface.add_points(edges.points.iter().map(|(_, point)| *point));
         let mut sequence = Sequence {
             model,
@@ -169,7 +171,7 @@ impl<'a> Sequence<'a> {
             rules: Rules::Strict,
             quadrics,
             shading: (options.metric == ErrorMetric::Appearance)
-                .then(|| ShadingAttributes::of(model, &surface, positions)),
+                .then(|| ShadingAttributes::of(model, &surface, &wedges, positions)),
             lost: LostPositions::at_faces(positions, model.faces.len(), &edges.points),
             lost_of_border: LostPositions::new(positions, positions, MAX_AT_BORDER),
             off_model: vec![0.0; model.faces.len()],
@@ -189,7 +191,7 @@ impl<'a> Sequence<'a> {
             candidates: Vec::new(),
             off: Vec::new(),
             around: Vec::new(),
-            wedges: WedgeLists::new(model, &curve),
+            wedges,
             curve,
             components: lesser_components(&surface, positions),
             normals,

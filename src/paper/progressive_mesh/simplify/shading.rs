@@ -81,7 +81,7 @@ impl Sequence<'_> {
     }
 
     /// For each of the hub's wedges the wedge that replaces it if the hub collapses onto `end`; `None` if the collapse
-    /// is not allowed because a wedge has two targets.
+    /// is not allowed because of its wedges ([`Hub::wedge_pairs`](super::hub::Hub::wedge_pairs)).
     fn targets(&self, end: u32) -> Option<impl Fn(u32) -> u32 + '_> {
         let pairs = self.hub.wedge_pairs(&self.surface, end, self.may_tear())?;
         let choices = self.wedges.of(end);

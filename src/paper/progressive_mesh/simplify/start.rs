@@ -125,7 +125,12 @@ pub struct ShadingAttributes {
 
 impl ShadingAttributes {
     /// `surface` has all of the model's faces.
-    pub fn of(model: &Model, surface: &WorkingMesh, positions: usize) -> ShadingAttributes {
+    pub fn of(
+        model: &Model,
+        surface: &WorkingMesh,
+        lists: &WedgeLists,
+        positions: usize,
+    ) -> ShadingAttributes {
         let (mut sums, mut areas) = (vec![DVec3::ZERO; positions], vec![0.0; positions]);
         for face in 0..surface.faces() as u32 {
             let [a, b, c] = surface.triangle(face);
@@ -146,7 +151,7 @@ impl ShadingAttributes {
                 }
             }
         }
-        ShadingAttributes { normals, areas, texture: ModelTexture::of(model, surface) }
+        ShadingAttributes { normals, areas, texture: ModelTexture::of(model, surface, lists) }
     }
 }
 

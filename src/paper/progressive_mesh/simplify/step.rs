@@ -16,7 +16,7 @@ const DEVIATION_WEIGHT: f64 = 3.0;
 const FLIP_FACTOR: f64 = 100.0;
 
 /// Parts into which the sides of a new face are divided when the shift of the texture is measured for a key: the points
-/// are the middles of two sides. With 3 parts, stated errors at equal numbers of faces are as large.
+/// are the middles of two sides. 3 parts do not lower the stated errors at equal numbers of faces.
 const KEY_PARTS: u32 = 2;
 
 /// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
@@ -152,8 +152,8 @@ impl Sequence<'_> {
     }
 
     /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to
-    /// the collapse's deviation. The distances of the new faces from the model are part of the deviation only if
-    /// `is_paced`. Stops early once the cost exceeds `limit`.
+    /// the collapse's deviation. The distances of the new faces from the model, and the shift of the texture at
+    /// many of their points, are part of the deviation only if `is_paced`. Stops early once the cost exceeds `limit`.
     fn paced(&mut self, edge: &RingEdge, min: f64, area: f64, limit: f64, is_paced: bool) -> f64 {
         let (cost, deviation) = self.with_deviation(edge, min, area, limit);
         let Some(pace) = &self.pace else { return cost };
@@ -169,8 +169,8 @@ impl Sequence<'_> {
         }
     }
 
-    /// True if the distances of the new faces from the model do not raise a collapse's key above `next_key`. May be
-    /// false for the few collapses that a rule makes expensive.
+    /// True if the distances of the new faces from the model, and the shift of the texture there, do not raise a
+    /// collapse's key above `next_key`. May be false for the few collapses that a rule makes expensive.
     pub(super) fn keeps_pace(&mut self, step: &AllowedCollapse, next_key: f64) -> bool {
         let Some(pace) = &self.pace else { return true };
         if step.flips || step.comes_last || step.link == Link::Pinches {
@@ -181,7 +181,7 @@ impl Sequence<'_> {
         self.farthest_face(step.edge.end, max, max) <= max
     }
 
-    /// The larger of `max`, the largest distance of the new faces from the model, and the largest shift of the texture
+    /// The largest of `max`, the largest distance of the new faces from the model, and the largest shift of the texture
     /// there. Stops early once it exceeds `limit`.
     fn farthest_face(&mut self, end: u32, max: f64, limit: f64) -> f64 {
         let shift = self.squared_shift(end, PARTS, |squared| squared > limit * limit).sqrt();

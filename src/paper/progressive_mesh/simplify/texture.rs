@@ -3,24 +3,29 @@
 //! A face interpolates the texture coordinates of its corners, so a level shows a texel elsewhere than the model. The
 //! shift is the distance between these two places. It is measured at points of the new faces, like their distance from
 //! the model (`farthest`). The model's place of a texel is found by a walk over the model's faces in the plane of
-//! texture coordinates. The walk starts at a corner of the new face and never crosses a seam, so it finds the right
-//! place where coordinates repeat or overlap, too. J. Cohen, M. Olano and D. Manocha ("Appearance-Preserving
-//! Simplification", SIGGRAPH 1998) measure the same shift, where edges of the model and of the level cross in this
-//! plane.
+//! texture coordinates. The walk starts at a corner of the new face and crosses no edge at which the coordinates are
+//! discontinuous, so texels of other parts of the model that have the same coordinates are not found. If the walks from
+//! several corners find different places, for example where a texture is mirrored, the nearest one counts. J. Cohen,
+//! M. Olano and D. Manocha ("Appearance-Preserving Simplification", SIGGRAPH 1998) measure the same shift, where edges of
+//! the model and of the level cross in this plane.
+//!
+//! Left out are texels that no walk finds: those that the model does not show near the face (for example between the
+//! triangles of a pole), and those of faces without area in the plane (where a texture varies in one direction only).
 //!
 //! Before, the shift was estimated to first order at vanished positions. The largest shift was then 1.44 times the stated
 //! error (pm.texture, globe, a quarter of the faces), because it often lies between these positions.
 
+use super::start::WedgeLists;
 use super::surface::WorkingMesh;
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Marks a side of a face without a neighbour.
+/// Marks a side of a face without a neighbour, or with a neighbour whose coordinates there are different.
 const NONE: u32 = u32::MAX;
 
-/// A walk of more faces ends without a result. Where coordinates fold over, a walk could go around in a circle.
-const MAX_FACES: usize = 256;
+/// A walk of more faces ends without a result.
+const MAX_STEPS: usize = 256;
 
 /// A texel belongs to a face if its barycentric coordinates are at least this, so that a texel on an edge belongs to
 /// both faces.
@@ -29,45 +34,78 @@ const INSIDE: f64 = -1e-9;
 /// The model's faces in the plane of texture coordinates.
 pub struct ModelTexture {
     /// Texture coordinates of each wedge.
-    pub coordinates: Vec<DVec2>,
+    coordinates: Vec<DVec2>,
     /// Each wedge's point.
     points: Vec<DVec3>,
-    /// A face with each wedge.
+    /// A face with each wedge, if possible one that has area in the plane.
     starts: Vec<u32>,
     /// Wedges of each face.
     faces: Vec<[u32; 3]>,
-    /// For each face and corner the face across the opposite side, or [`NONE`] at a seam or border.
+    /// For each face and corner the face across the opposite side, or [`NONE`].
     across: Vec<[u32; 3]>,
 }
 
 impl ModelTexture {
-    /// `None` without texture coordinates. `surface` has all of the model's faces.
-    pub fn of(model: &Model, surface: &WorkingMesh) -> Option<ModelTexture> {
+    /// `None` without texture coordinates. `surface` has all of the model's faces, and `lists` its wedges.
+    pub fn of(model: &Model, surface: &WorkingMesh, lists: &WedgeLists) -> Option<ModelTexture> {
         let own = |st: &[f32; 2]| DVec2::from(st.map(f64::from));
         let coordinates: Vec<DVec2> = model.attributes.coordinates.iter().map(own).collect();
         if coordinates.is_empty() {
             return None;
         }
-        let (mut points, mut starts) = (vec![DVec3::ZERO; coordinates.len()], vec![0; coordinates.len()]);
+        let count = coordinates.len();
         let faces: Vec<[u32; 3]> = (0..surface.faces() as u32)
             .map(|face| [0, 1, 2].map(|corner| surface.wedge(face, corner)))
             .collect();
-        let mut sides = HashMap::new();
-        for (face, wedges) in (0..).zip(&faces) {
-            for (wedge, point) in wedges.iter().zip(surface.triangle(face)) {
-                (points[*wedge as usize], starts[*wedge as usize]) = (point, face);
+        let mut texture = ModelTexture {
+            points: vec![DVec3::ZERO; count],
+            starts: vec![NONE; count],
+            across: Vec::new(),
+            coordinates,
+            faces,
+        };
+        // Wedges may differ only in other attributes: coordinates are continuous at such a crease.
+        let mut same: Vec<u32> = (0..count as u32).collect();
+        for position in 0..model.positions.len() as u32 {
+            let wedges = lists.of(position);
+            for (n, &wedge) in wedges.iter().enumerate() {
+                let st = texture.coordinates[wedge as usize];
+                let first = wedges[..n].iter().find(|other| texture.coordinates[**other as usize] == st);
+                same[wedge as usize] = first.copied().unwrap_or(wedge);
             }
-            side_ends(wedges).into_iter().for_each(|ends| _ = sides.insert(ends, face));
+        }
+        let mut sides = HashMap::with_capacity(3 * texture.faces.len());
+        for face in 0..texture.faces.len() as u32 {
+            let wedges = texture.faces[face as usize];
+            for (wedge, point) in wedges.map(|wedge| wedge as usize).into_iter().zip(surface.triangle(face)) {
+                texture.points[wedge] = point;
+                if texture.starts[wedge] == NONE || texture.area(face) != 0.0 {
+                    texture.starts[wedge] = face;
+                }
+            }
+            for ends in side_ends(wedges.map(|wedge| same[wedge as usize])) {
+                sides.insert(ends, face);
+            }
         }
         let beyond = |[from, to]: [u32; 2]| sides.get(&[to, from]).copied().unwrap_or(NONE);
-        let across = faces.iter().map(|wedges| side_ends(wedges).map(beyond)).collect();
-        Some(ModelTexture { coordinates, points, starts, faces, across })
+        let ends = |wedges: &[u32; 3]| side_ends(wedges.map(|wedge| same[wedge as usize]));
+        texture.across = texture.faces.iter().map(|wedges| ends(wedges).map(beyond)).collect();
+        Some(texture)
     }
 
-    /// Where the model shows a texel, and the face there. The walk starts at a face; `None` if a seam or border ends it.
-    fn walk(&self, start: u32, texel: DVec2) -> Option<(u32, DVec3)> {
+    /// Twice the area of a face in the plane, negative if it is turned over.
+    fn area(&self, face: u32) -> f64 {
+        let [a, b, c] = self.faces[face as usize].map(|wedge| self.coordinates[wedge as usize]);
+        (b - a).perp_dot(c - a)
+    }
+
+    /// Where the model shows a texel, and the face there, by a walk from a face. `None` if the walk does not find it. Each
+    /// step crosses the side beyond which the texel lies farthest, of those with a neighbour where the walk has not been.
+    fn walk(&self, start: u32, texel: DVec2, been: &mut Vec<u32>) -> Option<(u32, DVec3)> {
         let mut face = start;
-        for _ in 0..MAX_FACES {
+        been.clear();
+        while been.len() < MAX_STEPS {
+            been.push(face);
             let wedges = self.faces[face as usize];
             let [a, b, c] = wedges.map(|wedge| self.coordinates[wedge as usize]);
             let (ab, ac, at) = (b - a, c - a, texel - a);
@@ -77,24 +115,20 @@ impl ModelTexture {
             }
             let (v, w) = (at.perp_dot(ac) / area, ab.perp_dot(at) / area);
             let weights = [1.0 - v - w, v, w];
-            let least = if v < w { 1 } else { 2 };
-            let least = if weights[least] < weights[0] { least } else { 0 };
-            if weights[least] >= INSIDE {
+            if weights.iter().all(|weight| *weight >= INSIDE) {
                 let [a, b, c] = wedges.map(|wedge| self.points[wedge as usize]);
                 return Some((face, a + (b - a) * v + (c - a) * w));
             }
-            face = self.across[face as usize][least];
-            if face == NONE {
-                return None;
-            }
+            let sides = weights.into_iter().zip(self.across[face as usize]);
+            let new = sides.filter(|(weight, to)| *weight < INSIDE && *to != NONE && !been.contains(to));
+            face = new.min_by(|x, y| x.0.total_cmp(&y.0))?.1;
         }
         None
     }
 
     /// The largest squared shift at points of a face with these corners and wedges. Its sides are divided into `parts`;
-    /// the corners and the side between the last two are left out. A texel that no walk reaches is left out, too: for
-    /// example, the model does not show texels between the triangles of a pole. Stops early, with a shift that is too
-    /// small, once `enough` returns true for it.
+    /// the corners and the side between the last two are left out, as are texels that no walk finds. Stops early, with a
+    /// shift that is too small, once `enough` returns true for it.
     pub fn squared_shift(
         &self,
         [a, b, c]: [DVec3; 3],
@@ -103,9 +137,10 @@ impl ModelTexture {
         enough: impl Fn(f64) -> bool,
     ) -> f64 {
         let [d, e, f] = wedges.map(|wedge| self.coordinates[wedge as usize]);
-        let [first, second, third] = wedges.map(|wedge| self.starts[wedge as usize]);
+        let corners = wedges.map(|wedge| self.starts[wedge as usize]);
         let part = |count: u32| f64::from(count) / f64::from(parts);
-        let mut last = first;
+        let mut been = Vec::new();
+        let mut last = corners[0];
         let mut max: f64 = 0.0;
         for i in 0..parts {
             for j in u32::from(i == 0)..parts - i {
@@ -114,12 +149,19 @@ impl ModelTexture {
                 }
                 let shown = a + (b - a) * part(i) + (c - a) * part(j);
                 let texel = d + (e - d) * part(i) + (f - d) * part(j);
-                // The face of the point before is probably near.
-                let mut starts = [last, first, second, third].into_iter();
-                if let Some((face, place)) = starts.find_map(|start| self.walk(start, texel)) {
-                    last = face;
-                    max = max.max(shown.distance_squared(place));
+                let mut min = f64::INFINITY;
+                // The face of the point before is probably near. Another start matters only if it lowers the maximum.
+                for start in std::iter::once(last).chain(corners) {
+                    if let Some((face, place)) = self.walk(start, texel, &mut been)
+                        && shown.distance_squared(place) < min
+                    {
+                        (min, last) = (shown.distance_squared(place), face);
+                    }
+                    if min <= max {
+                        break;
+                    }
                 }
+                max = if min < f64::INFINITY { max.max(min) } else { max };
             }
         }
         max
@@ -127,51 +169,142 @@ impl ModelTexture {
 }
 
 /// The ends of the side opposite to each corner, in the face's direction.
-fn side_ends([a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
-    [[*b, *c], [*c, *a], [*a, *b]]
+fn side_ends([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[b, c], [c, a], [a, b]]
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::curve::Curve;
+    use super::super::surface::Normalisation;
     use super::*;
     use crate::model::named;
 
-    #[test]
-    fn a_walk_finds_the_place_of_each_texel_and_ends_at_the_border_of_the_coordinates() {
-        let model = named("knot:8").unwrap();
-        let (surface, _) = WorkingMesh::new(&model, &Curve::of(&model));
-        let texture = ModelTexture::of(&model, &surface).unwrap();
-        let middle =
-            |wedges: [u32; 3]| wedges.map(|wedge| texture.coordinates[wedge as usize] / 3.0).iter().sum();
-        let starts = [0, 100, model.faces.len() as u32 - 1];
-        for face in 0..surface.faces() as u32 {
-            let texel = middle([0, 1, 2].map(|corner| surface.wedge(face, corner)));
-            let point = surface.triangle(face).iter().sum::<DVec3>() / 3.0;
-            for start in [face].into_iter().chain(starts) {
-                let (found, place) = texture.walk(start, texel).unwrap();
+    fn textured(model: &Model) -> (WorkingMesh, Normalisation, ModelTexture) {
+        let curve = Curve::of(model);
+        let (surface, units) = WorkingMesh::new(model, &curve);
+        let texture = ModelTexture::of(model, &surface, &WedgeLists::new(model, &curve)).unwrap();
+        (surface, units, texture)
+    }
+
+    /// A plane model whose texture coordinates are functions of the points.
+    fn plane(points: &[[f64; 2]], faces: Vec<[u32; 3]>, st: impl Fn(&[f64; 2]) -> [f32; 2]) -> Model {
+        let mut model = Model {
+            positions: points.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect(),
+            wedge_positions: (0..points.len() as u32).collect(),
+            faces,
+            ..Model::default()
+        };
+        model.attributes.coordinates = points.iter().map(st).collect();
+        model
+    }
+
+    /// Asserts that walks from all faces find the middles of all faces.
+    fn all_middles_are_found(model: &Model) {
+        let (surface, _, texture) = textured(model);
+        let faces = 0..surface.faces() as u32;
+        for face in faces.clone() {
+            let wedges = texture.faces[face as usize].map(|wedge| texture.coordinates[wedge as usize]);
+            let (texel, point) =
+                (wedges.iter().sum::<DVec2>() / 3.0, surface.triangle(face).iter().sum::<DVec3>() / 3.0);
+            for start in faces.clone() {
+                let (found, place) = texture.walk(start, texel, &mut Vec::new()).unwrap();
                 assert!(
                     found == face && place.distance(point) < 1e-12,
                     "{start} to {face}: {found}, {place}"
                 );
             }
         }
-        for outside in [DVec2::new(-0.01, 0.5), DVec2::new(0.5, 1.01)] {
-            assert!(starts.iter().all(|&start| texture.walk(start, outside).is_none()));
+    }
+
+    #[test]
+    fn walks_find_all_texels_also_across_creases_and_where_the_straight_way_goes_around_in_a_circle() {
+        all_middles_are_found(&named("knot:8").unwrap());
+        // Every corner has its own normal, and so its own wedge.
+        let mut flat = named("grid:9").unwrap();
+        flat.attributes.coordinates = flat
+            .wedge_positions
+            .iter()
+            .map(|&p| flat.positions[p as usize].truncate().as_vec2().to_array())
+            .collect();
+        let corners: Vec<u32> = flat.faces.iter().flatten().copied().collect();
+        let coordinates = corners.iter().map(|&wedge| flat.attributes.coordinates[wedge as usize]).collect();
+        flat.attributes.normals = (0..corners.len()).map(|corner| [corner as f32, 0.0, 1.0]).collect();
+        flat.attributes.coordinates = coordinates;
+        flat.wedge_positions = corners.iter().map(|&wedge| flat.wedge_positions[wedge as usize]).collect();
+        flat.faces =
+            (0..flat.faces.len() as u32).map(|face| [0, 1, 2].map(|corner| 3 * face + corner)).collect();
+        all_middles_are_found(&flat);
+        // A square within a turned square. Always crossing the side beyond which the texel lies farthest would visit
+        // the eight faces between the squares again and again.
+        let square = |radius: f64, turn: f64| {
+            (0..4)
+                .map(move |n| (turn + f64::from(n) * 90.0).to_radians())
+                .map(move |a| [radius * a.cos(), radius * a.sin()])
+        };
+        let points: Vec<[f64; 2]> =
+            [[0.05, 0.03]].into_iter().chain(square(1.0, 0.0)).chain(square(3.0, -26.0)).collect();
+        let ring = |n: u32| {
+            let (a, b, c, d) = (1 + n, 1 + (n + 1) % 4, 5 + n, 5 + (n + 1) % 4);
+            [[0, a, b], [a, c, d], [a, d, b]]
+        };
+        let faces: Vec<[u32; 3]> = (0..4).flat_map(ring).collect();
+        all_middles_are_found(&plane(&points, faces, |point| point.map(|x| x as f32)));
+    }
+
+    #[test]
+    fn a_walk_stays_on_its_side_of_a_seam() {
+        // Two copies of one grid, with the same coordinates.
+        let grid = named("grid:9").unwrap();
+        let count = grid.positions.len() as u32;
+        let both = |z: f64| grid.positions.iter().map(move |p| DVec3::new(p.x, p.y, z));
+        let mut model = Model {
+            positions: both(0.0).chain(both(1.0)).collect(),
+            wedge_positions: (0..2 * count).collect(),
+            faces: grid
+                .faces
+                .iter()
+                .copied()
+                .chain(grid.faces.iter().map(|face| face.map(|v| v + count)))
+                .collect(),
+            ..Model::default()
+        };
+        let st = |p: &DVec3| p.truncate().as_vec2().to_array();
+        model.attributes.coordinates = model.positions.iter().map(st).collect();
+        let (surface, _, texture) = textured(&model);
+        for start in 0..surface.faces() as u32 {
+            let (_, place) = texture.walk(start, DVec2::new(0.1, 0.2), &mut Vec::new()).unwrap();
+            assert_eq!(place.z, surface.triangle(start)[0].z);
+            assert!(texture.walk(start, DVec2::new(9.0, 0.2), &mut Vec::new()).is_none());
         }
     }
 
     #[test]
     fn the_shift_of_a_face_is_that_of_its_texels_and_zero_on_the_model() {
-        let model = named("knot:8").unwrap();
-        let (surface, _) = WorkingMesh::new(&model, &Curve::of(&model));
-        let texture = ModelTexture::of(&model, &surface).unwrap();
-        let wedges = [0, 1, 2].map(|corner| surface.wedge(7, corner));
+        let (surface, _, texture) = textured(&named("knot:8").unwrap());
+        let wedges = texture.faces[7];
         let squared = |points, enough: &dyn Fn(f64) -> bool| texture.squared_shift(points, wedges, 6, enough);
         assert!(squared(surface.triangle(7), &|_| false) < 1e-24);
         // The face is moved: all of its texels are as far away as its corners.
         let moved = surface.triangle(7).map(|point| point + DVec3::new(0.3, 0.0, 0.4));
         assert!((squared(moved, &|_| false) - 0.25).abs() < 1e-12);
         assert_eq!(squared(moved, &|_| true), 0.0, "stops before the first point");
+    }
+
+    #[test]
+    fn where_a_texture_is_mirrored_the_nearest_place_counts() {
+        // Columns of positions at x = -3 to 3, and s is the distance from the mirror line x = 0.
+        let points: Vec<[f64; 2]> =
+            (-3..=3).flat_map(|x| [[f64::from(x), 0.0], [f64::from(x), 1.0]]).collect();
+        let cell = |n: u32| [[2 * n, 2 * n + 2, 2 * n + 1], [2 * n + 1, 2 * n + 2, 2 * n + 3]];
+        let model = plane(&points, (0..6).flat_map(cell).collect(), |[x, y]| [x.abs() as f32, *y as f32]);
+        let (_, units, texture) = textured(&model);
+        let wedge = |x: f64, y: f64| points.iter().position(|point| *point == [x, y]).unwrap() as u32;
+        let wedges = [wedge(-1.0, 0.0), wedge(2.0, 0.0), wedge(2.0, 1.0)];
+        let corners = wedges.map(|wedge| texture.points[wedge as usize]);
+        let shift = units.outside(texture.squared_shift(corners, wedges, 12, |_| false).sqrt());
+        // At x = 0 the face shows s = 4/3, and the model does at x = 4/3 and -4/3. Farther east or west the nearest
+        // place is nearer. On the wrong side it would be up to 4 away.
+        assert!((shift - 4.0 / 3.0).abs() < 1e-6, "{shift}");
     }
 }
