@@ -48,6 +48,7 @@ mod step;
 mod surface;
 mod texture;
 mod triangle;
+mod wedges;
 
 use super::choices::{BuildEffort, ErrorMetric};
 use crate::math::ragged::Ragged;

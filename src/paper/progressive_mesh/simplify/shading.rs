@@ -12,7 +12,7 @@
 //! pixels, regions that look different are 10 pixels wide.
 
 use super::sequence::Sequence;
-use super::start::nearest_wedge;
+use super::wedges::nearest_wedge;
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -15,8 +15,8 @@
 //! Before, the shift was estimated to first order at vanished positions. The largest shift was then 1.44 times the stated
 //! error (pm.texture, globe, a quarter of the faces), because it often lies between these positions.
 
-use super::start::WedgeLists;
 use super::surface::WorkingMesh;
+use super::wedges::WedgeLists;
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
