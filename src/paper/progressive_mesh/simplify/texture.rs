@@ -10,7 +10,8 @@
 //! the model and of the level cross in this plane.
 //!
 //! Left out are texels that no walk finds: those that the model does not show near the face (for example between the
-//! triangles of a pole), and those of faces without area in the plane (where a texture varies in one direction only).
+//! triangles of a pole), those that are too many faces away, and those of faces without area in the plane (where a
+//! texture varies in one direction only).
 //!
 //! Before, the shift was estimated to first order at vanished positions. The largest shift was then 1.44 times the stated
 //! error (pm.texture, globe, a quarter of the faces), because it often lies between these positions.
@@ -21,7 +22,7 @@ use crate::model::Model;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// Marks a side of a face without a neighbour, or with a neighbour whose coordinates there are different.
+/// Marks a side of a face without a neighbour, or whose neighbour has other coordinates there.
 const NONE: u32 = u32::MAX;
 
 /// A walk of more faces ends without a result.
