@@ -49,8 +49,9 @@ pub const SHADING: Figure = Figure {
             beyond the wanted error if a pixel in one picture is more than 8 levels brighter or darker than all pixels \
             of the other picture that a movement by the wanted error reaches. Near an outline these include the \
             background. `solid/near`, `knot/near` and `dragon_res4/near` are the scene `bunny/near` with another \
-            model; solid and knot have stored normals, and solid has creases. The scan is measured if it has been fetched. The pictures have no texture, so the \
-            texture coordinates of knot are left out of its error; pm.texture measures what they add.",
+            model; solid and knot have stored normals, and solid has creases. The scan is measured if it has been \
+            fetched. The pictures have no texture, so the texture coordinates of knot are left out of its error; \
+            pm.texture measures what they add.",
     scenes: &["bunny/near", "bunny/above", "solid/near", "knot/near", "dragon_res4/near"],
     variants: || [PAPER, LEVEL, AWARE, AWARE_AS_MANY, PAPER_AS_MANY, LEVEL_AS_MANY].map(String::from).into(),
     paper: &[PAPER],
