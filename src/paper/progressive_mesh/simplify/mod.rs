@@ -32,6 +32,7 @@ mod components;
 mod curve;
 mod farthest;
 mod hub;
+mod isoline;
 mod lattice;
 mod lost;
 mod measure;
