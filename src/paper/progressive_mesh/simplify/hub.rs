@@ -29,7 +29,7 @@ pub enum EdgeKind {
     Complex,
 }
 
-/// Up to this many edges, a linear search is faster than the table.
+/// Up to this many corners, a linear search for an edge is faster than the table.
 const FEW: usize = 16;
 
 /// The neighbourhood of a position. The lists are reused from hub to hub.
@@ -39,7 +39,8 @@ pub struct Hub {
     pub edges: Vec<RingEdge>,
     /// The ends of the edges, stored contiguously.
     ends: Vec<u32>,
-    /// For each position the `turn` in which it was last a neighbour, and the index of its edge in that turn.
+    /// For each position the `turn` in which it was last a neighbour, and the index of its edge in that turn. Used only
+    /// by hubs with more than [`FEW`] corners.
     seen: Vec<(u32, u32)>,
     turn: u32,
     pub borders: BorderRadii,
@@ -85,24 +86,30 @@ impl Hub {
     }
 
     fn edge_for(&mut self, end: u32) -> &mut RingEdge {
-        let seen = &mut self.seen[end as usize];
-        if seen.0 != self.turn {
-            *seen = (self.turn, self.edges.len() as u32);
+        let index = self.index_of(end).unwrap_or_else(|| {
             self.ends.push(end);
             self.edges.push(RingEdge { end, kind: EdgeKind::Plain, faces: 0, ahead: None, behind: None });
+            self.edges.len() - 1
+        });
+        if self.corners.len() > FEW {
+            self.seen[end as usize] = (self.turn, index as u32);
         }
-        &mut self.edges[seen.1 as usize]
+        &mut self.edges[index]
     }
 
     /// The edge to a position.
     pub fn edge_to(&self, end: u32) -> Option<&RingEdge> {
+        self.index_of(end).map(|index| &self.edges[index])
+    }
+
+    fn index_of(&self, end: u32) -> Option<usize> {
         // A few ends fit into one or two CPU cache lines. `seen` has an entry for every position and does not
         // fit.
-        if self.ends.len() <= FEW {
-            return self.ends.iter().position(|&known| known == end).map(|at| &self.edges[at]);
+        if self.corners.len() <= FEW {
+            return self.ends.iter().position(|&known| known == end);
         }
         let (turn, edge) = self.seen[end as usize];
-        (turn == self.turn).then(|| &self.edges[edge as usize])
+        (turn == self.turn).then_some(edge as usize)
     }
 
     fn kind(&self, surface: &WorkingMesh, edge: &RingEdge) -> EdgeKind {
@@ -155,7 +162,7 @@ impl Hub {
     /// For each of the hub's wedges in the faces along an edge, the wedge at the edge's end. If a wedge has
     /// two different targets, the result is `None`, or with `torn` the first target.
     pub fn wedge_pairs(&self, surface: &WorkingMesh, end: u32, torn: bool) -> Option<WedgePairs> {
-        let mut pairs = WedgePairs { pairs: [[0; 2]; MAX_PAIRS], count: 0 };
+        let mut pairs = WedgePairs::NONE;
         for (index, corner) in self.corners.iter().enumerate() {
             if corner.a != end && corner.b != end {
                 continue;
@@ -310,6 +317,8 @@ pub struct WedgePairs {
 }
 
 impl WedgePairs {
+    pub const NONE: WedgePairs = WedgePairs { pairs: [[0; 2]; MAX_PAIRS], count: 0 };
+
     /// The replacement of a wedge, if it has one here.
     pub fn target(&self, wedge: u32) -> Option<u32> {
         self.pairs[..self.count].iter().find(|pair| pair[0] == wedge).map(|pair| pair[1])

@@ -67,6 +67,11 @@ impl LostPositions {
         Some(self.dropped[list as usize]).filter(|bound| *bound >= 0.0)
     }
 
+    /// Reads a list's start.
+    pub fn touch(&self, list: u32) -> u32 {
+        self.first[list as usize]
+    }
+
     /// Empties a list; its positions can be assigned again.
     pub fn clear(&mut self, list: u32) {
         let list = list as usize;

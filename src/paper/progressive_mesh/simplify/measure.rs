@@ -3,12 +3,12 @@
 
 use super::hub::EdgeKind;
 use super::lost::squared_to_segment;
-use super::sequence::{AllowedCollapse, Sequence};
+use super::sequence::{CollapseCandidate, Sequence};
 
 impl Sequence<'_> {
     /// Assigns the hub and its vanished positions to their nearest faces. Returns the deviation of the
     /// collapse.
-    pub(super) fn measure(&mut self, step: &AllowedCollapse) -> f64 {
+    pub(super) fn measure(&mut self, step: &CollapseCandidate) -> f64 {
         let end = step.edge.end;
         let mut off = std::mem::take(&mut self.off);
         self.shape.spread(&self.hub, &self.surface, end);

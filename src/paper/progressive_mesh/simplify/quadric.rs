@@ -35,6 +35,11 @@ impl Quadric {
         }
     }
 
+    /// Reads both ends, which may lie in different CPU cache lines.
+    pub fn touch(&self) -> f64 {
+        self.xx + self.constant
+    }
+
     fn product(&self, v: DVec3) -> DVec3 {
         DVec3::new(
             self.xx * v.x + self.xy * v.y + self.xz * v.z,

@@ -15,12 +15,14 @@ use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
 use super::start::{ShadingAttributes, SpecialEdges, normals, quadrics};
 use super::stated::stated;
+use super::step::Examined;
 use super::surface::{HubCorner, Normalisation, WorkingMesh};
 use super::wedges::{WedgeLists, nearest_wedge};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::{BuildEffort, ErrorMetric};
 use glam::DVec3;
+use std::hint::black_box;
 
 /// Why a target was not reached.
 pub const SHORTFALL: &str =
@@ -121,19 +123,27 @@ pub enum Rules {
 /// has a size of about 1, and far less than this.
 const MIN_LAST: f64 = 1e50;
 
-/// An allowed collapse.
+/// A collapse that is allowed, or one that was not checked.
 #[derive(Clone, Copy, Debug)]
-pub struct AllowedCollapse {
+pub struct CollapseCandidate {
     pub edge: RingEdge,
     pub cost: f64,
-    pub pairs: WedgePairs,
-    pub link: Link,
     pub flips: bool,
+    /// No pairs if not checked.
+    pub pairs: WedgePairs,
+    /// [`Link::Unchanged`] if not checked.
+    pub link: Link,
     /// True if it pinches a loop that is wider than the deviation, or uncovers an edge by more than the deviation.
+    /// False if not checked.
     pub comes_last: bool,
 }
 
-impl AllowedCollapse {
+impl CollapseCandidate {
+    pub fn unchecked(edge: &RingEdge, cost: f64, flips: bool) -> CollapseCandidate {
+        let (pairs, link, comes_last) = (WedgePairs::NONE, Link::Unchanged, false);
+        CollapseCandidate { edge: *edge, cost, flips, pairs, link, comes_last }
+    }
+
     /// The key in the queue: the cost. Collapses that come last are in order of their costs.
     pub fn key(&self) -> f64 {
         if self.comes_last { self.cost.max(1e-50) * (MIN_LAST * 1e50) } else { self.cost }
@@ -287,12 +297,13 @@ impl<'a> Sequence<'a> {
         let key = self.queue.min_key();
         let (Some(position), Some(key)) = (self.queue.pop(), key) else { return self.relax() };
         let next_key = self.queue.min_key().unwrap_or(f64::INFINITY);
+        self.touch(position);
         let known = self.known(position, key);
         let mut is_paced = known.is_some() && self.exact[position as usize].is_paced;
-        let mut step = known.or_else(|| self.best(position, false));
+        let mut step = known.or_else(|| self.cheapest(position, next_key));
         if !is_paced && step.is_some_and(|step| step.key() <= next_key && !self.keeps_pace(&step, next_key)) {
             is_paced = true;
-            step = self.best(position, true);
+            step = self.best(position, Examined::Paced);
         }
         match step {
             Some(step) if step.key() <= next_key => self.execute(&step),
@@ -307,9 +318,22 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    /// The collapse whose cost is the position's key, if it is still allowed. The position's own faces are
+    /// Reads a value of each array at the position's faces and neighbours. Most of them are not in the CPU cache. Here the
+    /// reads are independent, so the core waits for all of them at once; later it would wait for one after the other.
+    /// One pass over the dragon takes an eighth less time.
+    fn touch(&self, position: u32) {
+        let (mut numbers, mut indices) = (self.quadrics[position as usize].touch(), 0);
+        for HubCorner { face, a, .. } in self.surface.corners(position) {
+            numbers += self.normals[face as usize].x + self.off_model[face as usize];
+            numbers += self.quadrics[a as usize].touch() + self.surface.point(a).x;
+            indices ^= self.lost.touch(face) ^ self.surface.touch(a);
+        }
+        black_box((numbers, indices));
+    }
+
+    /// The collapse whose cost is the position's key, if it is allowed. The position's own faces are
     /// unchanged, but the faces around them may have changed.
-    fn known(&mut self, position: u32, key: f64) -> Option<AllowedCollapse> {
+    fn known(&mut self, position: u32, key: f64) -> Option<CollapseCandidate> {
         let ExactKey { to, quadrics, .. } = self.exact[position as usize];
         if to == NOWHERE
             || key >= MIN_LAST
@@ -373,7 +397,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// Executes a collapse at the current hub.
-    fn execute(&mut self, step: &AllowedCollapse) {
+    fn execute(&mut self, step: &CollapseCandidate) {
         let (position, end) = (self.hub.position, step.edge.end);
         let deviation = self.measure(step);
         self.raise_deviation(deviation);
@@ -415,7 +439,7 @@ impl<'a> Sequence<'a> {
 }
 
 impl SimplifyReport {
-    fn count(&mut self, step: &AllowedCollapse, rules: Rules) {
+    fn count(&mut self, step: &CollapseCandidate, rules: Rules) {
         self.collapses += 1;
         self.closed_holes += usize::from(step.link == Link::Closes);
         self.pinches += usize::from(step.link == Link::Pinches);

@@ -4,7 +4,7 @@ use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
 use super::original::PARTS;
 use super::queue::Ties;
-use super::sequence::{AllowedCollapse, Near, Rules, Sequence};
+use super::sequence::{CollapseCandidate, Near, Rules, Sequence};
 use super::shape::samples;
 
 /// Weight of the squared deviation times the area around the hub, relative to the quadrics. Weights 0, 0.3,
@@ -18,6 +18,17 @@ const FLIP_FACTOR: f64 = 100.0;
 /// Parts into which the sides of a new face are divided when the shift of the texture is measured for a key: the points
 /// are the middles of two sides. 3 parts do not lower the stated errors at equal numbers of faces.
 const KEY_PARTS: u32 = 2;
+
+/// What [`Sequence::best`] examines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Examined {
+    /// Costs alone: the collapse may not be allowed.
+    Cost,
+    /// Also whether a collapse is allowed.
+    Allowed,
+    /// Also the distances of the new faces from the model: see [`Sequence::paced`].
+    Paced,
+}
 
 /// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
 /// cylinder a few hundred.
@@ -52,8 +63,22 @@ impl Sequence<'_> {
         self.hub.edges.iter().filter(move |edge| path.allows(edge.kind) && !self.is_heavy(edge.end))
     }
 
-    /// The cheapest collapse of a position. `is_paced`: see [`Self::paced`].
-    pub(super) fn best(&mut self, position: u32, is_paced: bool) -> Option<AllowedCollapse> {
+    /// The cheapest allowed collapse of a position, or a cheaper one that may not be allowed and whose key is above
+    /// `next_key`. Three of four keys become invalid before their positions reach the head of the queue, so whether
+    /// their collapses are allowed need not be known.
+    pub(super) fn cheapest(&mut self, position: u32, next_key: f64) -> Option<CollapseCandidate> {
+        let candidate = self.best(position, Examined::Cost)?;
+        if candidate.cost > next_key {
+            return Some(candidate);
+        }
+        match self.allowed(&candidate.edge, candidate.cost, candidate.flips) {
+            Ok(step) if !step.comes_last => Some(step),
+            _ => self.best(position, Examined::Allowed),
+        }
+    }
+
+    /// The cheapest collapse of a position.
+    pub(super) fn best(&mut self, position: u32, examined: Examined) -> Option<CollapseCandidate> {
         if self.is_heavy(position) {
             return None;
         }
@@ -67,7 +92,7 @@ impl Sequence<'_> {
         });
         self.gather_points();
         candidates.truncate((MAX_FACES * MAX_FACES / self.hub.corners.len()).max(1));
-        let mut best: Option<AllowedCollapse> = None;
+        let mut best: Option<CollapseCandidate> = None;
         let mut enough = f64::INFINITY;
         let area = self.shape.area();
         for (min, edge) in &candidates {
@@ -82,11 +107,15 @@ impl Sequence<'_> {
                 continue;
             }
             let factor = if flips { FLIP_FACTOR } else { 1.0 };
-            let cost = factor * self.paced(edge, *min, area, dearest / factor, is_paced);
+            let cost = factor * self.paced(edge, *min, area, dearest / factor, examined == Examined::Paced);
             if cost >= dearest {
                 continue;
             }
-            match self.allowed(edge, cost, flips) {
+            let step = match examined {
+                Examined::Cost => Ok(CollapseCandidate::unchecked(edge, cost, flips)),
+                Examined::Allowed | Examined::Paced => self.allowed(edge, cost, flips),
+            };
+            match step {
                 Ok(step) if step.key() < dearest => best = Some(step),
                 Ok(_) => {}
                 Err(deviation) => enough = enough.min(deviation),
@@ -135,7 +164,7 @@ impl Sequence<'_> {
 
     /// The collapse along an edge. If it is not allowed, the error is the deviation at which it will be: infinite if no
     /// deviation is enough.
-    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Result<AllowedCollapse, f64> {
+    pub(super) fn allowed(&self, edge: &RingEdge, cost: f64, flips: bool) -> Result<CollapseCandidate, f64> {
         let link = self.hub.link(&self.surface, edge);
         let pinched = match link {
             Link::Unchanged | Link::Closes => 0.0,
@@ -148,7 +177,7 @@ impl Sequence<'_> {
             return Err(enough);
         }
         let pairs = self.hub.wedge_pairs(&self.surface, edge.end, self.may_tear()).ok_or(f64::INFINITY)?;
-        Ok(AllowedCollapse { edge: *edge, cost, pairs, link, flips, comes_last })
+        Ok(CollapseCandidate { edge: *edge, cost, pairs, link, flips, comes_last })
     }
 
     /// The cost of a collapse. In the second pass the cost is raised, if it is lower, to the queue key that belongs to
@@ -171,7 +200,7 @@ impl Sequence<'_> {
 
     /// True if the distances of the new faces from the model, and the shift of the texture there, do not raise a
     /// collapse's key above `next_key`. May be false for the few collapses that a rule makes expensive.
-    pub(super) fn keeps_pace(&mut self, step: &AllowedCollapse, next_key: f64) -> bool {
+    pub(super) fn keeps_pace(&mut self, step: &CollapseCandidate, next_key: f64) -> bool {
         let Some(pace) = &self.pace else { return true };
         if step.flips || step.comes_last || step.link == Link::Pinches {
             return false;

@@ -195,6 +195,11 @@ impl WorkingMesh {
         }
     }
 
+    /// Reads what the mesh knows about a position, without its point.
+    pub fn touch(&self, position: u32) -> u32 {
+        self.first[position as usize] ^ self.valence[position as usize]
+    }
+
     /// Removes a live face.
     pub fn remove(&mut self, face: u32) {
         let positions = std::mem::replace(&mut self.faces[face as usize], GONE);
