@@ -20,8 +20,8 @@ pub struct Isoline {
     beside: f64,
 }
 
-/// The distance along a face's coordinates from a side to the texel, and the squared distance in space from the nearest
-/// of these points to the wanted one. In this order, the lowest is the side beyond which to search.
+/// How near a side's coordinates come to the texel, and the squared distance in space from the wanted point to the
+/// nearest point of the side where they do. A search crosses the side with the lowest pair.
 pub type ToSide = (f64, f64);
 
 impl Isoline {
@@ -32,10 +32,10 @@ impl Isoline {
         coordinates.map(height).into_iter().fold(0.0, f64::max) <= rounding(coordinates)
     }
 
-    /// Of a face without area in the plane.
+    /// The points that show a texel, of a face without area in the plane.
     pub fn of(corners: [DVec3; 3], coordinates: [DVec2; 3], texel: DVec2) -> Isoline {
         let (from, line) = longest(coordinates);
-        let rounding = rounding(coordinates);
+        let rounding = rounding(coordinates).max(ROUNDING * texel.abs().max_element());
         let snapped = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
         let along = coordinates.map(|at| snapped((at - texel).dot(line)));
         // Where all coordinates are equal, any direction is that of the line.
@@ -57,13 +57,15 @@ impl Isoline {
         pairs.into_iter().flatten().map(squared).fold(f64::INFINITY, f64::min)
     }
 
-    /// For the side opposite to each corner how near it comes. `None` if the face's own point, at this squared distance,
-    /// is nearer, so that the search need not go on there.
+    /// How near the side opposite to each corner comes. `None` if a search need not cross the side: the face's own
+    /// nearest point, at the squared distance `own` from the wanted one, is nearer than the side's, or the texel lies
+    /// beside the line of the coordinates.
     pub fn to_sides(&self, p: DVec3, own: f64) -> [Option<ToSide>; 3] {
         SIDES.map(|side| {
             let (gap, point) = self.nearest_of_side(side, p);
             let squared = point.distance_squared(p);
-            (own == f64::INFINITY || (gap == 0.0 && squared <= own * WIDER)).then_some((gap, squared))
+            let is_nearer = own == f64::INFINITY || (gap == 0.0 && squared <= own * WIDER);
+            (self.beside == 0.0 && is_nearer).then_some((gap, squared))
         })
     }
 
@@ -141,13 +143,17 @@ mod tests {
         assert!((own - 1.0).abs() < 1e-6);
         let passed = middle.to_sides(south, own).map(|side| side.is_some());
         assert_eq!(passed, [false, false, true], "only beyond the southern side may be nearer points");
-        // No point shows the texel: all sides may be crossed, and the nearest is the one between the two higher corners.
+        // No point shows the texel: all sides may be crossed, and those at the highest corner come nearest to it.
         let below = isoline([0.0, 1.0, 0.5], on_line(1.5));
         assert_eq!(below.squared_to(south), f64::INFINITY);
         let [a, b, c] = below.to_sides(south, f64::INFINITY).map(|side| side.unwrap().0);
         assert!((a - 0.5).abs() < 1e-6 && (b - 1.0).abs() < 1e-6 && (c - 0.5).abs() < 1e-6, "{a} {b} {c}");
         // A texel beside the line is not shown.
-        assert_eq!(isoline([0.0, 1.0, 0.5], DVec2::new(0.2, 0.0)).squared_to(south), f64::INFINITY);
+        let beside = isoline([0.0, 1.0, 0.5], DVec2::new(0.2, 0.0));
+        assert_eq!(
+            (beside.squared_to(south), beside.to_sides(south, f64::INFINITY)),
+            (f64::INFINITY, [None; 3])
+        );
         assert!(!Isoline::is_flat([DVec2::ZERO, DVec2::X, DVec2::new(0.5, 1e-3)]));
     }
 }

@@ -93,8 +93,8 @@ struct ExactKey {
     /// The collapse's target; [`NOWHERE`] if the key is only a bound.
     to: u32,
     /// True if the key counts the new faces' distances from the model and the shift of the texture at many of their
-    /// points (second pass only). They are computed last, because two of three keys become invalid before their
-    /// positions reach the head of the queue.
+    /// points (second pass only). They are computed last, because most keys become invalid before their positions reach
+    /// the head of the queue.
     is_paced: bool,
     /// The quadric part of the cost.
     quadrics: f64,
@@ -318,7 +318,7 @@ impl<'a> Sequence<'a> {
         true
     }
 
-    /// Reads a value of each array at the position's faces and neighbours. Most of them are not in the CPU cache. Here the
+    /// Reads what the next steps need of the position's faces and neighbours. Most of it is not in the CPU cache. Here the
     /// reads are independent, so the core waits for all of them at once; later it would wait for one after the other.
     /// One pass over the dragon takes an eighth less time.
     fn touch(&self, position: u32) {
@@ -347,7 +347,7 @@ impl<'a> Sequence<'a> {
         self.shape.spread(&self.hub, &self.surface, to);
         let step = self.allowed(&edge, key, self.shape.flips).ok()?;
         self.gather_points();
-        (step.link == Link::Unchanged).then_some(step)
+        (step.link == Link::Unchanged && !step.comes_last).then_some(step)
     }
 
     /// Called when no collapse is allowed: relaxes the rules, or removes the smallest component. False at the end.

@@ -64,8 +64,8 @@ impl Sequence<'_> {
     }
 
     /// The cheapest allowed collapse of a position, or a cheaper one that may not be allowed and whose key is above
-    /// `next_key`. Three of four keys become invalid before their positions reach the head of the queue, so whether
-    /// their collapses are allowed need not be known.
+    /// `next_key`. Most keys become invalid before their positions reach the head of the queue, so whether their
+    /// collapses are allowed need not be known.
     pub(super) fn cheapest(&mut self, position: u32, next_key: f64) -> Option<CollapseCandidate> {
         let candidate = self.best(position, Examined::Cost)?;
         if candidate.cost > next_key {
@@ -77,7 +77,7 @@ impl Sequence<'_> {
         }
     }
 
-    /// The cheapest collapse of a position.
+    /// The cheapest collapse of a position. If there is none, the position waits.
     pub(super) fn best(&mut self, position: u32, examined: Examined) -> Option<CollapseCandidate> {
         if self.is_heavy(position) {
             return None;

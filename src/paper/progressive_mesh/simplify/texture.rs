@@ -10,7 +10,7 @@
 //! the model and of the level cross in this plane.
 //!
 //! Where a texture varies in one direction only, the model shows a texel along a line, and the nearest point of the line
-//! counts (`isoline`).
+//! that a walk finds counts (`isoline`). Faces that show the same texel at all points shift nothing.
 //!
 //! Left out are texels that no walk finds: those that the model does not show near the face (for example between the
 //! triangles of a pole), and those that are too many faces away.
@@ -28,7 +28,7 @@ use std::collections::HashMap;
 /// Marks a side of a face without a neighbour, or whose neighbour has other coordinates there.
 const NONE: u32 = u32::MAX;
 
-/// A walk of more faces ends without a result.
+/// A walk of this many faces ends without a result.
 const MAX_STEPS: usize = 256;
 
 /// A texel belongs to a face if its barycentric coordinates are at least this, so that a texel on an edge belongs to
@@ -112,7 +112,10 @@ impl ModelTexture {
         let mut nearest = f64::INFINITY;
         let mut face = start;
         been.clear();
-        while been.len() < MAX_STEPS {
+        loop {
+            if been.len() == MAX_STEPS {
+                return None;
+            }
             been.push(face);
             let (squared, sides) = self.look(face, texel, shown);
             if squared < nearest {
@@ -125,14 +128,13 @@ impl ModelTexture {
             let order = |(x, _): &(ToSide, u32), (y, _): &(ToSide, u32)| {
                 x.0.total_cmp(&y.0).then(x.1.total_cmp(&y.1))
             };
-            let Some((_, next)) = new.min_by(order) else { break };
+            let Some((_, next)) = new.min_by(order) else { return found };
             face = next;
         }
-        found
     }
 
     /// The squared distance from where a face shows a texel to the point `shown`, infinite if it does not show the
-    /// texel, and the sides beyond which the texel may be found.
+    /// texel, and the sides beyond which the texel, or a nearer place of it, may be found.
     fn look(&self, face: u32, texel: DVec2, shown: DVec3) -> (f64, [Option<ToSide>; 3]) {
         let wedges = self.faces[face as usize].map(|wedge| wedge as usize);
         let coordinates = wedges.map(|wedge| self.coordinates[wedge]);
@@ -163,6 +165,9 @@ impl ModelTexture {
         enough: impl Fn(f64) -> bool,
     ) -> f64 {
         let [d, e, f] = wedges.map(|wedge| self.coordinates[wedge as usize]);
+        if d == e && e == f {
+            return 0.0;
+        }
         let corners = wedges.map(|wedge| self.starts[wedge as usize]);
         let part = |count: u32| f64::from(count) / f64::from(parts);
         let mut been = Vec::new();
@@ -331,6 +336,7 @@ mod tests {
         // place is nearer. On the wrong side it would be up to 4 away.
         assert!((shift - 4.0 / 3.0).abs() < 1e-6, "{shift}");
     }
+
     #[test]
     fn where_a_texture_varies_in_one_direction_the_nearest_point_of_its_line_counts() {
         let mut model = named("grid:17").unwrap();
@@ -363,5 +369,26 @@ mod tests {
             // The face shows s = 1 halfway from the western border to the middle, and the model shows it in the middle.
             assert!((shift - 0.5).abs() < 1e-6, "{shift}");
         }
+    }
+    #[test]
+    fn a_walk_along_a_line_ends_at_its_nearest_point_or_without_a_result() {
+        // A strip of 600 faces from west to east; only t varies, from south to north.
+        let points: Vec<[f64; 2]> =
+            (0..=300).flat_map(|x| [[f64::from(x), 0.0], [f64::from(x), 1.0]]).collect();
+        let cell = |n: u32| [[2 * n, 2 * n + 2, 2 * n + 1], [2 * n + 1, 2 * n + 2, 2 * n + 3]];
+        let model = plane(&points, (0..300).flat_map(cell).collect(), |[_, y]| [0.25, *y as f32]);
+        let (_, units, texture) = textured(&model);
+        let [west, east] = [0.0, 300.0].map(|x| {
+            let wedge = points.iter().position(|point| *point == [x, 0.0]).unwrap();
+            (texture.starts[wedge], texture.points[wedge])
+        });
+        let walk = |part: f64| {
+            let shown = west.1.lerp(east.1, part);
+            texture.walk(west.0, DVec2::new(0.25, 0.5), shown, &mut Vec::new())
+        };
+        let shift = |part| walk(part).map(|(_, squared)| units.outside(squared.sqrt()));
+        // All points shown lie on the southern border, half a cell from the line.
+        assert!([0.0, 0.1, 0.4].iter().all(|&part| (shift(part).unwrap() - 0.5).abs() < 1e-6));
+        assert_eq!(shift(0.5), None, "300 faces away");
     }
 }
