@@ -15,7 +15,6 @@ use super::queue::{Queue, Ties};
 use super::shape::CollapseShape;
 use super::start::{ShadingAttributes, SpecialEdges, normals, quadrics};
 use super::stated::stated;
-use super::step::Examined;
 use super::surface::{HubCorner, Normalisation, WorkingMesh};
 use super::wedges::{WedgeLists, nearest_wedge};
 use super::{Collapses, NOWHERE, Simplified, SimplifyOptions, SimplifyReport};
@@ -148,6 +147,17 @@ impl CollapseCandidate {
     pub fn key(&self) -> f64 {
         if self.comes_last { self.cost.max(1e-50) * (MIN_LAST * 1e50) } else { self.cost }
     }
+}
+
+/// What [`Sequence::best`] examines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Examined {
+    /// Costs alone: the collapse may not be allowed.
+    Cost,
+    /// Also whether a collapse is allowed.
+    Allowed,
+    /// Also the distances of the new faces from the model: see [`Sequence::paced`].
+    Paced,
 }
 
 /// A position that has vanished or is about to, or a point of a special edge.

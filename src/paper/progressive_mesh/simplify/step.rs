@@ -4,7 +4,7 @@ use super::hub::{EdgeKind, Link, MoveConstraint, RingEdge};
 use super::lost::squared_to_segment;
 use super::original::PARTS;
 use super::queue::Ties;
-use super::sequence::{CollapseCandidate, Near, Rules, Sequence};
+use super::sequence::{CollapseCandidate, Examined, Near, Rules, Sequence};
 use super::shape::samples;
 
 /// Weight of the squared deviation times the area around the hub, relative to the quadrics. Weights 0, 0.3,
@@ -18,17 +18,6 @@ const FLIP_FACTOR: f64 = 100.0;
 /// Parts into which the sides of a new face are divided when the shift of the texture is measured for a key: the points
 /// are the middles of two sides. 3 parts do not lower the stated errors at equal numbers of faces.
 const KEY_PARTS: u32 = 2;
-
-/// What [`Sequence::best`] examines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Examined {
-    /// Costs alone: the collapse may not be allowed.
-    Cost,
-    /// Also whether a collapse is allowed.
-    Allowed,
-    /// Also the distances of the new faces from the model: see [`Sequence::paced`].
-    Paced,
-}
 
 /// A position with more faces than this is heavy. Scans have up to 30 faces at a position, the end of a
 /// cylinder a few hundred.
