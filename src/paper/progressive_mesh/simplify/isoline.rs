@@ -88,8 +88,10 @@ const SIDES: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 /// The start of the longest side, and its direction; zero if all coordinates are equal.
 fn longest(coordinates: [DVec2; 3]) -> (DVec2, DVec2) {
     let sides = SIDES.map(|[a, b]| (coordinates[a], coordinates[b] - coordinates[a]));
-    let (from, line) =
-        sides.into_iter().max_by(|x, y| x.1.length_squared().total_cmp(&y.1.length_squared())).unwrap();
+    let (from, line) = sides
+        .into_iter()
+        .max_by(|x, y| x.1.length_squared().total_cmp(&y.1.length_squared()))
+        .expect("three sides");
     (from, line.normalize_or_zero())
 }
 

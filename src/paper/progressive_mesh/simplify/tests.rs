@@ -417,7 +417,7 @@ fn a_stretched_texture_is_an_error_of_the_appearance() {
             assert!(by_distance > 1.2 * error, "at {wanted}: {by_distance} by distance, {error} stated");
         }
     }
-    // Nor does one texel all over a curved model.
+    // One texel all over a curved model adds no error.
     let mut knot = named("knot:8").unwrap();
     knot.attributes.coordinates.fill([0.5, 0.5]);
     let one_texel = by_appearance(&knot, 64).errors;

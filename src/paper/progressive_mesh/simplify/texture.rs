@@ -28,7 +28,7 @@ use std::collections::HashMap;
 /// Marks a side of a face without a neighbour, or whose neighbour has other coordinates there.
 const NONE: u32 = u32::MAX;
 
-/// A walk of this many faces ends without a result.
+/// A walk that needs more faces than this ends without a result.
 const MAX_STEPS: usize = 256;
 
 /// A texel belongs to a face if its barycentric coordinates are at least this, so that a texel on an edge belongs to
