@@ -13,20 +13,14 @@ const PLACED: u32 = u32::MAX;
 /// A face is suggested for a slot if it shares a vertex with a face in one of this many slots before it.
 const WINDOW: usize = 8;
 
-/// [`Moving::number`] visits all faces around the moving faces' vertices. If these are more than this many times the
-/// moving faces, [`Moving::gather`] visits only the moving faces. Example: two faces of a hub with thousands of faces
-/// are swapped.
-const LONG: usize = 64;
-
-/// Scratch memory of a permutation. Between permutations the tables by slot, face and vertex hold [`NONE`].
+/// Scratch memory of a permutation. Between permutations the tables by slot and vertex hold [`NONE`].
 #[derive(Default)]
 pub(super) struct Moving {
     /// The slots that get another face, ascending, and their faces before the permutation.
     pub slots: Vec<u32>,
     pub faces: Vec<u32>,
-    /// For each slot of the mesh, its index in `slots`; for each face, its index in `faces`.
+    /// For each slot of the mesh, its index in `slots`.
     pub at_slot: Vec<u32>,
-    at_face: Vec<u32>,
     /// The corners of the moving faces, as indices into `vertices`.
     corners: Vec<[u32; 3]>,
     /// The vertices of the moving faces, in order of first use.
@@ -55,14 +49,10 @@ impl Moving {
     /// Starts a permutation of the faces in `slots`.
     pub fn begin(&mut self, live: &Live, slots: Vec<u32>) {
         self.at_slot.resize(live.corners.len(), NONE);
-        self.at_face.resize(live.corners.len(), NONE);
         self.at_vertex.resize(live.around.len(), NONE);
         self.faces.clear();
         self.faces.extend(slots.iter().map(|&slot| live.face_at[slot as usize]));
-        for (at, (&slot, &face)) in slots.iter().zip(&self.faces).enumerate() {
-            self.at_slot[slot as usize] = at as u32;
-            self.at_face[face as usize] = at as u32;
-        }
+        slots.iter().zip(0..).for_each(|(&slot, at)| self.at_slot[slot as usize] = at);
         self.suggested.clear();
         self.suggested.resize(slots.len(), 0);
         (self.slots, self.searches, self.reached) = (slots, 0, 0);
@@ -82,45 +72,38 @@ impl Moving {
                 *at
             })
         }));
-        self.starts.clear();
-        self.ends.clear();
-        self.around.clear();
-        let rows = self.vertices.iter().map(|&vertex| live.around.row(vertex as usize));
-        if rows.clone().map(<[u32]>::len).sum::<usize>() > LONG * self.faces.len() {
-            return self.gather();
-        }
-        for row in rows {
-            self.starts.push(self.around.len() as u32);
-            let faces = row.iter().map(|&face| self.at_face[face as usize]);
-            self.around.extend(faces.filter(|&at| at != NONE));
-            self.ends.push(self.around.len() as u32);
-        }
+        self.list_faces();
     }
 
-    /// Builds the same `around` as [`Self::number`], but visits only the moving faces.
-    fn gather(&mut self) {
-        self.ends.resize(self.vertices.len(), 0);
-        self.corners.as_flattened().iter().for_each(|&vertex| self.ends[vertex as usize] += 1);
+    /// Lists the moving faces of each vertex. It visits no other faces, so two moving faces of a hub with thousands of
+    /// faces cause little work.
+    fn list_faces(&mut self) {
+        let Moving { faces, corners, vertices, starts, ends, around, .. } = self;
+        ends.clear();
+        ends.resize(vertices.len(), 0);
+        corners.as_flattened().iter().for_each(|&vertex| ends[vertex as usize] += 1);
+        starts.clear();
         let mut sum = 0;
-        for end in &mut self.ends {
-            self.starts.push(sum);
+        for end in ends.iter_mut() {
+            starts.push(sum);
             sum += std::mem::replace(end, sum);
         }
-        self.around.resize(sum as usize, 0);
-        let mut ascending: Vec<u32> = (0..self.faces.len() as u32).collect();
-        ascending.sort_unstable_by_key(|&at| self.faces[at as usize]);
-        for at in ascending {
-            for vertex in self.corners[at as usize] {
-                let end = &mut self.ends[vertex as usize];
-                self.around[*end as usize] = at;
+        around.clear();
+        around.resize(sum as usize, 0);
+        for (corners, at) in corners.iter().zip(0..) {
+            for &vertex in corners {
+                let end = &mut ends[vertex as usize];
+                around[*end as usize] = at;
                 *end += 1;
             }
+        }
+        for (&start, &end) in starts.iter().zip(&*ends) {
+            around[start as usize..end as usize].sort_unstable_by_key(|&at| faces[at as usize]);
         }
     }
 
     /// Ends the permutation. The caller resets `at_slot`.
     pub fn end(&mut self) {
-        self.faces.iter().for_each(|&face| self.at_face[face as usize] = NONE);
         self.vertices.drain(..).for_each(|vertex| self.at_vertex[vertex as usize] = NONE);
     }
 
