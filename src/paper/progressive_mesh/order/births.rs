@@ -27,11 +27,11 @@ use super::candidates::{Levels, best};
 use super::greedy::{Lines, greedy};
 use super::groups::group_ends;
 use super::or_opt::or_opt;
-use super::patch::{Numbering, Patch};
+use super::patch::Numbering;
 use super::rings::ring_orders;
 use super::rollout::rollouts;
 use crate::model::Model;
-use crate::paper::progressive_mesh::cache::Cache;
+use crate::paper::progressive_mesh::cache::{Cache, Counter};
 use crate::paper::progressive_mesh::mesh::NOWHERE;
 use crate::paper::progressive_mesh::simplify::Collapses;
 use rayon::prelude::*;
@@ -51,13 +51,15 @@ pub(super) fn plan(
     let groups: Vec<[u32; 2]> =
         ends.iter().enumerate().map(|(n, &end)| [n.checked_sub(1).map_or(0, |n| ends[n]), end]).collect();
     if groups.is_empty() {
-        steps(Step::Base(base));
+        steps(Step::Base(base.clone()));
     }
     let mut at: Vec<u32> = Vec::new();
     for (n, some) in groups.chunks(rayon::current_num_threads()).enumerate() {
         let orders: Vec<Vec<u32>> = some.par_iter().map(|&[start, end]| layout.order(start, end)).collect();
         if n == 0 {
-            at.extend(orders[0].iter().filter(|&&face| layout.born[face as usize] == 0));
+            let mut is_base = vec![false; model.faces.len()];
+            base.iter().for_each(|&face| is_base[face as usize] = true);
+            at.extend(orders[0].iter().filter(|&&face| is_base[face as usize]));
             steps(Step::Base(at.clone()));
             at.extend(collapses.faces.rows().rev().flatten());
         }
@@ -74,20 +76,21 @@ pub(super) fn plan(
     }
 }
 
-/// Data shared by the orders of all groups.
+/// Data shared by the orders of all groups. Wedges are numbered in the order in which they appear; faces are in an
+/// order in which neighbours are close to each other on the surface.
 struct GroupLayout<'a> {
-    model: &'a Model,
     options: &'a OrderOptions,
-    /// The level at which each face and each wedge appears.
-    born: Vec<u32>,
-    wedge_born: Vec<u32>,
-    /// The wedge that replaces each wedge until it appears; [`NOWHERE`] for the wedges of level 0.
+    /// The level at which each wedge appears.
+    levels: Vec<u32>,
+    /// The wedge that each wedge replaces when it appears.
     parents: Vec<u32>,
-    /// Wedges in the order of appearance.
-    wedges: Vec<u32>,
-    /// The full mesh's faces in a cache-friendly order: faces next to each other in this order are close on the
-    /// surface.
-    near: Vec<u32>,
+    /// What a cache sees of each wedge: its number in the model, or that of its position.
+    vertices: Vec<u32>,
+    /// The model's numbers of the faces, and the level at which each of them appears.
+    faces: Vec<u32>,
+    born: Vec<u32>,
+    /// The corners of the faces in the full mesh.
+    corners: Vec<[u32; 3]>,
 }
 
 impl<'a> GroupLayout<'a> {
@@ -109,75 +112,87 @@ impl<'a> GroupLayout<'a> {
         }
         let mut wedges: Vec<u32> = (0..wedge_born.len() as u32).collect();
         wedges.sort_by_key(|&wedge| wedge_born[wedge as usize]);
+        let mut number = vec![0; wedges.len()];
+        wedges.iter().zip(0..).for_each(|(&wedge, n)| number[wedge as usize] = n);
         // The wedges of a component that has not appeared are drawn at the first vertex.
-        if let Some((&first, others)) = wedges.split_first() {
-            let lost = |&&wedge: &&u32| wedge_born[wedge as usize] > 0 && parents[wedge as usize] == NOWHERE;
-            let lost: Vec<u32> = others.iter().filter(lost).copied().collect();
-            lost.iter().for_each(|&wedge| parents[wedge as usize] = first);
-        }
-        let mut layout = Self { model, options, born, wedge_born, parents, wedges, near: Vec::new() };
-        layout.near = layout.nearby();
+        let parent = |wedge: usize| number.get(parents[wedge] as usize).copied().unwrap_or(0);
+        let vertex = |wedge: usize| if options.weld { model.wedge_positions[wedge] } else { wedge as u32 };
+        let in_order = |of: &dyn Fn(usize) -> u32| wedges.iter().map(|&wedge| of(wedge as usize)).collect();
+        let mut layout = Self {
+            options,
+            levels: in_order(&|wedge| wedge_born[wedge]),
+            parents: in_order(&parent),
+            vertices: in_order(&vertex),
+            faces: (0..model.faces.len() as u32).collect(),
+            corners: model.faces.iter().map(|face| face.map(|wedge| number[wedge as usize])).collect(),
+            born,
+        };
+        layout.sort();
         layout
     }
 
-    /// The full mesh's faces in the order of the greedy optimizer.
-    fn nearby(&self) -> Vec<u32> {
-        let faces: Vec<u32> = (0..self.model.faces.len() as u32).collect();
-        let patch = self.patch(&faces, u32::MAX);
-        greedy(
-            &patch,
-            self.options.simulated().entries as u32,
-            &self.options.weights,
-            &[],
-            &mut Lines::new(faces.len()),
-        )
+    /// Sorts the faces in the order of the greedy optimizer for the full mesh.
+    fn sort(&mut self) {
+        let corners = self.corners(&self.faces, u32::MAX);
+        let patch = Numbering::new(self.vertices.len()).patch(&corners, &[]).0;
+        let (entries, lines) = (self.options.simulated().entries as u32, &mut Lines::new(self.faces.len()));
+        self.faces = greedy(&patch, entries, &self.options.weights, &[], lines);
+        self.born = self.faces.iter().map(|&face| self.born[face as usize]).collect();
+        self.corners = self.faces.iter().map(|&face| self.corners[face as usize]).collect();
     }
 
     /// The faces that are live at level `end`, in the order in which levels from `start` on draw them.
     fn order(&self, start: u32, end: u32) -> Vec<u32> {
-        let live = self.near.iter().copied().filter(|&face| self.born[face as usize] <= end);
-        let faces: Vec<u32> = live.collect();
-        let patch = self.patch(&faces, quarters(start, end)[1]);
-        let order = rollouts(&patch.faces, patch.vertices, self.options.simulated());
+        let live: Vec<u32> =
+            (0..).zip(&self.born).filter(|(_, born)| **born <= end).map(|(n, _)| n).collect();
+        let mut numbering = Numbering::new(self.vertices.len());
+        let mut corners = |level| numbering.compact(&self.corners(&live, level));
+        let [first, second] = quarters(start, end);
+        let late = corners(second);
         let order = match self.options.cache {
-            Cache::Fifo(entries) => self.improved(order, &faces, [start, end], entries),
-            Cache::Batches | Cache::H100 | Cache::Meshlets => order,
+            Cache::Fifo(entries) => {
+                let [early, last] = [first, end].map(corners);
+                let vertices = numbering.vertices();
+                self.fifo_order(Levels { corners: [early, late], vertices, entries }, &last)
+            }
+            Cache::Batches | Cache::H100 | Cache::Meshlets => {
+                rollouts(&late, numbering.vertices(), self.options.simulated())
+            }
         };
-        order.into_iter().map(|face| faces[face as usize]).collect()
+        order.into_iter().map(|n| self.faces[live[n as usize] as usize]).collect()
     }
 
-    /// The better of an order and orders in rings, after [`or_opt`], for a FIFO. The rings are those of the group's
-    /// last level, because degenerate faces disturb them. Orders are indices into `faces`.
-    fn improved(&self, order: Vec<u32>, faces: &[u32], [start, end]: [u32; 2], entries: u32) -> Vec<u32> {
-        let corners = quarters(start, end).map(|level| self.corners(faces, level));
-        let levels = Levels { corners, vertices: self.parents.len(), entries };
-        let last = self.patch(faces, end);
-        let rings = ring_orders(&last.faces, last.vertices, self.options.simulated().entries as u32);
-        or_opt(&levels, best(&levels, [order].into_iter().chain(rings.map(|(order, _)| order))))
+    /// The better of the order by rollouts and orders in rings, after [`or_opt`]. The rings are those of the group's
+    /// last level, because degenerate faces disturb them.
+    fn fifo_order(&self, levels: Levels, last: &[[u32; 3]]) -> Vec<u32> {
+        let simulated = self.options.simulated();
+        let order = rollouts(&levels.corners[1], levels.vertices, simulated);
+        let entries = simulated.entries as u32;
+        let drawn = order.iter().map(|&face| last[face as usize]);
+        let count = Counter::new(Cache::Fifo(entries), levels.vertices).count(drawn).transforms;
+        let rings = ring_orders(last, levels.vertices, entries)
+            .take_while(|(_, transforms)| u64::from(*transforms) < count + count / HOPELESS)
+            .map(|(order, _)| order)
+            .collect::<Vec<_>>();
+        or_opt(&levels, best(&levels, [order].into_iter().chain(rings)))
     }
 
-    /// [`GroupLayout::corners`] with compact vertex numbers.
-    fn patch(&self, faces: &[u32], level: u32) -> Patch {
-        Numbering::new(self.parents.len()).patch(&self.corners(faces, level), &[]).0
-    }
-
-    /// The faces as a cache sees them at `level`: wedges that have not appeared are replaced by their
+    /// What a cache sees of some faces at `level`: the wedges that have not appeared are replaced by their
     /// predecessors.
     fn corners(&self, faces: &[u32], level: u32) -> Vec<[u32; 3]> {
-        let mut shown: Vec<u32> = vec![NOWHERE; self.parents.len()];
-        for &wedge in &self.wedges {
-            let is_there =
-                self.wedge_born[wedge as usize] <= level || self.parents[wedge as usize] == NOWHERE;
-            shown[wedge as usize] =
-                if is_there { wedge } else { shown[self.parents[wedge as usize] as usize] };
+        let mut shown = self.vertices.clone();
+        let there = self.levels.partition_point(|&appears| appears <= level);
+        for wedge in there.max(1)..shown.len() {
+            shown[wedge] = shown[self.parents[wedge] as usize];
         }
-        let vertex = |wedge: u32| match self.options.weld {
-            true => self.model.wedge_positions[shown[wedge as usize] as usize],
-            false => shown[wedge as usize],
-        };
-        faces.iter().map(|&face| self.model.faces[face as usize].map(vertex)).collect()
+        let corners = faces.iter().map(|&face| self.corners[face as usize]);
+        corners.map(|corners| corners.map(|wedge| shown[wedge as usize])).collect()
     }
 }
+
+/// If the first order in rings needs this part more transforms than rollouts, the others are not tried: those with
+/// other numbers of spare entries differ by less. On scans, this saves a tenth of the time.
+const HOPELESS: u64 = 16;
 
 /// The levels at one and at three quarters of a group.
 fn quarters(start: u32, end: u32) -> [u32; 2] {

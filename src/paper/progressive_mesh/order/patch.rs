@@ -30,7 +30,7 @@ impl Numbering {
 
     /// A patch of `faces`, and `lists` in the patch's vertex numbers, without vertices outside the patch.
     pub fn patch(&mut self, faces: &[[u32; 3]], lists: &[Vec<u32>]) -> (Patch, Vec<Vec<u32>>) {
-        let faces: Vec<[u32; 3]> = faces.iter().map(|face| face.map(|vertex| self.number(vertex))).collect();
+        let faces = self.compact(faces);
         let known = |list: &Vec<u32>| {
             let local = list.iter().map(|&vertex| self.local[vertex as usize]);
             local.filter(|&vertex| vertex != UNKNOWN).collect()
@@ -39,6 +39,17 @@ impl Numbering {
         let vertices = self.global.len();
         self.global.drain(..).for_each(|vertex| self.local[vertex as usize] = UNKNOWN);
         (Patch::new(faces, vertices), lists)
+    }
+
+    /// The faces in compact numbers: vertices have numbers in the order of first use. Vertices near each other in
+    /// `faces` are then near each other in memory.
+    pub fn compact(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        faces.iter().map(|face| face.map(|vertex| self.number(vertex))).collect()
+    }
+
+    /// How many vertices have numbers.
+    pub fn vertices(&self) -> usize {
+        self.global.len()
     }
 
     fn number(&mut self, vertex: u32) -> u32 {
