@@ -45,7 +45,7 @@ mod tests {
     use super::*;
     use crate::model::named;
     use crate::paper::progressive_mesh::cache::transforms;
-    use crate::paper::progressive_mesh::order::rings::ring_orders;
+    use crate::paper::progressive_mesh::order::rings::Rings;
     use crate::paper::progressive_mesh::order::rollout::{Simulated, rollouts};
 
     /// Twice a mesh, an order by rollouts, and the orders in rings.
@@ -54,7 +54,8 @@ mod tests {
         let faces: Vec<[u32; 3]> = (0..model.faces.len()).map(|face| model.face_positions(face)).collect();
         let vertices = model.positions.len();
         let fifo = Simulated { entries: 15, triangles: None, look_back: None };
-        let rings = ring_orders(&faces, vertices, 15).map(|(order, _)| order);
+        let rings = Rings::new(&faces, vertices, 15);
+        let rings = rings.orders().map(|(order, _)| order);
         let orders = [rollouts(&faces, vertices, fifo)].into_iter().chain(rings).collect();
         (Levels { corners: [faces.clone(), faces], vertices, entries: 16 }, orders)
     }

@@ -41,8 +41,8 @@ impl Numbering {
         (Patch::new(faces, vertices), lists)
     }
 
-    /// The faces in compact numbers: vertices have numbers in the order of first use. Vertices near each other in
-    /// `faces` are then near each other in memory.
+    /// The faces in compact numbers: vertices have numbers in the order of first use, and keep them until the next call
+    /// of [`Numbering::patch`]. Vertices near each other in `faces` are then near each other in memory.
     pub fn compact(&mut self, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
         faces.iter().map(|face| face.map(|vertex| self.number(vertex))).collect()
     }
