@@ -12,7 +12,7 @@
 //!
 //! For a FIFO, each group takes the best of several orders (`candidates.rs`), and or-opt improves it (`or_opt.rs`). The
 //! table has means of the closed models without their attributes, over all levels, in transforms per vertex. "Time" is
-//! that of the orders, without the simplifier, on one core:
+//! that of the orders, without the simplifier, on one core, if rings are tried everywhere:
 //!
 //! | | in-place-23 | in batches | in-place-10 | in batches | time |
 //! |---|---|---|---|---|---|
