@@ -8,11 +8,12 @@
 //! The optimizer simulates a FIFO, or batches that share no vertex. A batch ends when no adjacent face fits, and
 //! the next batch begins beside it. Within a batch, the look-back for a vertex can be limited.
 
+mod near;
 mod state;
 mod undrawn;
 
 use super::patch::MAX_FACES;
-use state::{COPIED, Search, Vertex};
+use state::Search;
 
 /// Attempts of a rollout, the faces that each draws, and how many faces of the best attempt are kept.
 ///
@@ -101,43 +102,24 @@ impl Search {
         self.draw(face.expect("a face fits into an empty batch"));
     }
 
-    /// The best of the first undrawn face and all undrawn faces around vertices of the FIFO or the batch; on a tie, the
-    /// first of them. An empty batch takes the faces around the batch before it. `None` if the current batch has room
-    /// for none.
+    /// The best of the first undrawn face and all faces nearby; on a tie, the first of them. `None` if the current batch
+    /// has room for none.
     fn best(&mut self, noise: Noise) -> Option<u32> {
-        let near = match self.triangles {
-            0 if self.cache.triangles.is_some() => self.previous,
-            _ => self.oldest,
-        };
-        self.candidates.clear();
-        self.candidates.push(self.undrawn.first());
-        for &vertex in &self.entered[near..] {
-            let Vertex { begin, left, .. } = self.vertices[vertex as usize];
-            let (begin, left) = (begin as usize, left.min(MAX_FACES) as usize);
-            let count = self.candidates.len() + left;
-            // Few vertices have more faces than this. The constant length saves a branch that is hard to predict.
-            if left <= COPIED {
-                self.candidates.extend_from_slice(&self.around[begin..begin + COPIED]);
-                self.candidates.truncate(count);
-            } else {
-                self.candidates.extend_from_slice(&self.around[begin..begin + left]);
+        let (first, near) = (self.undrawn.first(), self.near.faces());
+        self.looks += 1 + near.len() as u64;
+        let is_fifo = self.cache.triangles.is_none();
+        let mut best = NO_RANK;
+        for &face in near.iter().chain([&first]) {
+            let [a, b, c] = self.faces[face as usize].map(|vertex| self.vertices[vertex as usize].score);
+            let rank = rank_of(a + b + c + noise.of_face(face), face);
+            if is_fifo {
+                // All faces fit. A branch for each better face would be hard to predict.
+                best = best.max(rank);
+            } else if rank > best && self.fits(face) {
+                best = rank;
             }
         }
-        self.looks += self.candidates.len() as u64;
-        // A face around several of the vertices is compared several times: this takes less time than to find out.
-        let ranks = self.candidates.iter().map(|&face| {
-            let [a, b, c] =
-                self.faces[face as usize].corners.map(|vertex| self.vertices[vertex as usize].score);
-            rank_of(a + b + c + noise.of_face(face), face)
-        });
-        let best = match self.cache.triangles {
-            None => ranks.max(),
-            Some(_) => ranks.fold(None, |best, rank| {
-                let is_better = best.is_none_or(|best| rank > best) && self.fits(face_of(rank));
-                if is_better { Some(rank) } else { best }
-            }),
-        };
-        best.map(face_of)
+        (best != NO_RANK).then(|| face_of(best))
     }
 }
 
@@ -145,6 +127,9 @@ impl Search {
 fn rank_of(worth: i32, face: u32) -> i64 {
     i64::from(worth) << 32 | i64::from(!face)
 }
+
+/// Less than every rank.
+const NO_RANK: i64 = i64::MIN;
 
 /// The face with this rank.
 fn face_of(rank: i64) -> u32 {
@@ -261,5 +246,27 @@ mod tests {
         let first = go(&mut search);
         search.back(&start);
         assert_eq!(go(&mut search), first);
+    }
+
+    #[test]
+    fn exactly_the_undrawn_faces_around_cached_vertices_are_nearby() {
+        let batches = Simulated { entries: 24, triangles: Some(32), look_back: Some(42) };
+        for cache in [FIFO_15, batches] {
+            // Vertex 0 has more faces than `MAX_FACES`.
+            let faces: Vec<[u32; 3]> =
+                torus(16).faces.into_iter().flat_map(|[a, b, c]| [[a, b, c], [0, b, c]]).collect();
+            let mut search = Search::new(&faces, 256, cache);
+            for step in 0..900 {
+                let start = search.mark();
+                (0..step % 7).for_each(|_| search.step(Noise::NONE));
+                search.back(&start);
+                search.step(Noise::NONE);
+                let mut nearby = search.near.faces().to_vec();
+                nearby.sort_unstable();
+                let undrawn = (0..faces.len() as u32).filter(|face| !search.drawn.contains(face));
+                let around: Vec<u32> = undrawn.filter(|&face| search.is_nearby(face)).collect();
+                assert_eq!(nearby, around, "{cache:?}, step {step}");
+            }
+        }
     }
 }

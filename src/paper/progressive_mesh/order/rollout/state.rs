@@ -1,22 +1,16 @@
 //! The state of a search: the faces drawn so far, and the vertices in the simulated cache.
 
+use super::near::Near;
 use super::undrawn::Undrawn;
-use super::{MAX_LEFT, Simulated, TRANSFORM, VALENCE_PERCENT};
-
-#[derive(Clone, Copy)]
-pub(super) struct Face {
-    /// The distinct corners; a repeated corner is replaced by the dummy vertex `none`.
-    pub corners: [u32; 3],
-    /// For each corner, the index of this face in [`Search::around`].
-    places: [u32; 3],
-}
+use super::{MAX_FACES, MAX_LEFT, Simulated, TRANSFORM, VALENCE_PERCENT};
 
 /// Everything that a search reads of a vertex.
 #[derive(Clone, Default)]
 pub(super) struct Vertex {
     /// What the vertex now adds to the score of its faces.
     pub score: i32,
-    /// `around[begin .. begin + left]` are the vertex's undrawn faces. Its drawn faces follow, the last one first.
+    /// `around[begin .. begin + left]` are the vertex's undrawn faces, if it has at most [`MAX_FACES`] faces in all. Its
+    /// drawn faces follow, the last one first.
     pub begin: u32,
     pub left: u32,
     /// The number of the vertex's faces.
@@ -24,14 +18,16 @@ pub(super) struct Vertex {
 }
 
 pub(super) struct Search {
-    pub faces: Vec<Face>,
+    /// The distinct corners of each face; a repeated corner is replaced by the dummy vertex `none`.
+    pub faces: Vec<[u32; 3]>,
     /// All vertices; the last one is the dummy vertex `none`.
     pub vertices: Vec<Vertex>,
     none: u32,
-    /// The faces around each vertex, and [`COPIED`] more entries.
-    pub around: Vec<u32>,
-    /// The faces among which a step chooses.
-    pub candidates: Vec<u32>,
+    /// The faces around each vertex.
+    around: Vec<u32>,
+    /// The undrawn faces around cached vertices with at most [`MAX_FACES`] faces. In an empty batch, those around the
+    /// vertices of the batch before it.
+    pub near: Near,
     pub cache: Simulated,
     /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
     worths: [i32; MAX_LEFT + 1],
@@ -42,13 +38,10 @@ pub(super) struct Search {
     pub undrawn: Undrawn,
     /// All vertices that entered the cache, oldest first. Those from index `oldest` on are in the FIFO or the current
     /// batch. With a look-back, some of these are forgotten, and a vertex that was transformed again is listed twice.
-    /// With batches, those from `previous` to `oldest` are the batch before the current one. A FIFO does not use
-    /// `previous`.
-    pub entered: Vec<u32>,
-    pub oldest: usize,
-    pub previous: usize,
+    entered: Vec<u32>,
+    oldest: usize,
     /// Triangles in the current batch.
-    pub triangles: usize,
+    triangles: usize,
     /// With a look-back: the corners of the drawn faces in order, each with the place of the vertex's use before it.
     /// Repeated corners are the dummy vertex, so the last use of a vertex can count up to 2 indices too early.
     uses: Vec<[u32; 2]>,
@@ -61,18 +54,15 @@ pub(super) struct Search {
     pub looks: u64,
 }
 
-/// Faces of a vertex that are copied at once.
-pub(super) const COPIED: usize = 8;
-
 /// A state to which attempts return.
 pub(super) struct Mark {
     pub drawn: usize,
     entered: usize,
     oldest: usize,
-    previous: usize,
     triangles: usize,
     transforms: i64,
     half_finished: i64,
+    near: Vec<u32>,
 }
 
 impl Search {
@@ -81,25 +71,21 @@ impl Search {
         let distinct = |&[a, b, c]: &[u32; 3]| {
             [a, if b == a { none } else { b }, if c == a || c == b { none } else { c }]
         };
-        let mut faces: Vec<Face> =
-            faces.iter().map(|face| Face { corners: distinct(face), places: [0; 3] }).collect();
+        let faces: Vec<[u32; 3]> = faces.iter().map(distinct).collect();
         let mut list = vec![Vertex::default(); vertices + 1];
-        let corners = faces.iter().flat_map(|face| face.corners).filter(|&vertex| vertex != none);
-        corners.for_each(|vertex| list[vertex as usize].valence += 1);
+        let corners = faces.iter().flatten().filter(|&&vertex| vertex != none);
+        corners.for_each(|&vertex| list[vertex as usize].valence += 1);
         let mut filled = 0;
         for vertex in &mut list {
             vertex.begin = filled;
             filled += vertex.valence;
         }
-        let mut around = vec![0; filled as usize + COPIED];
-        for (index, face) in (0..).zip(&mut faces) {
-            for (&vertex, place) in face.corners.iter().zip(&mut face.places) {
-                if vertex != none {
-                    let vertex = &mut list[vertex as usize];
-                    *place = vertex.begin + vertex.left;
-                    around[*place as usize] = index;
-                    vertex.left += 1;
-                }
+        let mut around = vec![0; filled as usize];
+        for (face, corners) in (0..).zip(&faces) {
+            for &vertex in corners.iter().filter(|&&vertex| vertex != none) {
+                let vertex = &mut list[vertex as usize];
+                around[(vertex.begin + vertex.left) as usize] = face;
+                vertex.left += 1;
             }
         }
         let worths = std::array::from_fn(|left| match left as i32 {
@@ -109,17 +95,16 @@ impl Search {
         let mut search = Self {
             drawn: Vec::with_capacity(faces.len()),
             undrawn: Undrawn::all(faces.len()),
+            near: Near::new(faces.len()),
             faces,
             vertices: list,
             none,
             around,
-            candidates: Vec::new(),
             cache,
             worths,
-            cached: vec![false; vertices],
+            cached: vec![false; vertices + 1],
             entered: Vec::new(),
             oldest: 0,
-            previous: 0,
             triangles: 0,
             uses: Vec::new(),
             last_use: vec![0; vertices + 1],
@@ -142,7 +127,7 @@ impl Search {
     /// The corners of a face with their vertices, without the dummy vertex.
     fn corners(&self, face: u32) -> impl Iterator<Item = (usize, usize)> + use<> {
         let none = self.none as usize;
-        let corners = self.faces[face as usize].corners.map(|vertex| vertex as usize);
+        let corners = self.faces[face as usize].map(|vertex| vertex as usize);
         corners.into_iter().enumerate().filter(move |&(_, vertex)| vertex != none)
     }
 
@@ -157,18 +142,15 @@ impl Search {
         self.cache.look_back.is_none_or(|reach| distance() <= reach)
     }
 
-    /// Takes a face out of the undrawn faces of its corner's vertex: it changes places with the last one.
-    fn take(&mut self, face: u32, corner: usize) {
-        let Face { corners, places } = self.faces[face as usize];
-        let vertex = &mut self.vertices[corners[corner] as usize];
-        vertex.left -= 1;
-        let (place, last) = (places[corner], vertex.begin + vertex.left);
-        let other = self.around[last as usize];
-        self.around.swap(place as usize, last as usize);
-        let other = &mut self.faces[other as usize];
-        let others = other.corners.iter().position(|vertex| *vertex == corners[corner]);
-        other.places[others.expect("a face around a vertex has it as a corner")] = place;
-        self.faces[face as usize].places[corner] = last;
+    /// Takes a face out of the undrawn faces of a vertex: it changes places with the last one.
+    fn take(&mut self, face: u32, vertex: usize) {
+        let Vertex { begin, left, valence, .. } = &mut self.vertices[vertex];
+        if *valence <= MAX_FACES {
+            let undrawn = &mut self.around[*begin as usize..][..*left as usize];
+            let place = undrawn.iter().position(|&other| other == face);
+            undrawn.swap(place.expect("an undrawn face around the vertex"), *left as usize - 1);
+        }
+        *left -= 1;
     }
 
     /// Updates what a vertex adds to the score of its faces.
@@ -183,14 +165,18 @@ impl Search {
         if !self.fits(face) {
             self.end_batch();
         }
+        if self.triangles == 0 {
+            self.near.set(&[]);
+        }
         self.triangles += 1;
+        self.near.remove(face);
         self.undrawn.take(face);
         self.drawn.push(face);
         if self.cache.look_back.is_some() {
             self.forget_before(face);
         }
-        for (corner, vertex) in self.corners(face) {
-            self.take(face, corner);
+        for (_, vertex) in self.corners(face) {
+            self.take(face, vertex);
             if !self.cached[vertex] {
                 let Vertex { left, valence, .. } = self.vertices[vertex];
                 self.half_finished -= i64::from(left + 1 < valence);
@@ -200,6 +186,7 @@ impl Search {
                 }
                 self.entered.push(vertex as u32);
                 self.cached[vertex] = true;
+                self.bring_near(vertex);
             }
             self.score(vertex);
         }
@@ -220,7 +207,7 @@ impl Search {
     /// Notes the uses of the face's vertices. Then forgets earlier vertices whose last use is too far back for the
     /// first corner of the next face.
     fn note_uses(&mut self, face: u32, reach: usize) {
-        for vertex in self.faces[face as usize].corners {
+        for vertex in self.faces[face as usize] {
             let place = self.uses.len() as u32;
             self.uses.push([vertex, std::mem::replace(&mut self.last_use[vertex as usize], place)]);
         }
@@ -243,17 +230,49 @@ impl Search {
         }
     }
 
-    /// Marks a vertex as not cached. In a batch it keeps its place.
+    /// Adds the undrawn faces of a vertex that is now cached to those nearby.
+    fn bring_near(&mut self, vertex: usize) {
+        let Vertex { begin, left, valence, .. } = self.vertices[vertex];
+        if valence <= MAX_FACES {
+            self.around[begin as usize..][..left as usize].iter().for_each(|&face| self.near.add(face));
+        }
+    }
+
+    /// Marks a vertex as not cached, and its faces as no longer nearby. In a batch it keeps its place.
     fn forget(&mut self, vertex: usize) {
+        self.leave(vertex);
+        let Vertex { begin, left, valence, .. } = self.vertices[vertex];
+        if valence <= MAX_FACES {
+            for &face in &self.around[begin as usize..][..left as usize] {
+                if !self.is_nearby(face) {
+                    self.near.remove(face);
+                }
+            }
+        }
+    }
+
+    /// True if a cached vertex brings this face near.
+    pub fn is_nearby(&self, face: u32) -> bool {
+        let brings =
+            |vertex: u32| self.cached[vertex as usize] && self.vertices[vertex as usize].valence <= MAX_FACES;
+        self.faces[face as usize].into_iter().any(brings)
+    }
+
+    /// Marks a vertex as not cached.
+    fn leave(&mut self, vertex: usize) {
         self.cached[vertex] = false;
         self.half_finished += i64::from(self.vertices[vertex].left > 0);
         self.score(vertex);
     }
 
+    /// Takes all vertices out of the cache. Their faces stay nearby until the new batch has a face.
     pub fn end_batch(&mut self) {
-        (self.previous, self.triangles) = (self.oldest, 0);
-        while self.oldest < self.entered.len() {
-            self.evict();
+        self.triangles = 0;
+        for at in std::mem::replace(&mut self.oldest, self.entered.len())..self.entered.len() {
+            let vertex = self.entered[at] as usize;
+            if self.cached[vertex] {
+                self.leave(vertex);
+            }
         }
     }
 
@@ -262,15 +281,16 @@ impl Search {
             drawn: self.drawn.len(),
             entered: self.entered.len(),
             oldest: self.oldest,
-            previous: self.previous,
             triangles: self.triangles,
             transforms: self.transforms,
             half_finished: self.half_finished,
+            near: self.near.faces().to_vec(),
         }
     }
 
     /// Takes back all draws since `mark`.
     pub fn back(&mut self, mark: &Mark) {
+        self.near.set(&mark.near);
         let drawn = self.drawn.split_off(mark.drawn);
         for &face in drawn.iter().rev() {
             self.undrawn.put_back(face);
@@ -290,7 +310,7 @@ impl Search {
             self.cached[vertex] = self.is_near(0, vertex);
             self.score(vertex);
         }
-        (self.oldest, self.previous, self.triangles) = (mark.oldest, mark.previous, mark.triangles);
+        (self.oldest, self.triangles) = (mark.oldest, mark.triangles);
         (self.transforms, self.half_finished) = (mark.transforms, mark.half_finished);
         for face in drawn {
             self.corners(face).for_each(|(_, vertex)| self.score(vertex));
