@@ -11,6 +11,7 @@ use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
 use crate::scene::Scene;
 use crate::stats::Summary;
+use rayon::prelude::*;
 
 /// Name, true with geomorphing, and the limit `pixels_per_second`.
 const VARIANTS: [(&str, bool, f64); 5] = [
@@ -196,9 +197,8 @@ pub const SAMPLES: u32 = 4;
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
     session.technique.surfaces[0].set_error_pixels(pixels * f64::from(SAMPLES));
     session.frame(pose)?;
-    let [width, height] = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
-    let bytes = session.picture_bytes()?;
-    Ok(averaged(bytemuck::cast_slice(&bytes), [width, height], SAMPLES as usize))
+    let size = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
+    Ok(session.read_picture(|bytes| averaged(bytemuck::cast_slice(bytes), size, SAMPLES as usize))?)
 }
 
 /// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
@@ -210,7 +210,7 @@ pub fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) 
         let sum: f64 = (0..side * side).map(|n| sample(left + n % side, top + n / side)).sum();
         from_linear_f64(sum / (side * side) as f64)
     };
-    (0..width * height).map(pixel).collect()
+    (0..width * height).into_par_iter().map(pixel).collect()
 }
 
 /// The rows of a variant with these pictures, drawn at these errors.
