@@ -204,13 +204,14 @@ fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow:
 /// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
 /// x `height` pixels.
 pub fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
-    let sample = |x: usize, y: usize| f64::from(samples[y * width * side + x][0]);
-    let pixel = |n: usize| {
-        let [left, top] = [n % width * side, n / width * side];
-        let sum: f64 = (0..side * side).map(|n| sample(left + n % side, top + n / side)).sum();
-        from_linear_f64(sum / (side * side) as f64)
+    let pixels = |rows: &[[f32; 4]]| {
+        let pixel = |column: usize| {
+            let square = rows.chunks(width * side).flat_map(|row| &row[column * side..][..side]);
+            from_linear_f64(square.map(|sample| f64::from(sample[0])).sum::<f64>() / (side * side) as f64)
+        };
+        (0..width).map(pixel).collect::<Vec<u8>>()
     };
-    (0..width * height).into_par_iter().map(pixel).collect()
+    samples[..width * height * side * side].par_chunks(width * side * side).flat_map_iter(pixels).collect()
 }
 
 /// The rows of a variant with these pictures, drawn at these errors.
