@@ -46,6 +46,7 @@ fn a_built_mesh_is_described_and_verified() {
     assert!((sizes - json["bytes"].as_f64().unwrap()).abs() < 1e-6, "not all bytes are reported: {sizes}");
     let [text, _] = run_mesh(&folder, &["info", "b.pmesh"]);
     holds(&text, &["3674 faces, error 0", "metric        geometry", "FIFO of 16", "bytes per split"]);
+    holds(&text, &["drawn         1.000 faces", "in batches    1.", "32 vertices and 32 triangles"]);
     let [text, _] = run_mesh(&folder, &["verify", "b.pmesh"]);
     holds(&text, &["b.pmesh: ", "3674 faces, all intact"]);
 }
@@ -98,6 +99,12 @@ fn an_order_is_chosen_and_reported() {
     for order in ["tail-10", "in-place-10"] {
         let few = moved(&["--order", order]);
         assert!((4.0..=10.0).contains(&few.0) && few.1 < 2.2, "{order}: {few:?}");
+        let json = info(&folder, "s.pmesh");
+        let batched = json["transforms_per_vertex_in_batches"]["mean"].as_f64().unwrap();
+        assert!((few.1..2.5).contains(&batched), "{order}: {few:?}, {batched} in batches");
+        let drawn = json["drawn_faces_per_live_face"].as_f64().unwrap();
+        let range = if order == "tail-10" { 1.0..1.0 + 1e-9 } else { 1.02..1.13 };
+        assert!(range.contains(&drawn), "{order}: {drawn}");
     }
     // There is at most one group for each split, however many are requested.
     for many in ["4000000000", "0.000001%"] {

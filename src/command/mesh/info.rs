@@ -5,10 +5,12 @@ use crate::command::say;
 use anyhow::Result;
 use clap::Args;
 use ortelius::header::JsonFormat;
-use ortelius::paper::progressive_mesh::cache::{Cache, level_costs, sampled_levels};
+use ortelius::paper::progressive_mesh::cache::{Cache, LevelCosts, costs_of, sampled_levels};
 use ortelius::paper::progressive_mesh::choices::ErrorMetric;
 use ortelius::paper::progressive_mesh::file::{Contents, Extent, version};
 use ortelius::paper::progressive_mesh::mesh::{Births, Level, ProgressiveMesh};
+use ortelius::paper::progressive_mesh::run::Program;
+use ortelius::stats::mean;
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -53,6 +55,10 @@ struct Info {
     moved_faces_per_split: f64,
     /// Statistics over the levels, for a FIFO cache of 16 entries.
     transforms_per_vertex: Transforms,
+    /// The same for batches of 32 vertices and 32 triangles.
+    transforms_per_vertex_in_batches: Transforms,
+    /// A mean over the same levels: more than 1 if unborn faces are drawn.
+    drawn_faces_per_live_face: f64,
     sizes: Vec<Size>,
     /// Without positions, attributes and header.
     bytes_per_split: f64,
@@ -105,7 +111,12 @@ impl Info {
         // The paper's mean is over all levels. For 100 000 faces that takes a few seconds; larger meshes are sampled at
         // 256 levels.
         let levels = sampled_levels(mesh, 100_000, 256);
-        let costs = &level_costs(mesh, &[Cache::Fifo(16)], &levels)[0];
+        let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("a checked mesh: {flaw}"));
+        let caches = [Cache::Fifo(16), Cache::Batches];
+        let costs = costs_of(&program, &mesh.vertices.welded, &caches, &levels);
+        // Level 0 can be empty.
+        let live = |level: u32| f64::from(mesh.levels[level as usize].faces.max(1));
+        let drawn = |&level: &u32| f64::from(program.drawn(level).max(1)) / live(level);
         let attributes = &mesh.vertices.attributes;
         let attributes = [
             ("normals", attributes.normals.len()),
@@ -130,12 +141,9 @@ impl Info {
             attributes: attributes.iter().filter(|(_, count)| *count > 0).map(|(name, _)| *name).collect(),
             permutations: mesh.swaps.levels.len(),
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
-            transforms_per_vertex: Transforms {
-                levels_measured: costs.levels.len(),
-                mean: costs.mean(),
-                p95: costs.exceeded_by(0.05),
-                worst: costs.exceeded_by(0.0),
-            },
+            transforms_per_vertex: (&costs[0]).into(),
+            transforms_per_vertex_in_batches: (&costs[1]).into(),
+            drawn_faces_per_live_face: mean(levels.iter().map(drawn)),
             sizes: named
                 .into_iter()
                 .chain([size("headers of file and chunks", contents.frame_bytes)])
@@ -152,7 +160,12 @@ impl Info {
             [] => "none".to_owned(),
             names => names.join(", "),
         };
-        let costs = &self.transforms_per_vertex;
+        let transforms = |label: &str, costs: &Transforms, cache: &str| {
+            format!(
+                "{label:13} {:.3} per vertex on average over {} levels (p95 {:.3}, worst {:.3}); {cache}",
+                costs.mean, costs.levels_measured, costs.p95, costs.worst
+            )
+        };
         let mut lines = vec![
             format!(
                 "file          version {}, {} bytes, {} chunks",
@@ -170,10 +183,9 @@ impl Info {
                 self.moved_faces_per_split,
                 if self.births_in_place { "in place" } else { "at the tail" }
             ),
-            format!(
-                "transforms    {:.3} per vertex on average over {} levels (p95 {:.3}, worst {:.3}); FIFO of 16",
-                costs.mean, costs.levels_measured, costs.p95, costs.worst
-            ),
+            format!("drawn         {:.3} faces for each live face", self.drawn_faces_per_live_face),
+            transforms("transforms", &self.transforms_per_vertex, "FIFO of 16"),
+            transforms("in batches", &self.transforms_per_vertex_in_batches, "32 vertices and 32 triangles"),
         ];
         lines.push("content                   bytes  per split".to_owned());
         lines.extend(
@@ -186,6 +198,17 @@ impl Info {
             self.bytes_per_split
         ));
         lines
+    }
+}
+
+impl From<&LevelCosts> for Transforms {
+    fn from(costs: &LevelCosts) -> Self {
+        Self {
+            levels_measured: costs.levels.len(),
+            mean: costs.mean(),
+            p95: costs.exceeded_by(0.05),
+            worst: costs.exceeded_by(0.0),
+        }
     }
 }
 
