@@ -202,16 +202,8 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// Device lost, out of memory.
     pub fn picture_bytes(&mut self) -> Result<Vec<u8>, T::Error> {
-        self.read_picture(<[u8]>::to_vec)
-    }
-
-    /// As [`Run::picture_bytes`], without a copy: `read` receives the bytes.
-    ///
-    /// # Errors
-    /// Device lost, out of memory.
-    pub fn read_picture<R>(&mut self, read: impl FnOnce(&[u8]) -> R) -> Result<R, T::Error> {
         self.drain()?;
-        Ok(self.gpu.read_image_with(&self.target.color, read)?)
+        Ok(self.gpu.read_image(&self.target.color)?)
     }
 
     /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB

@@ -103,8 +103,9 @@ fn an_order_is_chosen_and_reported() {
         let batched = json["transforms_per_vertex_in_batches"]["mean"].as_f64().unwrap();
         assert!((few.1..2.5).contains(&batched), "{order}: {few:?}, {batched} in batches");
         let drawn = json["drawn_faces_per_live_face"].as_f64().unwrap();
-        let range = if order == "tail-10" { 1.0..1.0 + 1e-9 } else { 1.02..1.13 };
-        assert!(range.contains(&drawn), "{order}: {drawn}");
+        // The bar of `in-place-10` is 12 % on larger meshes; births at the tail draw live faces only.
+        let more = if order == "tail-10" { 0.0..=0.0 } else { 0.02..=0.13 };
+        assert!(more.contains(&(drawn - 1.0)), "{order}: {drawn}");
     }
     // There is at most one group for each split, however many are requested.
     for many in ["4000000000", "0.000001%"] {

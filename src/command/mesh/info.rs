@@ -55,7 +55,7 @@ struct Info {
     moved_faces_per_split: f64,
     /// Statistics over the levels, for a FIFO cache of 16 entries.
     transforms_per_vertex: Transforms,
-    /// The same for batches of 32 vertices and 32 triangles.
+    /// The same for batches of 32 vertices and 32 triangles. In both, wedges at one position count as one vertex.
     transforms_per_vertex_in_batches: Transforms,
     /// A mean over the same levels: more than 1 if unborn faces are drawn.
     drawn_faces_per_live_face: f64,
@@ -108,15 +108,17 @@ impl Info {
     fn of(mesh: &ProgressiveMesh, contents: &Contents) -> Info {
         // Each split is a level; on a seam it adds several vertices.
         let splits = f64::from(mesh.last_level().max(1));
-        // The paper's mean is over all levels. For 100 000 faces that takes a few seconds; larger meshes are sampled at
+        // The paper's mean is over all levels. For 100 000 faces that takes some seconds; larger meshes are sampled at
         // 256 levels.
         let levels = sampled_levels(mesh, 100_000, 256);
         let program = Program::new(mesh).unwrap_or_else(|flaw| panic!("a checked mesh: {flaw}"));
         let caches = [Cache::Fifo(16), Cache::Batches];
         let costs = costs_of(&program, &mesh.vertices.welded, &caches, &levels);
         // Level 0 can be empty.
-        let live = |level: u32| f64::from(mesh.levels[level as usize].faces.max(1));
-        let drawn = |&level: &u32| f64::from(program.drawn(level).max(1)) / live(level);
+        let drawn = |&level: &u32| {
+            let live = mesh.levels[level as usize].faces;
+            (live > 0).then(|| f64::from(program.drawn(level)) / f64::from(live))
+        };
         let attributes = &mesh.vertices.attributes;
         let attributes = [
             ("normals", attributes.normals.len()),
@@ -143,7 +145,7 @@ impl Info {
             moved_faces_per_split: mesh.swaps.cycles.items().len() as f64 / splits,
             transforms_per_vertex: (&costs[0]).into(),
             transforms_per_vertex_in_batches: (&costs[1]).into(),
-            drawn_faces_per_live_face: mean(levels.iter().map(drawn)),
+            drawn_faces_per_live_face: mean(levels.iter().filter_map(drawn)),
             sizes: named
                 .into_iter()
                 .chain([size("headers of file and chunks", contents.frame_bytes)])

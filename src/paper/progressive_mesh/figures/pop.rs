@@ -11,7 +11,6 @@ use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
 use crate::scene::Scene;
 use crate::stats::Summary;
-use rayon::prelude::*;
 
 /// Name, true with geomorphing, and the limit `pixels_per_second`.
 const VARIANTS: [(&str, bool, f64); 5] = [
@@ -197,21 +196,21 @@ pub const SAMPLES: u32 = 4;
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
     session.technique.surfaces[0].set_error_pixels(pixels * f64::from(SAMPLES));
     session.frame(pose)?;
-    let size = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
-    Ok(session.read_picture(|bytes| averaged(bytemuck::cast_slice(bytes), size, SAMPLES as usize))?)
+    let [width, height] = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
+    let bytes = session.picture_bytes()?;
+    Ok(averaged(bytemuck::cast_slice(&bytes), [width, height], SAMPLES as usize))
 }
 
 /// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
 /// x `height` pixels.
 pub fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
-    let pixels = |rows: &[[f32; 4]]| {
-        let pixel = |column: usize| {
-            let square = rows.chunks(width * side).flat_map(|row| &row[column * side..][..side]);
-            from_linear_f64(square.map(|sample| f64::from(sample[0])).sum::<f64>() / (side * side) as f64)
-        };
-        (0..width).map(pixel).collect::<Vec<u8>>()
+    let sample = |x: usize, y: usize| f64::from(samples[y * width * side + x][0]);
+    let pixel = |n: usize| {
+        let [left, top] = [n % width * side, n / width * side];
+        let sum: f64 = (0..side * side).map(|n| sample(left + n % side, top + n / side)).sum();
+        from_linear_f64(sum / (side * side) as f64)
     };
-    samples[..width * height * side * side].par_chunks(width * side * side).flat_map_iter(pixels).collect()
+    (0..width * height).map(pixel).collect()
 }
 
 /// The rows of a variant with these pictures, drawn at these errors.

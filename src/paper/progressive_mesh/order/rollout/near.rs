@@ -51,12 +51,12 @@ mod tests {
     #[test]
     fn a_face_is_listed_once_and_leaves_the_others() {
         let mut near = Near::new(6);
-        [4, 1, 4, 5, 0].map(|face| near.add(face));
+        [4, 1, 4, 5, 0].into_iter().for_each(|face| near.add(face));
         assert_eq!(near.faces(), [4, 1, 5, 0]);
-        [1, 0, 2, 1].map(|face| near.remove(face));
+        [1, 0, 2, 1].into_iter().for_each(|face| near.remove(face));
         assert_eq!(near.faces(), [4, 5]);
         near.set(&[3, 5]);
-        [4, 3].map(|face| near.remove(face));
+        [4, 3].into_iter().for_each(|face| near.remove(face));
         assert_eq!(near.faces(), [5]);
     }
 }

@@ -9,8 +9,8 @@ use super::{MAX_FACES, MAX_LEFT, Simulated, TRANSFORM, VALENCE_PERCENT};
 pub(super) struct Vertex {
     /// What the vertex now adds to the score of its faces.
     pub score: i32,
-    /// `around[begin .. begin + left]` are the vertex's undrawn faces, if it has at most [`MAX_FACES`] faces in all. Its
-    /// drawn faces follow, the last one first.
+    /// If the vertex has at most [`MAX_FACES`] faces, `around[begin .. begin + left]` are its undrawn faces; the drawn
+    /// ones follow, the last one first. Otherwise `around` is neither updated nor read.
     pub begin: u32,
     pub left: u32,
     /// The number of the vertex's faces.
@@ -25,8 +25,9 @@ pub(super) struct Search {
     none: u32,
     /// The faces around each vertex.
     around: Vec<u32>,
-    /// The undrawn faces around cached vertices with at most [`MAX_FACES`] faces. In an empty batch, those around the
-    /// vertices of the batch before it.
+    /// The undrawn faces around cached vertices with at most [`MAX_FACES`] faces. In an empty batch, those that were
+    /// nearby when the batch before it ended. To add all faces around a hub each time it enters the cache would take
+    /// quadratic time.
     pub near: Near,
     pub cache: Simulated,
     /// For each number of undrawn faces: what a cached vertex with this number adds to the score of its faces.
@@ -133,11 +134,11 @@ impl Search {
 
     /// True if the next face finds a vertex in the cache, as this corner.
     fn is_found(&self, corner: usize, vertex: usize) -> bool {
-        self.cached[vertex] && self.is_near(corner, vertex)
+        self.cached[vertex] && self.is_in_reach(corner, vertex)
     }
 
     /// True if the look-back from this corner of the next face reaches the last use of a vertex.
-    fn is_near(&self, corner: usize, vertex: usize) -> bool {
+    fn is_in_reach(&self, corner: usize, vertex: usize) -> bool {
         let distance = || self.uses.len() + corner - self.last_use[vertex] as usize;
         self.cache.look_back.is_none_or(|reach| distance() <= reach)
     }
@@ -198,7 +199,7 @@ impl Search {
     /// Forgets the vertices of the next face whose last use is beyond the look-back.
     fn forget_before(&mut self, face: u32) {
         for (corner, vertex) in self.corners(face) {
-            if self.cached[vertex] && !self.is_near(corner, vertex) {
+            if self.cached[vertex] && !self.is_in_reach(corner, vertex) {
                 self.forget(vertex);
             }
         }
@@ -221,13 +222,10 @@ impl Search {
         }
     }
 
-    /// Takes the oldest vertex out of the cache.
+    /// Takes the oldest vertex out of the FIFO.
     fn evict(&mut self) {
-        let leaves = self.entered[self.oldest] as usize;
         self.oldest += 1;
-        if self.cached[leaves] {
-            self.forget(leaves);
-        }
+        self.forget(self.entered[self.oldest - 1] as usize);
     }
 
     /// Adds the undrawn faces of a vertex that is now cached to those nearby.
@@ -238,9 +236,10 @@ impl Search {
         }
     }
 
-    /// Marks a vertex as not cached, and its faces as no longer nearby. In a batch it keeps its place.
+    /// Marks a vertex as not cached. Its faces stay nearby only if another cached vertex brings them. In a batch the
+    /// vertex keeps its place.
     fn forget(&mut self, vertex: usize) {
-        self.leave(vertex);
+        self.uncache(vertex);
         let Vertex { begin, left, valence, .. } = self.vertices[vertex];
         if valence <= MAX_FACES {
             for &face in &self.around[begin as usize..][..left as usize] {
@@ -259,7 +258,7 @@ impl Search {
     }
 
     /// Marks a vertex as not cached.
-    fn leave(&mut self, vertex: usize) {
+    fn uncache(&mut self, vertex: usize) {
         self.cached[vertex] = false;
         self.half_finished += i64::from(self.vertices[vertex].left > 0);
         self.score(vertex);
@@ -268,10 +267,11 @@ impl Search {
     /// Takes all vertices out of the cache. Their faces stay nearby until the new batch has a face.
     pub fn end_batch(&mut self) {
         self.triangles = 0;
-        for at in std::mem::replace(&mut self.oldest, self.entered.len())..self.entered.len() {
+        let oldest = std::mem::replace(&mut self.oldest, self.entered.len());
+        for at in oldest..self.entered.len() {
             let vertex = self.entered[at] as usize;
             if self.cached[vertex] {
-                self.leave(vertex);
+                self.uncache(vertex);
             }
         }
     }
@@ -307,7 +307,7 @@ impl Search {
         for at in mark.oldest..mark.entered {
             let vertex = self.entered[at] as usize;
             // At a mark, exactly the vertices beyond the look-back are forgotten.
-            self.cached[vertex] = self.is_near(0, vertex);
+            self.cached[vertex] = self.is_in_reach(0, vertex);
             self.score(vertex);
         }
         (self.oldest, self.triangles) = (mark.oldest, mark.triangles);
