@@ -1,7 +1,7 @@
 //! A part of a mesh that is reordered, with its own vertex numbers.
 
 /// At most this many faces of a vertex are compared for a place: otherwise a fan around one vertex takes quadratic
-/// time. Rollouts take none of the faces of a vertex with more. Scans have up to 30 faces at a vertex.
+/// time. Rollouts do not look around a vertex with more. Scans have up to 30 faces at a vertex.
 pub(super) const MAX_FACES: u32 = 256;
 
 /// Faces with compact vertex numbers, and the faces around each vertex.
