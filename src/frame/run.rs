@@ -202,8 +202,16 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// Device lost, out of memory.
     pub fn picture_bytes(&mut self) -> Result<Vec<u8>, T::Error> {
+        self.read_picture(<[u8]>::to_vec)
+    }
+
+    /// As [`Run::picture_bytes`], but `read` receives the bytes in mapped memory: no `Vec` is made.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read_picture<R>(&mut self, read: impl FnOnce(&[u8]) -> R) -> Result<R, T::Error> {
         self.drain()?;
-        Ok(self.gpu.read_image(&self.target.color)?)
+        Ok(self.gpu.read_image_with(&self.target.color, read)?)
     }
 
     /// The last frame's picture in linear light: exact with [`PixelFormat::Linear32`], otherwise decoded from sRGB
@@ -212,10 +220,12 @@ impl<T: Technique> Run<T> {
     /// # Errors
     /// Device lost, out of memory.
     pub fn linear_picture(&mut self) -> Result<Picture, T::Error> {
-        let ([width, height], bytes) = (self.size(), self.picture_bytes()?);
+        let [width, height] = self.size();
         Ok(match self.kind() {
-            PixelFormat::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: bytes }),
-            PixelFormat::Linear32 => Picture::new(width, height, bytemuck::pod_collect_to_vec(&bytes)),
+            PixelFormat::Srgb8 => Picture::from(&Srgb8Picture { width, height, rgba: self.picture_bytes()? }),
+            PixelFormat::Linear32 => {
+                Picture::new(width, height, self.read_picture(bytemuck::pod_collect_to_vec)?)
+            }
         })
     }
 

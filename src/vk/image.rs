@@ -155,12 +155,20 @@ impl Gpu {
     /// # Errors
     /// Device lost, out of memory.
     pub fn read_image(&self, image: &Image) -> Result<Vec<u8>> {
+        self.read_image_with(image, <[u8]>::to_vec)
+    }
+
+    /// As [`Gpu::read_image`], but `read` receives the texels in mapped memory: no `Vec` is made.
+    ///
+    /// # Errors
+    /// Device lost, out of memory.
+    pub fn read_image_with<T>(&self, image: &Image, read: impl FnOnce(&[u8]) -> T) -> Result<T> {
         let size = image.info.size;
         let bytes = image.info.format.bytes(size);
         let host = self.buffer("image read-back", bytes, BufferUse::Readback)?;
         let whole = TexelCopy { offset: 0, mip: 0, layer: 0, at: [0; 2], size };
         self.run_pass("image read-back", |cmd| cmd.copy_from_image(image, &host, &[whole]))?;
-        Ok(host.mapped().to_vec())
+        Ok(read(&host.mapped()))
     }
 
     /// True if passes can render into the format.

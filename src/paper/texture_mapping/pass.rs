@@ -120,8 +120,7 @@ impl Targets {
     /// # Errors
     /// Device lost, out of memory.
     pub fn colours(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>> {
-        let bytes = gpu.read_image(&self.images[0])?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        gpu.read_image_with(&self.images[0], bytemuck::pod_collect_to_vec)
     }
 
     /// All values of each pixel. The targets must have been created with dumps.
@@ -130,7 +129,7 @@ impl Targets {
     /// Device lost, out of memory.
     pub fn dumped(&self, gpu: &Gpu) -> Result<Vec<Dumped>> {
         let read = |image: &Image| -> Result<Vec<[f32; 4]>> {
-            Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(image)?))
+            gpu.read_image_with(image, bytemuck::pod_collect_to_vec)
         };
         let [colours, places, jacobians, decisions] = &self.images[..] else {
             panic!("{} targets: created without dumps", self.images.len())

@@ -10,8 +10,8 @@ use super::super::run::Program;
 use super::super::simplify::Collapses;
 use super::equal_memory::{self, AT_MEMORY_OF, EQUAL_MEMORY};
 use super::orders::{
-    CLASSICAL, CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, ORDERS, PAPER, TAIL_10, TAIL_23,
-    WITH_SCANS, moved_per_split, number, ordered, orders_and_baselines, simplified,
+    CLASSICAL, CLOSED, DRAWN, FIFO_16, IN_PLACE_10, IN_PLACE_23, MOVED, PAPER, TAIL_10, TAIL_23, WITH_SCANS,
+    every_order, moved_per_split, number, ordered, orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
 use crate::figure::prelude::*;
@@ -246,8 +246,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let some = bench.effort_of(sampled_levels(&plain, 0, 128), all.clone());
     let mut rows = Vec::new();
     let levels = sampled_levels(&plain, 0, 64);
-    for (name, options) in &ORDERS {
-        let mesh = ordered(&model, &collapses, options.as_ref());
+    for (name, mesh) in every_order(&model, &collapses) {
         for cache in CACHES {
             let levels = if cache == Cache::Fifo(16) { &all } else { &some };
             let found = level_costs(&mesh, &[cache], levels).remove(0);

@@ -6,6 +6,7 @@ use super::super::simplify::Collapses;
 use super::models;
 use super::orders::{CLOSED, PAPER, moved_per_split, ordered, simplified};
 use crate::figure::prelude::*;
+use rayon::prelude::*;
 
 pub const MOVES: Figure = Figure {
     id: "pm.moves",
@@ -110,16 +111,15 @@ fn equal_groups(budget: f64, collapses: &Collapses, faces: usize) -> Groups {
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (model, collapses) = simplified(&cell.scene)?;
     let budget = cell.x.expect("the sweep has values");
-    let mut rows = Vec::new();
-    for name in variants() {
+    let rows = |name: String| {
         let options = options(&name, budget, &collapses, model.faces.len());
         let mesh = ordered(&model, &collapses, Some(&options));
         let levels = sampled_levels(&mesh, 0, 512);
         let cost = level_costs(&mesh, &[Cache::Fifo(16)], &levels)[0].mean();
-        rows.push(Row::number(&*name, COST, "", cost));
-        rows.push(Row::number(&*name, MOVED, "faces", moved_per_split(&mesh)));
-    }
-    Ok(rows)
+        let moved = moved_per_split(&mesh);
+        [Row::number(&*name, COST, "", cost), Row::number(&*name, MOVED, "faces", moved)]
+    };
+    Ok(variants().into_par_iter().flat_map_iter(rows).collect())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::super::baselines::{BASELINES, baseline_costs};
 use super::super::cache::{CACHES, Cache, LevelCosts, level_costs, sampled_levels};
 use super::super::mesh::ProgressiveMesh;
 use super::orders::{
-    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, ORDERS, PAPER, TAIL_23, WITH_SCANS, ordered,
+    CLASSICAL, CLOSED, IN_PLACE_10, IN_PLACE_23, PAPER, TAIL_23, WITH_SCANS, every_order, ordered,
     orders_and_baselines, simplified,
 };
 use super::{face_orders, models, scans};
@@ -99,8 +99,7 @@ fn measure(bench: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
             rows.push(Row::new(name, cache.name(), "transforms per vertex", Value::Series(series)));
         }
     };
-    for (name, options) in &ORDERS {
-        let mesh = ordered(&model, &collapses, options.as_ref());
+    for (name, mesh) in every_order(&model, &collapses) {
         add(name, &level_costs(&mesh, &CACHES, &levels));
         worst.extend(extremes(name, &every(&mesh), &classical));
     }

@@ -11,6 +11,7 @@ use super::scans;
 use crate::figure::Row;
 use crate::model::Model;
 use crate::paper::progressive_mesh::choices::{BuildEffort, FaceOrder};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
@@ -108,6 +109,12 @@ pub fn collapses(model: &Model, options: &SimplifyOptions) -> Arc<Collapses> {
 /// A model in an order.
 pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptions>) -> ProgressiveMesh {
     order_or_classical(model, collapses, options, &mut |_, _| {})
+}
+
+/// A model in each of [`ORDERS`], by name. The orders are made in parallel.
+pub fn every_order(model: &Model, collapses: &Collapses) -> Vec<(&'static str, ProgressiveMesh)> {
+    let of = |(name, options): &NamedOrder| (*name, ordered(model, collapses, options.as_ref()));
+    ORDERS.par_iter().map(of).collect()
 }
 
 /// Faces that change their slots, per split.

@@ -11,6 +11,7 @@ use crate::picture::PixelFormat;
 use crate::picture::srgb::from_linear_f64;
 use crate::scene::Scene;
 use crate::stats::Summary;
+use rayon::prelude::*;
 
 /// Name, true with geomorphing, and the limit `pixels_per_second`.
 const VARIANTS: [(&str, bool, f64); 5] = [
@@ -196,21 +197,21 @@ pub const SAMPLES: u32 = 4;
 fn at(session: &mut Run<ProgressiveMeshes>, pose: &Pose, pixels: f64) -> anyhow::Result<Vec<u8>> {
     session.technique.surfaces[0].set_error_pixels(pixels * f64::from(SAMPLES));
     session.frame(pose)?;
-    let [width, height] = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
-    let bytes = session.picture_bytes()?;
-    Ok(averaged(bytemuck::cast_slice(&bytes), [width, height], SAMPLES as usize))
+    let size = session.technique.settings.size.map(|side| (side / SAMPLES) as usize);
+    Ok(session.read_picture(|bytes| averaged(bytemuck::cast_slice(bytes), size, SAMPLES as usize))?)
 }
 
 /// Means of the red channel's linear light over squares of `side` x `side` samples, as sRGB bytes for `width`
 /// x `height` pixels.
 pub fn averaged(samples: &[[f32; 4]], [width, height]: [usize; 2], side: usize) -> Vec<u8> {
-    let sample = |x: usize, y: usize| f64::from(samples[y * width * side + x][0]);
-    let pixel = |n: usize| {
-        let [left, top] = [n % width * side, n / width * side];
-        let sum: f64 = (0..side * side).map(|n| sample(left + n % side, top + n / side)).sum();
-        from_linear_f64(sum / (side * side) as f64)
+    let pixels = |rows: &[[f32; 4]]| {
+        let pixel = |column: usize| {
+            let square = rows.chunks(width * side).flat_map(|row| &row[column * side..][..side]);
+            from_linear_f64(square.map(|sample| f64::from(sample[0])).sum::<f64>() / (side * side) as f64)
+        };
+        (0..width).map(pixel).collect::<Vec<u8>>()
     };
-    (0..width * height).map(pixel).collect()
+    samples[..width * height * side * side].par_chunks(width * side * side).flat_map_iter(pixels).collect()
 }
 
 /// The rows of a variant with these pictures, drawn at these errors.
@@ -290,9 +291,10 @@ mod tests {
     #[test]
     fn an_outline_that_covers_half_a_pixel_is_half_the_light_and_not_half_the_levels() {
         let (dark, light) = ([0.0, 0.0, 0.0, 1.0], [1.0; 4]);
-        // Two pixels of 2 x 2 samples: one half covered, one fully covered.
-        let samples = [dark, light, light, light, dark, light, light, light];
-        let levels = averaged(&samples, [2, 1], 2);
-        assert_eq!(levels, [188, 255]);
+        // Two rows of two pixels of 2 x 2 samples: one half covered, one fully covered; one empty, one fully covered.
+        let above = [dark, light, light, light, dark, light, light, light];
+        let below = [dark, dark, light, light, dark, dark, light, light];
+        let levels = averaged(&[above, below].concat(), [2, 2], 2);
+        assert_eq!(levels, [188, 255, 0, 255]);
     }
 }

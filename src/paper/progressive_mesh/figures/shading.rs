@@ -242,8 +242,7 @@ impl ShadingScene {
         let model = LoadedMesh::new(&self.scene, "bunny", self.surface.clone(), mesh);
         let mut run = ProgressiveMeshes::run(self.gpu.clone(), &[model], self.settings)?;
         run.frame(&self.pose)?;
-        let bytes = run.picture_bytes()?;
-        let samples: &[[f32; 4]] = bytemuck::cast_slice(&bytes);
+        let samples: Vec<[f32; 4]> = run.read_picture(bytemuck::pod_collect_to_vec)?;
         let [width, height] = self.size.map(|side| side as usize);
         // The corner sample shows the background.
         let side = SAMPLES as usize;
@@ -254,7 +253,7 @@ impl ShadingScene {
         };
         Ok(Shot {
             width,
-            levels: averaged(samples, [width, height], side),
+            levels: averaged(&samples, [width, height], side),
             inside: (0..width * height).map(inside).collect(),
         })
     }

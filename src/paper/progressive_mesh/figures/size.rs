@@ -2,7 +2,7 @@
 
 use super::super::mesh::{NOWHERE, ProgressiveMesh};
 use super::super::run::Program;
-use super::orders::{CLASSICAL, CLOSED, IN_PLACE_23, ORDERS, TAIL_23, WITH_SCANS, ordered, simplified};
+use super::orders::{CLASSICAL, CLOSED, IN_PLACE_23, ORDERS, TAIL_23, WITH_SCANS, every_order, simplified};
 use super::{face_orders, models, scans};
 use crate::figure::prelude::*;
 
@@ -75,8 +75,7 @@ fn variants() -> Vec<String> {
 fn measure(_: &mut Bench, cell: &Cell) -> anyhow::Result<Vec<Row>> {
     let (model, collapses) = simplified(&cell.scene)?;
     let mut rows = Vec::new();
-    for (name, options) in &ORDERS {
-        let mesh = ordered(&model, &collapses, options.as_ref());
+    for (name, mesh) in every_order(&model, &collapses) {
         rows.extend(of_mesh(name, &mesh)?);
     }
     let splits = collapses.wedges.len().max(1) as f64;

@@ -167,7 +167,7 @@ impl CoordinatesPass {
     /// Device lost, out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<u32>> {
         match &self.body {
-            Body::Draw(_, target) => Ok(bytemuck::pod_collect_to_vec(&gpu.read_image(target)?)),
+            Body::Draw(_, target) => gpu.read_image_with(target, bytemuck::pod_collect_to_vec),
             Body::Dispatch(_, pixels) => gpu.read_buffer(pixels),
         }
     }
