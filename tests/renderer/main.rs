@@ -333,7 +333,7 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         "[surface.bunny.geometry]",
         "[surface.bunny]\ntexture = \"land\"\n[surface.bunny.geometry]",
     );
-    assert!(bunny.contains("no texture coordinates"), "{bunny}");
+    assert!(bunny.contains("parts.toml:") && bunny.contains("no texture coordinates"), "{bunny}");
     let unlit = refused(
         &["bunny"],
         "",

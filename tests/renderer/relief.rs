@@ -136,6 +136,17 @@ fn every_tracer_shows_the_colour_at_the_exact_hit() {
     let relief = Relief { depth: (0.2 / 4.0 * side as f64) as f32, ..relief };
     let colours: Vec<f64> = picture.iter().map(|[_, green, _]| srgb8_to_linear(*green)).collect();
     let shallower = Relief { depth: 0.95 * relief.depth, heights: relief.heights.clone(), ..relief };
+    let of = |method: &str, precision: Option<&str>| {
+        let keys = ["texture.source=rock", "relief.map=rock", "relief.depth_m=0.2"];
+        let keys = keys.map(|key| format!("surface.SURFACE.{key}")).into_iter();
+        let keys = keys.chain([format!("surface.SURFACE.relief.method={method}")]);
+        let keys = keys.chain(precision.map(|bits| format!("surface.SURFACE.relief.map_precision={bits}")));
+        let camera = ["north_m=-0.2", "altitude_m=0.4", "tilt_deg=40"];
+        let keys: Vec<String> = keys.chain(camera.map(|key| format!("cameras.low.{key}"))).collect();
+        unlit("relief-brick", &keys.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let [right, wrong] =
+        [&relief, &shallower].map(|relief| colours_at_hits(&of("trace", None), relief, &colours));
     for (method, precision) in [
         ("trace", None),
         ("trace", Some("16-bit")),
@@ -146,16 +157,12 @@ fn every_tracer_shows_the_colour_at_the_exact_hit() {
         ("trace-relaxed-cones", None),
         ("trace-linear", None),
     ] {
-        let keys = ["texture.source=rock", "relief.map=rock", "relief.depth_m=0.2"];
-        let keys = keys.map(|key| format!("surface.SURFACE.{key}")).into_iter();
-        let keys = keys.chain([format!("surface.SURFACE.relief.method={method}")]);
-        let keys = keys.chain(precision.map(|bits| format!("surface.SURFACE.relief.map_precision={bits}")));
-        let camera = ["north_m=-0.2", "altitude_m=0.4", "tilt_deg=40"];
-        let keys: Vec<String> = keys.chain(camera.map(|key| format!("cameras.low.{key}"))).collect();
-        let scene = unlit("relief-brick", &keys.iter().map(String::as_str).collect::<Vec<_>>());
-        let (error, off) = hit_error(&scene, &relief, &colours);
+        let mut renderer = settled(&of(method, precision), PixelFormat::Linear32);
+        let found = renderer.linear_picture().unwrap().rgba;
+        silent(&renderer);
+        let (error, off) = hit_error(&found, &right);
         println!("{method} {precision:?}: NMSE {error:.2e}, {off:.4} of the pixels off by more than 0.02");
-        let (wrong, _) = hit_error(&scene, &shallower, &colours);
+        let (wrong, _) = hit_error(&found, &wrong);
         assert!(
             10.0 * error < wrong,
             "{method} {precision:?}: {error:.2e}, a twentieth shallower {wrong:.2e}"
@@ -163,9 +170,8 @@ fn every_tracer_shows_the_colour_at_the_exact_hit() {
     }
 }
 
-/// The NMSE of the green channel against the colour at the exact hit of each pixel's centre, and the share of pixels
-/// whose error exceeds 0.02.
-fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
+/// For each pixel, the green channel of the colour at the exact hit of its centre's ray; `None` beyond the plane.
+fn colours_at_hits(scene: &Scene, relief: &Relief, colours: &[f64]) -> Vec<Option<f64>> {
     let pose = scene.pose(0).unwrap();
     let surface = scene.surfaces.values().next().unwrap();
     let view =
@@ -176,8 +182,8 @@ fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
         (0.5 - pose.eye.y / 4.0) * texels - 0.5,
         pose.eye.z / 4.0 * texels,
     ];
-    let right = |at: usize| {
-        let [x, y] = [at as u32 % SIZE[0], at as u32 / SIZE[0]].map(|c| f64::from(c) + 0.5);
+    let of_pixel = |at: u32| {
+        let [x, y] = [at % SIZE[0], at / SIZE[0]].map(|c| f64::from(c) + 0.5);
         let at = view.coordinate(x, y)?.map(|c| c * texels - 0.5);
         let towards = [at[0] - eye[0], at[1] - eye[1], -eye[2]];
         let length = towards.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -187,11 +193,14 @@ fn hit_error(scene: &Scene, relief: &Relief, colours: &[f64]) -> (f64, f64) {
         let [u, v] = [0, 1].map(|n| at[n] + distance * direction[n]);
         Some(bilinear(colours, relief.side, u, v))
     };
-    let mut renderer = settled(scene, PixelFormat::Linear32);
-    let found = renderer.linear_picture().unwrap().rgba;
-    silent(&renderer);
-    let pairs: Vec<[f64; 2]> =
-        found.iter().enumerate().filter_map(|(at, own)| Some([f64::from(own[1]), right(at)?])).collect();
+    (0..SIZE[0] * SIZE[1]).map(of_pixel).collect()
+}
+
+/// The NMSE of a picture's green channel against the colours at the exact hits, and the share of pixels whose error
+/// exceeds 0.02.
+fn hit_error(found: &[[f32; 4]], right: &[Option<f64>]) -> (f64, f64) {
+    let pair = |(own, right): (&[f32; 4], &Option<f64>)| Some([f64::from(own[1]), (*right)?]);
+    let pairs: Vec<[f64; 2]> = found.iter().zip(right).filter_map(pair).collect();
     assert!(pairs.len() > (SIZE[0] * SIZE[1]) as usize / 3, "{} pixels show the plane", pairs.len());
     let square: f64 = pairs.iter().map(|[own, right]| (own - right).powi(2)).sum();
     let off = pairs.iter().filter(|[own, right]| (own - right).abs() > 0.02).count();

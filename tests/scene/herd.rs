@@ -59,6 +59,10 @@ fn a_wrong_value_of_a_herd_is_rejected_at_its_key() {
         ("order = \"ours-few-moves\"", "\"ours-few-moves\" is now \"tail-10\""),
         ("order = \"skip-lists\"\napply = \"gpu\"", "is a baseline and executes no splits"),
         ("order = \"discrete\"\ngeomorph = true", "have no splits to morph; leave geomorph out"),
+        (
+            "geomorph = true\n[surface.herd.texture]\nkind = \"plain\"\nsource = \"checker\"",
+            "leave out geomorph, or the texture",
+        ),
         ("layout = \"along\"", "a layout along a path needs path"),
         ("layout = \"along\"\npath = \"up\"", "has no path \"up\"; it has down"),
         ("layout = \"scatter\"\nseed = 3\naside_m = 2.0", "a scatter has no aside_m"),

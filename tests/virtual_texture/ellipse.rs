@@ -38,6 +38,9 @@ fn ellipse(ratio: u32, tile_size: u32) -> EllipseFilter {
     EllipseFilter::BEST.max_ratio(ratio as f32).minor_texels(2.0).within(tile_size / 2)
 }
 
+/// The size of the pictures.
+pub const SIZE: [u32; 2] = [160, 90];
+
 fn filter(settings: &mut VirtualTextureSettings, max_anisotropy: u32) {
     settings.target = PixelFormat::Linear32;
     settings.streaming.gpu_tiles = 192;
@@ -51,7 +54,7 @@ pub fn settled(
     change: impl FnOnce(&mut VirtualTextureSettings),
 ) -> TextureSession {
     let scene = bordered(scene, border);
-    let mut renderer = open(&device(), &scene, [160, 90], change);
+    let mut renderer = open(&device(), &scene, SIZE, change);
     renderer.settle(&pose(&scene, camera)).unwrap();
     renderer.drain().unwrap();
     assert_eq!(renderer.technique.bias(), 0);
@@ -180,7 +183,7 @@ fn the_level_and_the_list_are_the_references() {
 fn every_method_lists_the_neighbouring_tiles_that_the_filter_reads() {
     let (gpu, scene) = (device(), bordered("ruler", 0));
     let tiles = |change: &dyn Fn(&mut Config)| {
-        let mut renderer = open(&gpu, &scene, [160, 90], |settings| {
+        let mut renderer = open(&gpu, &scene, SIZE, |settings| {
             filter(settings, 16);
             change(&mut settings.config);
         });
@@ -399,7 +402,7 @@ fn a_constant_texture_comes_out_exactly_by_every_filter() {
     ];
     let filters = filters.map(|(kind, samples, max)| (kind, samples, FilterMap::None, max));
     for (kind, samples, weight_map, max) in filters.into_iter().chain(maps) {
-        let mut renderer = open_with(&gpu, &scene, [160, 90], Arc::new(Constant(pyramid)), |settings| {
+        let mut renderer = open_with(&gpu, &scene, SIZE, Arc::new(Constant(pyramid)), |settings| {
             filter(settings, 16);
             settings.config.filter = Filter { kind, samples, weight_map, ..settings.config.filter };
         });

@@ -1,10 +1,10 @@
 //! Footprints at the limb of the globe: bounded by what a pixel sees, or the facet's own.
 
-use crate::ellipse::{listed, needed, of_samples, settled};
+use crate::ellipse::{SIZE, listed, needed, of_samples, settled};
 use crate::truth::view_of;
 use crate::{bordered, pose};
 use ortelius::paper::virtual_texture::choices::FilterLimb;
-use ortelius::paper::virtual_texture::config::Filter;
+use ortelius::paper::virtual_texture::config::{Filter, open_texture};
 use ortelius::paper::virtual_texture::reference::picture::SourceTexels;
 use ortelius::paper::virtual_texture::reference::{PixelDerivatives, Tolerance, possible_triples};
 use ortelius::paper::virtual_texture::{Filtering, FootprintPicture};
@@ -52,28 +52,28 @@ fn truth(source: &dyn TileSource, view: &ReferenceView, kernel: PixelKernel) -> 
 /// at most half, except with one round sample, which is far too wide in either case. Its worst pixel is better.
 #[test]
 fn a_bounded_footprint_is_nearer_to_what_the_pixels_at_the_limb_see() {
+    let scene = bordered("globe", 4);
+    let view = view_of(&scene, &pose(&scene, "africa"), SIZE);
+    let source = open_texture(&scene).unwrap();
+    let [gaussian, boxed] =
+        [PixelKernel::GAUSSIAN, PixelKernel::Box].map(|kernel| truth(&*source, &view, kernel));
     let samples = |max_anisotropy| Filter { max_anisotropy, ..Filter::DEFAULT };
-    for (filter, kernel, max) in [
-        (ELLIPSE, PixelKernel::GAUSSIAN, 0.5),
-        (FELINE, PixelKernel::GAUSSIAN, 0.5),
-        (samples(1), PixelKernel::Box, 1.0),
-        (samples(16), PixelKernel::Box, 0.5),
+    for (filter, truth, max) in [
+        (ELLIPSE, &gaussian, 0.5),
+        (FELINE, &gaussian, 0.5),
+        (samples(1), &boxed, 1.0),
+        (samples(16), &boxed, 0.5),
     ] {
         let errors = [FilterLimb::Facet, FilterLimb::Bounded].map(|limb| {
             let mut renderer = settled("globe", "africa", 4, |settings| {
                 settings.target = PixelFormat::Linear32;
                 settings.config.filter = Filter { limb: Some(limb), ..filter };
             });
-            let scene = bordered("globe", 4);
-            let view = view_of(&scene, &pose(&scene, "africa"), renderer.technique.settings.size);
-            let source = renderer.technique.source.clone();
-            // The Gaussian's support selects the pixels for both kernels.
-            let cut = truth(&*source, &view, PixelKernel::GAUSSIAN).whole.into_iter().map(|whole| !whole);
-            let truth = truth(&*source, &view, kernel);
             let shown = renderer.linear_picture().unwrap().rgba;
             let (mut error, mut square, mut worst, mut pixels) = (0.0, 0.0, 0.0f64, 0);
-            let of_limb = view.samples().into_iter().zip(cut).enumerate();
-            for (n, _) in of_limb.filter(|(_, (sample, cut))| sample.is_some() && *cut) {
+            // The Gaussian's support selects the pixels for both kernels.
+            let of_limb = view.samples().into_iter().zip(&gaussian.whole).enumerate();
+            for (n, _) in of_limb.filter(|(_, (sample, whole))| sample.is_some() && !**whole) {
                 let off = f64::from(shown[n][1]) - truth.values[n];
                 error += off * off;
                 square += truth.values[n].powi(2);

@@ -258,10 +258,10 @@ fn worst_share(
     found: [f32; 4],
 ) -> Option<f64> {
     let shares = of_channels(pyramid, texel, |texture, channel| {
-        let first = values(method, pixel, texture, 1.0);
         let counts =
             matches!(method, Method::Baseline(FilterBaseline::Feline(_) | FilterBaseline::Mavridis(_)));
-        let decided = !counts || first.iter().all(|value| value.undecided < 8);
+        let is_decided = |value: &FilteredTexel| value.undecided < 8;
+        let decided = !counts || values(method, pixel, texture, 1.0).iter().all(is_decided);
         decided.then(|| share(method, pixel, texture, found[channel]))
     });
     shares.into_iter().try_fold(0.0, |worst, share| Some(share?.max(worst)))

@@ -65,8 +65,8 @@ impl<'a> Program<'a> {
             command.args(["-D", COARSE]);
         }
         command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY").env("ORTELIUS_VALIDATE", "1");
-        // Each run has its own bookmarks, and keeps nothing for other runs.
-        command.env("XDG_CONFIG_HOME", folder.path()).env("ORTELIUS_CACHE", "");
+        // Each run has its own bookmarks and kept meshes.
+        command.env("XDG_CONFIG_HOME", folder.path()).env("ORTELIUS_CACHE", folder.path().join("cache"));
         command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let words = [Words::default(), Words::default()];

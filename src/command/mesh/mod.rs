@@ -25,7 +25,7 @@ pub struct MeshArgs {
 enum MeshCommand {
     /// Simplify a model to a progressive mesh, with a face order for the vertex cache at every level
     Build(build::BuildArgs),
-    /// Show levels, sizes, errors, and the vertex-cache cost of the order
+    /// Show levels, sizes, errors, and what drawing costs with the order
     Info(info::InfoArgs),
     /// Write one level as a plain mesh
     Export(export::ExportArgs),

@@ -25,7 +25,13 @@ fn check(scene: &Scene) -> Result<(), SceneError> {
     if scene.has(&["governor"]) && names(scene).next().is_none() {
         tracing::warn!("{}: no effect, because no surface is a progressive mesh", scene.place(&["governor"]));
     }
-    Ok(())
+    names(scene).try_for_each(|name| match scene.surfaces[name].texture {
+        Some(_) if surface(scene, name)?.geomorph => {
+            let what = "the texture would not move with the vertices; leave out geomorph, or the texture";
+            Err(scene.fault(&["surface", name, "geometry", "geomorph"], what))
+        }
+        _ => Ok(()),
+    })
 }
 
 /// The geometry's `kind`.

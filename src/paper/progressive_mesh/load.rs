@@ -9,7 +9,7 @@ use super::mesh::ProgressiveMesh;
 use super::place::{Bounds, Placement};
 use super::simplify::SimplifyOptions;
 use super::stand::{Stand, stands};
-use crate::model::{self, ModelError};
+use crate::model::{self, Attributes, ModelError};
 use crate::scene::{Geometry, Plane, Scene, SceneError};
 use std::collections::HashMap;
 use thiserror::Error;
@@ -25,7 +25,7 @@ pub struct LoadedMesh {
     pub cut_from: Option<Extent>,
     /// The place of each instance.
     pub stands: Vec<Stand>,
-    /// Set if another technique textures the surface.
+    /// Set if another technique textures the surface. The mesh then has texture coordinates in 0 ..= 1.
     pub textured: Option<Textured>,
 }
 
@@ -119,6 +119,19 @@ fn put_on_ground(
     Ok(())
 }
 
+/// Checks that a model has texture coordinates if its surface has a texture.
+fn check_coordinates(scene: &Scene, name: &str, attributes: &Attributes) -> Result<(), SceneError> {
+    let surface = &scene.surfaces[name];
+    let within = |coordinate: &[f32; 2]| coordinate.iter().all(|x| (0.0..=1.0).contains(x));
+    let what = match &attributes.coordinates[..] {
+        _ if surface.texture.is_none() => return Ok(()),
+        [] => "the model has no texture coordinates; leave out the texture, or name a model that has them",
+        coordinates if coordinates.iter().all(within) => return Ok(()),
+        _ => "the model has texture coordinates outside 0 ..= 1, and no texture repeats",
+    };
+    Err(scene.fault(&["surface", name, "texture"], what))
+}
+
 /// The mesh, and the extent of the complete file if its file is truncated.
 fn mesh(
     scene: &Scene,
@@ -132,6 +145,7 @@ fn mesh(
         // A .pmesh keeps the order with which it was built.
         let read = ProgressiveMesh::read(path);
         let read = read.map_err(|error| LoadError::Pmesh { place: place("source"), error })?;
+        check_coordinates(scene, name, &read.mesh.vertices.attributes)?;
         if surface.order.is_baseline() && !read.mesh.swaps.levels.is_empty() {
             let (order, file) = (surface.order.name(), path.display().to_string());
             return Err(LoadError::Order { place: place("order"), order, file });
@@ -153,6 +167,7 @@ fn mesh(
         ModelSource::File(path) => (model::Model::load(path), path.display().to_string()),
     };
     let (model, report) = read.map_err(|error| LoadError::Model { place: place("source"), error })?;
+    check_coordinates(scene, name, &model.attributes)?;
     report.changes().iter().for_each(|change| tracing::warn!("{source}: {change}"));
     let options = SimplifyOptions {
         metric: surface.metric.unwrap_or(ErrorMetric::Geometry),

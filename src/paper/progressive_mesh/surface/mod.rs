@@ -45,8 +45,6 @@ use vertices::{ALWAYS_LOG2, EXACT_LOG2, MORPH_BAND_LOG2, VertexBuffer, normals};
 pub enum SurfaceError {
     #[error("surface.{name}.geometry: {flaw}")]
     Flaw { name: String, flaw: MeshFlaw },
-    #[error("surface {name}: {what}")]
-    Untexturable { name: String, what: &'static str },
     #[error(transparent)]
     Vulkan(#[from] Error),
     #[error(transparent)]
@@ -117,15 +115,7 @@ impl MeshOnDevice {
             cut_from: *cut_from,
             vertices: match textured {
                 Some(textured) => {
-                    let untexturable = |what| SurfaceError::Untexturable { name: name.clone(), what };
-                    let coordinates = texture_coordinates(model).map_err(untexturable)?;
-                    VertexBuffer::textured(
-                        gpu,
-                        &vertices,
-                        mesh,
-                        coordinates,
-                        textured.lit.then_some(&normals),
-                    )?
+                    VertexBuffer::textured(gpu, &vertices, mesh, textured.lit.then_some(&normals))?
                 }
                 None => VertexBuffer::new(gpu, &vertices, mesh, &normals, surface.geomorph)?,
             },
@@ -387,26 +377,6 @@ impl MeshOnDevice {
     pub fn faces(&self, instance: usize) -> Option<Vec<[u32; 3]>> {
         self.levels.faces(instance)
     }
-}
-
-/// A model's texture coordinates, or why it cannot carry a texture.
-fn texture_coordinates(model: &LoadedMesh) -> Result<&[[f32; 2]], &'static str> {
-    let coordinates = &model.mesh.vertices.attributes.coordinates;
-    if model.surface.geomorph {
-        return Err(
-            "geomorph moves vertices without their texture coordinates; leave out geomorph, or the texture",
-        );
-    }
-    if coordinates.is_empty() {
-        return Err(
-            "the model has no texture coordinates; leave out the texture, or name a model that has them",
-        );
-    }
-    let within = |coordinate: &[f32; 2]| coordinate.iter().all(|x| (0.0..=1.0).contains(x));
-    if !coordinates.iter().all(within) {
-        return Err("texture coordinates of the model lie outside 0 ..= 1, and this texture does not repeat");
-    }
-    Ok(coordinates)
 }
 
 impl std::ops::AddAssign for FrameChanges {

@@ -1,7 +1,7 @@
 //! The vertex buffer of a mesh, shared by all its levels and instances.
 
 use crate::model::mesh::MeshVertex;
-use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh};
+use crate::paper::progressive_mesh::mesh::{NOWHERE, ProgressiveMesh, Vertices};
 use crate::vk::shader::{VertexFormat, progressive_mesh::surface_vert};
 use crate::vk::{Buffer, BufferUse, Gpu, Result};
 use glam::DVec3;
@@ -126,7 +126,7 @@ impl VertexBuffer {
         Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
     }
 
-    /// Vertices with one texture coordinate each, in 0 ..= 1. The f32 step is at most 2^-24, which is 1/64
+    /// Vertices with one texture coordinate each, in 0 ..= 1, which the mesh must have. The f32 step is at most 2^-24, which is 1/64
     /// texel of a texture with 2^18 texels a side.
     ///
     /// # Errors
@@ -135,10 +135,10 @@ impl VertexBuffer {
         gpu: &Gpu,
         name: &str,
         mesh: &ProgressiveMesh,
-        coordinates: &[[f32; 2]],
         normals: Option<&Vec<[f32; 3]>>,
     ) -> Result<Self> {
-        gpu.require_indices(name, coordinates.len())?;
+        let Vertices { positions, attributes, .. } = &mesh.vertices;
+        gpu.require_indices(name, positions.len())?;
         // The corners of a face must share one origin, and any three vertices may become a face.
         let vertex = |(&position_high, &offset)| MeshVertex {
             position_high,
@@ -146,7 +146,7 @@ impl VertexBuffer {
             origin: [0; 2],
             offset,
         };
-        let vertices: Vec<_> = mesh.vertices.positions.iter().zip(coordinates).map(vertex).collect();
+        let vertices: Vec<_> = positions.iter().zip(&attributes.coordinates).map(vertex).collect();
         let normals = normals.map(|normals| {
             gpu.buffer_with(&format!("{name}: normals"), normals, BufferUse::Storage).map(Arc::new)
         });

@@ -169,7 +169,8 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
     let entry = |square: f64| ((-alpha * reach * reach * square).exp() * max).round() / max;
     if map.linear {
         let radial = map.shape == MapShape::Radial;
-        let part = if radial { x.hypot(y) } else { x * x + y * y };
+        let square = x * x + y * y;
+        let part = if radial { square.sqrt() } else { square };
         let at = (part * entries - 0.5).clamp(0.0, entries - 1.0);
         let of = |n: f64| {
             let middle = (n.min(entries - 1.0) + 0.5) / entries;
@@ -184,7 +185,7 @@ fn mapped(map: &WeightMap, alpha: f64, reach: f64, place: [f64; 2]) -> f64 {
             middle(x).powi(2) + middle(y).powi(2)
         }
         MapShape::Quadrant => nearest(x.abs()).powi(2) + nearest(y.abs()).powi(2),
-        MapShape::Radial => nearest(x.hypot(y)).powi(2),
+        MapShape::Radial => nearest((x * x + y * y).sqrt()).powi(2),
         MapShape::SquaredRadius => nearest(x * x + y * y),
     };
     entry(square)
@@ -330,18 +331,21 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
         for i in (middle - half_width).floor() as i64..=(middle + half_width).ceil() as i64 {
             let du = i as f64 + 0.5 - (u - column);
             let r = ((c * du * du - 2.0 * b * du * dv + a * dv * dv) / shaped.det).max(0.0).sqrt();
-            // V^-1 q = r grad r.
-            let [x, y] = [(c * du - b * dv) / shaped.det, (a * dv - b * du) / shaped.det];
-            let texels_a_radius = if r > 0.0 { r / x.hypot(y) } else { f64::INFINITY };
-            let distance = |r: f64| (1.0 - r) * texels_a_radius;
             let rounding = rounding(&shaped, [du, dv], r);
             // Where the edge curves away, `distance` is less than the true distance. Texels outside the outer ellipse
             // are more than half a texel beyond the edge and do not contribute.
             let from_outer = (oc * du * du - 2.0 * ob * du * dv + oa * dv * dv) / (oa * oc - ob * ob) - 1.0;
+            if from_outer > 4.0 * rounding {
+                continue;
+            }
+            // V^-1 q = r grad r.
+            let [x, y] = [(c * du - b * dv) / shaped.det, (a * dv - b * du) / shaped.det];
+            let texels_a_radius = if r > 0.0 { r / (x * x + y * y).sqrt() } else { f64::INFINITY };
+            let distance = |r: f64| (1.0 - r) * texels_a_radius;
             // If the terms of the slope cancel, the slope has the same rounding error as r.
             let of_slope = rounding * (1.0 + (b / c).abs()) * (c / shaped.det).sqrt() * texels_a_radius;
             let off = if r > 0.0 { (1.0 - r).abs() * texels_a_radius * of_slope } else { 0.0 };
-            if distance(r - rounding) + off < -0.5 || from_outer > 4.0 * rounding {
+            if distance(r - rounding) + off < -0.5 {
                 continue;
             }
             let cut = from_outer.abs() <= 4.0 * rounding;
