@@ -73,6 +73,12 @@ void main() {
         if (EVERYWHERE == 1u) share = vec2(0.0, 1.0);
         precise float low = (float(layer) + share.x) * thickness;
         precise float high = (float(layer) + share.y) * thickness;
+        uint at = layer * relief.side * relief.side + place(cell);
+        // Wholly below the surface.
+        if (high <= own_low) {
+            if (own == 0u) distances.texels[at] = 0.0;
+            continue;
+        }
         float steepest = 0.0;
         for (uint n = 0; n < REACH && REFINED == 1u; n++) {
             precise float tangent = (lowest[n] - high) * inverses.values[n];
@@ -81,8 +87,8 @@ void main() {
         horizons[own] = steepest;
         barrier();
         float square = NONE;
-        for (int at = int(own); at < square_side * square_side; at += int(SECTORS)) {
-            ivec4 other = near.cells[at];
+        for (int n = int(own); n < square_side * square_side; n += int(SECTORS)) {
+            ivec4 other = near.cells[n];
             float across = squared_across(other.xy);
             // All further cells are at least as far.
             if (across >= square) break;
@@ -92,8 +98,7 @@ void main() {
         barrier();
         if (own == 0u) {
             for (uint n = 1; n < SECTORS; n++) square = min(square, least[n]);
-            uint at = layer * relief.side * relief.side + place(cell);
-            distances.texels[at] = high <= own_low ? 0.0 : exact_root(square);
+            distances.texels[at] = exact_root(square);
         }
     }
 }

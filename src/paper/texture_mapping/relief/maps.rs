@@ -264,11 +264,16 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
         }
         let horizon = |sector| if refined { cell.horizon(fan, sector) } else { 0.0 };
         let horizons: Vec<f32> = (0..SECTORS).map(horizon).collect();
-        let squares = fan.near.iter().map(|&[a, b, first, count]| {
+        let mut least = f32::INFINITY;
+        for &[a, b, first, count] in &fan.near {
+            // All further cells are at least as far.
+            if across([a, b], extent) >= least {
+                break;
+            }
             let behind = (first..first + count).map(|sector| horizons[sector as usize % SECTORS]);
-            cell.squared_distance([a, b], behind.fold(f32::INFINITY, f32::min))
-        });
-        exact_root(squares.fold(f32::INFINITY, f32::min))
+            least = least.min(cell.squared_distance([a, b], behind.fold(f32::INFINITY, f32::min)));
+        }
+        exact_root(least)
     };
     let distances = (0..side * side * layers).into_par_iter().map(distance).collect();
     DistanceMap { layers, distances }
