@@ -20,7 +20,8 @@ settings! {
     pub struct SurfaceKeys {
         /// The shape.
         geometry: Table;
-        /// The texture, or the name of another surface whose texture is shared.
+        /// The texture, or the name of another surface whose texture is shared. A progressive mesh needs texture
+        /// coordinates in 0 ..= 1 for it.
         texture: Option<TextureKeys> = None;
         /// How the texture is filtered. `"auto"` measures all filters (or a relief's methods) on this device and takes
         /// the one that `max_error` or `max_ms` selects. In a scene with a virtual texture, only the surface that has

@@ -334,6 +334,8 @@ fn what_cannot_be_shown_is_refused_with_its_line() {
         "[surface.bunny]\ntexture = \"land\"\n[surface.bunny.geometry]",
     );
     assert!(bunny.contains("parts.toml:") && bunny.contains("no texture coordinates"), "{bunny}");
+    let wide = refused(&["board"], "", "board.obj", "wide.obj");
+    assert!(wide.contains("parts.toml:") && wide.contains("outside 0 ..= 1"), "{wide}");
     let unlit = refused(
         &["bunny"],
         "",

@@ -79,6 +79,7 @@ impl Parts {
         std::fs::write(folder.path().join("hill.obj"), hill()).unwrap();
         let wall = "v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
         std::fs::write(folder.path().join("board.obj"), wall).unwrap();
+        std::fs::write(folder.path().join("wide.obj"), wall.replace("vt 1 1", "vt 1.5 1")).unwrap();
         let picture = image::RgbImage::from_fn(64, 48, |x, y| image::Rgb([4 * x as u8, 5 * y as u8, 200]));
         picture.save(folder.path().join("board.png")).unwrap();
         Parts(folder)

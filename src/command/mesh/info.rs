@@ -14,9 +14,9 @@ use ortelius::stats::mean;
 use serde::Serialize;
 use std::path::PathBuf;
 
-/// Prints levels with their errors, sizes by content, and what the face order costs: transforms per vertex with vertex
-/// caches and in batches, and the faces drawn per live face. An error is an estimate of a level's deviation: usually too
-/// high, but not a bound.
+/// Prints levels with their errors, sizes by content, and what the face order costs: transforms per vertex with a
+/// vertex cache and in batches, and drawn faces per live face. An error is an estimate of a level's deviation: usually
+/// too high, but not a bound.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// The file to describe

@@ -25,7 +25,8 @@ pub struct LoadedMesh {
     pub cut_from: Option<Extent>,
     /// The place of each instance.
     pub stands: Vec<Stand>,
-    /// Set if another technique textures the surface. The mesh then has texture coordinates in 0 ..= 1.
+    /// Set if another technique textures the surface. The mesh then has texture coordinates in 0 ..= 1, and
+    /// `surface.geomorph` is false.
     pub textured: Option<Textured>,
 }
 
@@ -127,7 +128,10 @@ fn check_coordinates(scene: &Scene, name: &str, attributes: &Attributes) -> Resu
         _ if surface.texture.is_none() => return Ok(()),
         [] => "the model has no texture coordinates; leave out the texture, or name a model that has them",
         coordinates if coordinates.iter().all(within) => return Ok(()),
-        _ => "the model has texture coordinates outside 0 ..= 1, and no texture repeats",
+        _ => {
+            "the model has texture coordinates outside 0 ..= 1, which no texture covers; leave out the texture, or \
+             name another model"
+        }
     };
     Err(scene.fault(&["surface", name, "texture"], what))
 }

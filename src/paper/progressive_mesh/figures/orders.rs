@@ -111,7 +111,7 @@ pub fn ordered(model: &Model, collapses: &Collapses, options: Option<&OrderOptio
     order_or_classical(model, collapses, options, &mut |_, _| {})
 }
 
-/// A model in each of [`ORDERS`], by name. The orders are made in parallel.
+/// A model in each of [`ORDERS`], by name. The orders are made in parallel, and all meshes are in memory.
 pub fn every_order(model: &Model, collapses: &Collapses) -> Vec<(&'static str, ProgressiveMesh)> {
     let of = |(name, options): &NamedOrder| (*name, ordered(model, collapses, options.as_ref()));
     ORDERS.par_iter().map(of).collect()

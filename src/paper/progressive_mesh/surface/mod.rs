@@ -100,8 +100,12 @@ pub struct FrameChanges {
 impl MeshOnDevice {
     /// # Errors
     /// An invalid mesh; out of memory.
+    ///
+    /// # Panics
+    /// If a textured mesh has no texture coordinates, or geomorphs.
     pub fn new(gpu: &Gpu, model: &LoadedMesh) -> Result<MeshOnDevice, SurfaceError> {
         let LoadedMesh { name, surface, mesh, cut_from, stands, textured } = model;
+        assert!(textured.is_none() || !surface.geomorph, "{name}: geomorph with a texture");
         let program = Program::new(mesh).map_err(|flaw| SurfaceError::Flaw { name: name.clone(), flaw })?;
         let program = Arc::new(program);
         let normals = normals(mesh, &live_faces(mesh, mesh.last_level()));

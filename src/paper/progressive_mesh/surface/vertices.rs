@@ -126,11 +126,14 @@ impl VertexBuffer {
         Ok(Self::Plain(gpu.buffer_with(name, &vertices, BufferUse::Vertices)?))
     }
 
-    /// Vertices with one texture coordinate each, in 0 ..= 1, which the mesh must have. The f32 step is at most 2^-24, which is 1/64
-    /// texel of a texture with 2^18 texels a side.
+    /// Vertices with one texture coordinate each, in 0 ..= 1. The f32 step is at most 2^-24, which is 1/64 texel of a
+    /// texture with 2^18 texels a side.
     ///
     /// # Errors
     /// Out of memory, device lost.
+    ///
+    /// # Panics
+    /// If the mesh has no texture coordinates.
     pub fn textured(
         gpu: &Gpu,
         name: &str,
@@ -138,6 +141,11 @@ impl VertexBuffer {
         normals: Option<&Vec<[f32; 3]>>,
     ) -> Result<Self> {
         let Vertices { positions, attributes, .. } = &mesh.vertices;
+        assert_eq!(
+            positions.len(),
+            attributes.coordinates.len(),
+            "{name}: positions and texture coordinates"
+        );
         gpu.require_indices(name, positions.len())?;
         // The corners of a face must share one origin, and any three vertices may become a face.
         let vertex = |(&position_high, &offset)| MeshVertex {

@@ -353,11 +353,6 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
             // Approximations of V1 have steps down towards the inside, so either may be the smaller one.
             let [outside, inside] = [of(r + rounding, -off), of(r - rounding, off)];
             let at = shaped.to_disc.map(|[x, y]| x * du + y * dv);
-            let alpha = f64::from(ellipse.kernel.alpha);
-            // The slope of the weight's exponent is 2 alpha r. A weight map without interpolation changes in steps from
-            // entry to entry. Vulkan's exp(-x) has an error of 3 + 2 x ulp. If x > 88, f32 may lose the weight.
-            let slope = 2.0 * alpha * r.max(rounding);
-            let exponent = (alpha * (at[0] * at[0] + at[1] * at[1])).min(88.0);
             visit(Texel {
                 place: [column as i64 + i, row as i64 + j],
                 offset: [du, dv],
@@ -365,12 +360,20 @@ fn each_texel(ellipse: &EllipseFilter, pixel: &PixelCentre, level: u32, mut visi
                 kept: if from_outer > 0.0 { 0.0 } else { of(r, 0.0) },
                 min: if cut { 0.0 } else { outside.min(inside) },
                 max: outside.max(inside),
-                falls: slope * rounding
-                    + step(ellipse, r, rounding)
-                    + (3.0 + 2.0 * exponent) * 2f64.powi(-23),
+                falls: falls(ellipse, at, r, rounding),
             });
         }
     }
+}
+
+/// Relative error of the weight of a texel at `at` in the unit disc. The slope of the weight's exponent is 2 alpha r. A
+/// weight map without interpolation changes in steps from entry to entry. Vulkan's exp(-x) has an error of 3 + 2 x ulp.
+/// If x > 88, f32 may lose the weight.
+fn falls(ellipse: &EllipseFilter, at: [f64; 2], r: f64, rounding: f64) -> f64 {
+    let alpha = f64::from(ellipse.kernel.alpha);
+    let slope = 2.0 * alpha * r.max(rounding);
+    let exponent = (alpha * (at[0] * at[0] + at[1] * at[1])).min(88.0);
+    slope * rounding + step(ellipse, r, rounding) + (3.0 + 2.0 * exponent) * 2f64.powi(-23)
 }
 
 /// Rounding error of a texel's r in f32: 4 ulp of r itself, and 4 ulp of the position along the row. The position is

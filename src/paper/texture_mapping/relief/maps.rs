@@ -264,16 +264,11 @@ pub fn distance_map(relief: &Relief, layers: usize, fan: &Fan, refined: bool) ->
         }
         let horizon = |sector| if refined { cell.horizon(fan, sector) } else { 0.0 };
         let horizons: Vec<f32> = (0..SECTORS).map(horizon).collect();
-        let mut least = f32::INFINITY;
-        for &[a, b, first, count] in &fan.near {
-            // All further cells are at least as far.
-            if across([a, b], extent) >= least {
-                break;
-            }
+        let squares = fan.near.iter().map(|&[a, b, first, count]| {
             let behind = (first..first + count).map(|sector| horizons[sector as usize % SECTORS]);
-            least = least.min(cell.squared_distance([a, b], behind.fold(f32::INFINITY, f32::min)));
-        }
-        exact_root(least)
+            cell.squared_distance([a, b], behind.fold(f32::INFINITY, f32::min))
+        });
+        exact_root(squares.fold(f32::INFINITY, f32::min))
     };
     let distances = (0..side * side * layers).into_par_iter().map(distance).collect();
     DistanceMap { layers, distances }

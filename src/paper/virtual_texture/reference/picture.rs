@@ -30,8 +30,10 @@ pub enum ReferenceFilter {
 /// Texels of all levels of a source, read tile by tile on demand. Tiles may be BC1; resident levels are RGBA8.
 pub struct SourceTexels<'a> {
     source: &'a dyn TileSource,
+    /// Tiles, and resident levels as tile (0, 0) of their level.
     tiles: RefCell<HashMap<TileId, Rc<[u8]>>>,
-    levels: RefCell<HashMap<u32, Rc<[u8]>>>,
+    /// The tile of the last texel. Most texels are in the tile of the texel before.
+    last: RefCell<(Option<TileId>, Rc<[u8]>)>,
     /// The first tile that could not be read.
     failed: RefCell<Option<TileError>>,
     linear: [f64; 256],
@@ -43,7 +45,7 @@ impl<'a> SourceTexels<'a> {
         SourceTexels {
             source,
             tiles: RefCell::default(),
-            levels: RefCell::default(),
+            last: RefCell::default(),
             failed: RefCell::default(),
             linear,
         }
@@ -63,21 +65,19 @@ impl<'a> SourceTexels<'a> {
 
     fn texel(&self, pyramid: &Pyramid, level: u32, x: u32, y: u32) -> [f64; 4] {
         let (texels, at) = if level >= pyramid.first_resident_level() {
-            let mut levels = self.levels.borrow_mut();
-            let read = || self.or_nothing(self.source.read_resident_level(level));
-            (levels.entry(level).or_insert_with(read).clone(), y * pyramid.level_size(level)[0] + x)
+            let whole = TileId { level, row: 0, column: 0 };
+            let texels = self.stored(whole, || self.source.read_resident_level(level));
+            (texels, y * pyramid.level_size(level)[0] + x)
         } else {
             let size = pyramid.tile_size();
             let tile = TileId { level, row: y / size, column: x / size };
-            let mut tiles = self.tiles.borrow_mut();
             let format = self.source.format();
-            let read = || {
+            let texels = self.stored(tile, || {
                 let mut bytes = vec![0; format.tile_bytes(pyramid)];
-                self.or_nothing(self.source.read_tile(tile, &mut bytes).map(|()| bytes))
-            };
+                self.source.read_tile(tile, &mut bytes).map(|()| bytes)
+            });
             let (stored, border) = (pyramid.stored_sides()[0], pyramid.border_texels());
             let at = [y % size + border, x % size + border];
-            let texels = tiles.entry(tile).or_insert_with(read).clone();
             if format == TileFormat::Bc1 {
                 let [r, g, b] = bc1_texel(&texels, stored, at).unwrap_or_default().map(srgb_to_linear);
                 return [r, g, b, 1.0];
@@ -95,14 +95,20 @@ impl<'a> SourceTexels<'a> {
         }
     }
 
-    fn or_nothing(&self, read: Result<Vec<u8>, TileError>) -> Rc<[u8]> {
-        match read {
-            Ok(bytes) => bytes.into(),
-            Err(error) => {
-                self.failed.borrow_mut().get_or_insert(error);
-                Rc::default()
-            }
+    /// The bytes of a tile, read if they have not been read before; empty if they cannot be read.
+    fn stored(&self, tile: TileId, read: impl FnOnce() -> Result<Vec<u8>, TileError>) -> Rc<[u8]> {
+        let mut last = self.last.borrow_mut();
+        if last.0 != Some(tile) {
+            let read = || match read() {
+                Ok(bytes) => bytes.into(),
+                Err(error) => {
+                    self.failed.borrow_mut().get_or_insert(error);
+                    Rc::default()
+                }
+            };
+            *last = (Some(tile), self.tiles.borrow_mut().entry(tile).or_insert_with(read).clone());
         }
+        last.1.clone()
     }
 
     /// The whole picture in linear light; the sky is black.
