@@ -238,7 +238,7 @@ pub(super) struct Number {
 const LEARNT: u32 = 3;
 
 impl Default for Number {
-    /// Not inlined: a coder holds 49 numbers, and LLVM takes minutes for one block of 16,000 stores.
+    /// Not inlined: the stores for all numbers of a file would be one block, for which LLVM takes minutes.
     #[inline(never)]
     fn default() -> Self {
         Self { class: [Bit::default(); 64], leading: [[Bit::default(); 8]; 33] }
